@@ -1,0 +1,4 @@
+"""Physical constants."""
+
+ATMOSPHERE = 101_325.0
+"""Standard atmosphere [Pa] (ISO 2533)."""
