@@ -1,0 +1,154 @@
+"""`Bus`: frames in, frames out, and the loop never waits for them."""
+
+import time
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from types import TracebackType
+from typing import Any, Self
+
+import can
+
+from hil_emulator.bus.opening import client_command, open_can_bus
+from hil_emulator.frame import Frame
+
+# Frames handed on in one receive(): 128 a millisecond is more than ten times what a CAN bus of
+# 1 Mbit/s can carry, so only a flood from memory or TCP ever meets the limit. Assumed.
+RECEIVE_LIMIT = 128
+
+_CLASSICAL_BYTES = 8  # ISO 11898-1
+
+
+class Bus:
+    """The rig's door to CAN, whatever carries it.
+
+    Args:
+        settings: the `[bus]` table of the configuration: python-can's `interface` and the
+            settings of that interface, as they stand.
+
+    Attributes:
+        received: frames taken from the bus.
+        sent: frames the bus has taken.
+        dropped: frames the bus refused: a full queue, a vanished interface, a client that does
+            not read, a kind of frame it cannot carry.
+        error_frames: error frames, and CAN FD frames, which are errors to a classical controller.
+        read_errors: attempts to read that the interface failed.
+        client_command: a line for the shell with which a stock client joins this bus.
+
+    Raises:
+        UserError: where the bus cannot be opened: what is wrong, where, and what to do.
+
+    """
+
+    def __init__(self, settings: Mapping[str, object]) -> None:
+        self._bus = open_can_bus(settings)
+        self._kept: deque[Frame] = deque()  # arrived, but not handed on yet
+        self.received = 0
+        self.sent = 0
+        self.dropped = 0
+        self.error_frames = 0
+        self.read_errors = 0
+        self.client_command = client_command(self._bus, settings)
+
+    def receive(self) -> list[Frame]:
+        """Return what has arrived, oldest first, at most `RECEIVE_LIMIT` frames; never wait."""
+        frames: list[Frame] = []
+        if self._kept:
+            while self._kept and len(frames) < RECEIVE_LIMIT:
+                frames.append(self._kept.popleft())
+        for _ in range(RECEIVE_LIMIT - len(frames)):
+            message = self._recv(0)
+            if message is None:
+                break
+            if self._is_ours(message):
+                frames.append(_frame(message))
+        return frames
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until a frame has arrived, at most `timeout` [s]; tell whether one has.
+
+        The frame is kept for the next `receive()`.
+        """
+        if self._kept:
+            return True
+        deadline = time.monotonic() + timeout
+        while True:
+            message = self._recv(max(0.0, deadline - time.monotonic()))
+            if message is not None and self._is_ours(message):
+                self._kept.append(_frame(message))
+                return True
+            if time.monotonic() >= deadline:
+                return False
+
+    def unread(self, frames: Sequence[Frame]) -> None:
+        """Give received frames back: they come first, in this order, at the next `receive()`."""
+        self._kept.extendleft(reversed(frames))
+
+    def send(self, frames: Iterable[Frame]) -> None:
+        """Hand frames to the bus in this order; those it does not take at once are dropped."""
+        for frame in frames:
+            try:
+                self._bus.send(_Outgoing(frame), timeout=0)
+            except (can.CanError, OSError):
+                self.dropped += 1
+            else:
+                self.sent += 1
+
+    def close(self) -> None:
+        """Leave the bus; harmless when repeated."""
+        self._bus.shutdown()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _recv(self, timeout: float) -> can.Message | None:
+        try:
+            return self._bus.recv(timeout)
+        except (can.CanError, OSError):
+            self.read_errors += 1
+            return None
+
+    def _is_ours(self, message: can.Message) -> bool:
+        if message.is_error_frame or message.is_fd:
+            self.error_frames += 1
+            return False
+        self.received += 1
+        return True
+
+
+class _Outgoing(can.Message):
+    """A frame on its way out, which python-can's virtual bus copies for every receiver.
+
+    `copy.deepcopy` takes bytearrays apart, which costs more than all the rest of a send.
+    """
+
+    __slots__ = ()
+
+    def __init__(self, frame: Frame) -> None:
+        can_id, data, remote, extended = frame
+        super().__init__(0.0, can_id, extended, remote, data=data)
+
+    def __deepcopy__(self, memo: dict[int, Any] | None) -> can.Message:
+        return can.Message(
+            self.timestamp,
+            self.arbitration_id,
+            self.is_extended_id,
+            self.is_remote_frame,
+            data=bytes(self.data),
+        )
+
+
+def _frame(message: can.Message) -> Frame:
+    return Frame(
+        message.arbitration_id,
+        bytes(message.data[:_CLASSICAL_BYTES]),
+        message.is_remote_frame,
+        message.is_extended_id,
+    )

@@ -1,0 +1,141 @@
+"""One client of the embedded TCP server: its socket, its handshake, what waits to be written."""
+
+import socket
+import time
+
+from hil_emulator.bus import socketcand
+from hil_emulator.frame import Frame
+
+READ_BYTES = 2048  # taken from one client in one poll, about 50 frames; assumed
+WRITE_BUFFER_BYTES = 256 * 1024  # about 6500 frames, 0.7 s of a full 1 Mbit/s bus; assumed
+HANDSHAKE_PAUSE_S = 0.05  # python-can's client needs microseconds to read the last "ok"; assumed
+
+_QUICKACK: int | None = getattr(socket, "TCP_QUICKACK", None)  # Linux only
+
+
+class Connection:
+    """A client of the bus, from `< hi >` until it vanishes.
+
+    Frames for a client that has only just been told the last `< ok >` are held back for
+    `HANDSHAKE_PAUSE_S`, or until it speaks: python-can's client compares one whole `recv()` with
+    `< ok >`, and a frame in the same segment would fail its handshake.
+
+    A client that stops reading loses frames, newest first, and stays connected, as a slow CAN
+    controller overruns its receive buffer but stays on the bus. To be disconnected would be
+    worse for it: python-can's client never notices a closed connection.
+
+    Attributes:
+        raw: the handshake is over: frames go both ways.
+        gone: the client has vanished; whoever watches the socket should `close()` it.
+        dropped: frames the client has lost because it did not read.
+        ignored: commands that were none, or made no sense.
+
+    """
+
+    def __init__(self, sock: socket.socket, channel: str) -> None:
+        sock.setblocking(False)
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        self.socket = sock
+        self.raw = False
+        self.gone = False
+        self.dropped = 0
+        self.ignored = 0
+        self._channel = channel
+        self._opened = False
+        self._silent_until: float | None = None  # [s] of time.monotonic()
+        self._commands = socketcand.CommandStream()
+        self._waiting = bytearray()
+        self._reply(socketcand.HI)
+
+    @property
+    def wants_to_write(self) -> bool:
+        """Whether something waits for the socket to take more."""
+        return bool(self._waiting) and self._silent_until is None
+
+    @property
+    def silent_until(self) -> float | None:
+        """End of the pause after the handshake [s of time.monotonic()], None when over."""
+        return self._silent_until
+
+    def read(self) -> list[Frame]:
+        """Take what has arrived, at most `READ_BYTES`, and return the frames in it."""
+        try:
+            chunk = self.socket.recv(READ_BYTES)
+            if _QUICKACK is not None:
+                # The kernel clears it by itself. A late acknowledgement would hold up the next
+                # small segment of a client that has left Nagle's algorithm on, by 40 ms.
+                self.socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+        except BlockingIOError:
+            return []
+        except OSError:
+            chunk = b""
+        if not chunk:
+            self.gone = True
+            return []
+        frames = [self._obey(command) for command in self._commands.feed(chunk)]
+        return [frame for frame in frames if frame is not None]
+
+    def write(self, lines: bytes, count: int) -> bool:
+        """Send `count` whole lines, now or later; False where they had to be dropped."""
+        if len(self._waiting) + len(lines) > WRITE_BUFFER_BYTES:
+            self.dropped += count
+            return False
+        self._waiting += lines
+        if self._silent_until is None:
+            self.flush()
+        return True
+
+    def flush(self) -> None:
+        """Write what waits, as much as the socket takes."""
+        try:
+            del self._waiting[: self.socket.send(self._waiting)]
+        except BlockingIOError:
+            pass
+        except OSError:
+            self.gone = True
+
+    def speak_up(self) -> None:
+        """End the pause after the handshake and write what has been held back."""
+        self._silent_until = None
+        if self._waiting:
+            self.flush()
+
+    def close(self) -> None:
+        """Close the socket; what was still to be written is lost with the client."""
+        self.gone = True
+        self._waiting.clear()
+        self.socket.close()
+
+    def _obey(self, command: bytes) -> Frame | None:
+        if not self.raw:
+            self._shake_hands(command)
+            return None
+        if self._silent_until is not None:
+            self.speak_up()
+        frame = socketcand.parse_send(command)
+        if frame is None:
+            self.ignored += 1
+        return frame
+
+    def _shake_hands(self, command: bytes) -> None:
+        words = command.decode("ascii", "replace").split()
+        if words == ["open", self._channel]:
+            self._opened = True
+            self._reply(socketcand.OK)
+        elif words == ["rawmode"] and self._opened:
+            self.raw = True
+            self._silent_until = time.monotonic() + HANDSHAKE_PAUSE_S
+            self._reply(socketcand.OK)
+        elif words == ["echo"]:
+            self._reply(socketcand.ECHO)
+        else:
+            self.ignored += 1
+            self._reply(socketcand.format_error(f"only open {self._channel}, then rawmode"))
+
+    def _reply(self, line: bytes) -> None:
+        # Each in a segment of its own; one that does not fit tells of a peer that never reads.
+        try:
+            self.gone |= self.socket.send(line) < len(line)
+        except OSError:
+            self.gone = True

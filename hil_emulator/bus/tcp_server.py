@@ -1,0 +1,218 @@
+"""A CAN bus over TCP for machines whose kernel has none: python-can's `socketcand_server`.
+
+The bus *is* the server: whoever polls it for frames also serves its clients. There is no thread.
+Every frame a client sends reaches the owner of the bus and all other clients, as on a wire.
+Stock clients connect with `can.Bus(interface="socketcand", host=..., port=..., channel=...)`.
+"""
+
+import selectors
+import socket
+import sys
+import time
+from collections import deque
+from collections.abc import Iterable
+from typing import cast
+
+import can
+from can.typechecking import CanFilters
+
+from hil_emulator.bus import socketcand
+from hil_emulator.bus.tcp_connection import Connection
+from hil_emulator.frame import Frame
+
+DEFAULT_PORT = 29536  # socketcand's registered TCP port
+MAX_CLIENTS = 16  # assumed
+
+
+class SocketcandServerBus(can.BusABC):
+    """A python-can bus whose other nodes are TCP clients speaking socketcand.
+
+    To be used from one thread. Nothing moves between calls: poll it with `recv(0)` in a loop.
+
+    Args:
+        channel: the name clients have to open.
+        host: address to listen on; nothing listens beyond it.
+        port: TCP port, 0 for any free one.
+        can_filters: as for every python-can bus.
+        **kwargs: further settings common to python-can's buses.
+
+    Attributes:
+        host: the address in use.
+        port: the port in use.
+        dropped: frames lost to clients that did not read them, each client counting.
+        ignored: commands of clients that made no sense.
+
+    Raises:
+        can.CanInitializationError: where address and port cannot be listened on.
+
+    """
+
+    def __init__(
+        self,
+        channel: str = "can0",
+        host: str = "127.0.0.1",
+        port: int = DEFAULT_PORT,
+        can_filters: CanFilters | None = None,
+        **kwargs: object,
+    ) -> None:
+        self._listener = _listen(host, port)
+        self.host: str
+        self.port: int
+        self.host, self.port = self._listener.getsockname()[:2]
+        self.channel = channel
+        self.channel_info = f"socketcand server for {channel} on {self.host}:{self.port}"
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._listener, selectors.EVENT_READ)
+        self._clients: tuple[Connection, ...] = ()
+        self._silent: list[Connection] = []  # those in the pause after their handshake
+        self._inbox: deque[Frame] = deque()
+        self._lost = 0
+        self._senseless = 0
+        super().__init__(channel=channel, can_filters=can_filters, **kwargs)
+
+    @property
+    def clients(self) -> int:
+        """Clients connected at present, whether they have finished their handshake or not."""
+        return len(self._clients)
+
+    @property
+    def dropped(self) -> int:
+        """Frames lost to clients that did not read them, each client counting."""
+        return self._lost + sum(client.dropped for client in self._clients)
+
+    @property
+    def ignored(self) -> int:
+        """Commands of clients that made no sense."""
+        return self._senseless + sum(client.ignored for client in self._clients)
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Send a frame to all clients; never waits, whatever `timeout`.
+
+        Raises:
+            can.CanOperationError: for a frame the protocol cannot carry (remote, error, CAN FD),
+                or where a client that does not read has lost it.
+
+        """
+        if msg.is_remote_frame or msg.is_error_frame or msg.is_fd:
+            raise can.CanOperationError("socketcand carries classical data frames only")
+        frame = Frame(msg.arbitration_id, bytes(msg.data), extended=msg.is_extended_id)
+        if not self._tell([frame], self._clients):
+            raise can.CanOperationError("a client that does not read has lost this frame")
+
+    def shutdown(self) -> None:
+        """Close the port and all connections; harmless when repeated."""
+        super().shutdown()
+        for client in self._clients:
+            client.close()
+        self._clients = ()
+        self._listener.close()
+        self._selector.close()
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._inbox:
+            self._poll(timeout)
+            if not self._inbox:
+                return None, False
+        frame = self._inbox.popleft()
+        message = can.Message(
+            timestamp=time.time(),
+            arbitration_id=frame.can_id,
+            is_extended_id=frame.extended,
+            channel=self.channel,
+            data=frame.data,
+        )
+        return message, False
+
+    def _poll(self, timeout: float | None) -> None:
+        """Serve every socket that is ready, once; wait up to `timeout` [s] for the first."""
+        if self._silent:
+            timeout = self._end_pauses(timeout)
+        for key, events in self._selector.select(timeout):
+            client = cast("Connection | None", key.data)
+            if client is None:
+                self._accept()
+                continue
+            if events & selectors.EVENT_WRITE:
+                client.flush()
+            if events & selectors.EVENT_READ and not client.gone:
+                self._read(client)
+            self._watch(client)
+
+    def _accept(self) -> None:
+        try:
+            sock, _ = self._listener.accept()
+        except OSError:  # it has gone again
+            return
+        if len(self._clients) >= MAX_CLIENTS:
+            sock.setblocking(False)
+            sock.send(socketcand.format_error(f"{MAX_CLIENTS} clients are connected already"))
+            sock.close()
+            return
+        client = Connection(sock, self.channel)
+        self._selector.register(sock, selectors.EVENT_READ, client)
+        self._clients += (client,)
+        self._watch(client)
+
+    def _read(self, client: Connection) -> None:
+        was_raw = client.raw
+        frames = client.read()
+        if client.raw and not was_raw:
+            self._silent.append(client)
+        if frames:
+            self._inbox.extend(frames)
+            self._tell(frames, (other for other in self._clients if other is not client))
+
+    def _tell(self, frames: list[Frame], clients: Iterable[Connection]) -> bool:
+        """Send `frames` to those of `clients` that are in raw mode; False where one lost them."""
+        now = time.time()
+        lines = b"".join([socketcand.format_frame(frame, now) for frame in frames])
+        complete = True
+        for client in clients:
+            if client.raw and not client.gone:
+                complete &= client.write(lines, len(frames))
+                if client.gone or client.wants_to_write:
+                    self._watch(client)
+        return complete
+
+    def _watch(self, client: Connection) -> None:
+        """Forget a client that has vanished; watch the others for what they are waiting for."""
+        if client not in self._clients:
+            return
+        if client.gone:
+            self._clients = tuple(other for other in self._clients if other is not client)
+            self._lost += client.dropped
+            self._senseless += client.ignored
+            self._selector.unregister(client.socket)
+            client.close()
+            return
+        events = selectors.EVENT_READ
+        if client.wants_to_write:
+            events |= selectors.EVENT_WRITE
+        if self._selector.get_key(client.socket).events != events:
+            self._selector.modify(client.socket, events, client)
+
+    def _end_pauses(self, timeout: float | None) -> float | None:
+        """Let clients speak whose pause is over; return the time [s] until the next one's end."""
+        now = time.monotonic()
+        for client in self._silent:
+            until = client.silent_until
+            if until is not None and until <= now and not client.gone:
+                client.speak_up()
+                self._watch(client)
+        self._silent = [c for c in self._silent if c.silent_until is not None and not c.gone]
+        ends = [until - now for c in self._silent if (until := c.silent_until) is not None]
+        return min(ends + ([] if timeout is None else [timeout]), default=timeout)
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if sys.platform != "win32":  # where it means: share the port with a stranger
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((host, port))
+        listener.listen(MAX_CLIENTS)
+        listener.setblocking(False)
+    except (OSError, OverflowError) as error:
+        listener.close()
+        raise can.CanInitializationError(f"cannot listen on {host}:{port}: {error}") from error
+    return listener

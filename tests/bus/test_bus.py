@@ -1,0 +1,110 @@
+"""What is true of `Bus` on python-can's virtual bus; test_contract.py says what all buses share."""
+
+from collections.abc import Iterator
+
+import can
+import pytest
+
+from hil_emulator.bus.bus import RECEIVE_LIMIT, Bus
+from hil_emulator.frame import Frame
+
+
+@pytest.fixture
+def bus() -> Iterator[Bus]:
+    """Yield a bus that nobody else is on."""
+    with Bus({"interface": "virtual", "channel": "test_bus"}) as bus:
+        yield bus
+
+
+@pytest.fixture
+def peer() -> Iterator[can.BusABC]:
+    """Yield a stock python-can node on the same wire."""
+    with can.Bus(interface="virtual", channel="test_bus") as peer:
+        yield peer
+
+
+def test_a_bus_without_other_nodes_is_silent(bus: Bus) -> None:
+    """Nothing arrives, nothing is lost, and what one sends oneself does not come back."""
+    bus.send([Frame(0x701, b"\x00")])
+    assert bus.receive() == []
+    assert (bus.sent, bus.received, bus.dropped) == (1, 0, 0)
+
+
+def test_one_receive_is_bounded_and_loses_nothing(bus: Bus, peer: can.BusABC) -> None:
+    """A flood is handed on in portions, in order."""
+    flood = 2 * RECEIVE_LIMIT + 1
+    for number in range(flood):
+        peer.send(can.Message(arbitration_id=number, is_extended_id=False))
+    portions = [bus.receive() for _ in range(4)]
+    assert [len(portion) for portion in portions] == [RECEIVE_LIMIT, RECEIVE_LIMIT, 1, 0]
+    assert [frame.can_id for portion in portions for frame in portion] == list(range(flood))
+
+
+def test_frames_given_back_come_first(bus: Bus, peer: can.BusABC) -> None:
+    """`unread` restores the order of arrival and does not count a frame twice."""
+    for number in range(3):
+        peer.send(can.Message(arbitration_id=number, is_extended_id=False))
+    first = bus.receive()
+    peer.send(can.Message(arbitration_id=3, is_extended_id=False))
+    bus.unread(first[1:])
+    assert [frame.can_id for frame in bus.receive()] == [1, 2, 3]
+    assert bus.received == 4
+
+
+def test_waiting_keeps_what_arrived(bus: Bus, peer: can.BusABC) -> None:
+    """`wait` tells that a frame is there and leaves it to `receive`."""
+    peer.send(can.Message(arbitration_id=0x80, is_extended_id=False))
+    assert bus.wait(5.0)
+    assert bus.wait(0.0)
+    assert bus.receive() == [Frame(0x80)]
+    assert not bus.wait(0.0)
+
+
+def test_errors_on_the_wire_are_counted_and_not_handed_on(bus: Bus, peer: can.BusABC) -> None:
+    """Error frames and CAN FD frames, errors to a classical controller, never reach the device."""
+    peer.send(can.Message(is_error_frame=True))
+    peer.send(can.Message(arbitration_id=1, is_fd=True, data=bytes(12)))
+    peer.send(can.Message(arbitration_id=2, is_extended_id=False))
+    assert bus.receive() == [Frame(2)]
+    assert (bus.error_frames, bus.received) == (2, 1)
+
+
+def test_an_error_frame_does_not_end_a_wait(bus: Bus, peer: can.BusABC) -> None:
+    """Only a frame one can receive is an arrival."""
+    peer.send(can.Message(is_error_frame=True))
+    assert not bus.wait(0.0)
+    peer.send(can.Message(is_error_frame=True))
+    peer.send(can.Message(arbitration_id=2, is_extended_id=False))
+    assert bus.wait(5.0)
+
+
+def test_a_full_receiver_does_not_stop_the_sender(bus: Bus) -> None:
+    """Where a node's queue is full the frame is dropped and counted, and the next one tried."""
+    with can.Bus(interface="virtual", channel="test_bus", rx_queue_size=1) as narrow:
+        bus.send([Frame(1), Frame(2)])
+        assert (bus.sent, bus.dropped) == (1, 1)
+        assert narrow.recv(0) is not None
+        bus.send([Frame(3)])
+        assert (bus.sent, bus.dropped) == (2, 1)
+
+
+def test_receivers_do_not_share_a_frame(bus: Bus, peer: can.BusABC) -> None:
+    """What one node does to a message it received is nothing to the others."""
+    with can.Bus(interface="virtual", channel="test_bus") as third:
+        bus.send([Frame(0x181, b"\x01\x02")])
+        mine, other = peer.recv(5.0), third.recv(5.0)
+        assert mine is not None
+        assert other is not None
+        mine.data[0] = 0xFF
+        assert other.data == b"\x01\x02"
+        assert isinstance(other.data, bytearray)
+
+
+def test_a_closed_bus_is_left(bus: Bus, peer: can.BusABC) -> None:
+    """Closing twice is harmless, and a closed bus reads nothing and drops what it is given."""
+    bus.close()
+    bus.close()
+    peer.send(can.Message(arbitration_id=1))
+    assert bus.receive() == []
+    bus.send([Frame(1)])
+    assert (bus.read_errors, bus.dropped) == (1, 1)
