@@ -13,8 +13,17 @@ from typing import Any
 
 from hil_emulator.model.declare import Param, Quantity
 from hil_emulator.model.stages import (
-    command, cross_leakage, friction, inertia, load, metering, oil, outward_leakage, spool, stop,
-)  # fmt: skip
+    command,
+    cross_leakage,
+    friction,
+    inertia,
+    load,
+    metering,
+    oil,
+    outward_leakage,
+    spool,
+    stop,
+)
 
 PARAMS: dict[str, tuple[Param, ...]] = {
     "supply": (

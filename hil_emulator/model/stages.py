@@ -2,49 +2,93 @@
 
 from hil_emulator.model.declare import Stage
 
-command = Stage("command", "valve", ("current",), "current that drives the spool", "A", "chain")
-spool = Stage("spool", "valve", ("spool_speed",), "speed of the spool", "A/s", "chain")
+command = Stage(
+    name="command",
+    table="valve",
+    takes=("current",),
+    gives="current that drives the spool",
+    unit="A",
+    compose="chain",
+)
+spool = Stage(
+    name="spool",
+    table="valve",
+    takes=("spool_speed",),
+    gives="speed of the spool",
+    unit="A/s",
+    compose="chain",
+)
 metering = Stage(
-    "metering", "valve", ("opening", "spool_position"), "opening of one metering edge", "A", "chain"
+    name="metering",
+    table="valve",
+    takes=("opening", "spool_position"),
+    gives="opening of one metering edge",
+    unit="A",
+    compose="chain",
 )
 cross_leakage = Stage(
-    "cross_leakage", "cylinder", ("pressure_a", "pressure_b"), "flow from a to b", "m^3/s", "sum"
+    name="cross_leakage",
+    table="cylinder",
+    takes=("pressure_a", "pressure_b"),
+    gives="flow from chamber a to b",
+    unit="m^3/s",
+    compose="sum",
 )
 outward_leakage = Stage(
-    "outward_leakage", "cylinder", ("pressure",), "flow from one chamber outwards", "m^3/s", "sum"
+    name="outward_leakage",
+    table="cylinder",
+    takes=("pressure",),
+    gives="flow from one chamber outwards",
+    unit="m^3/s",
+    compose="sum",
 )
 oil = Stage(
-    "oil", "oil", ("bulk_modulus", "pressure"), "effective bulk modulus of a chamber", "Pa", "chain"
+    name="oil",
+    table="oil",
+    takes=("bulk_modulus", "pressure"),
+    gives="effective bulk modulus in a chamber",
+    unit="Pa",
+    compose="chain",
 )
 friction = Stage(
-    "friction",
-    "friction",
-    ("velocity", "position", "pressure_a", "pressure_b"),
-    "friction force of the seals, against the motion",
-    "N",
-    "sum",
+    name="friction",
+    table="friction",
+    takes=("velocity", "position", "pressure_a", "pressure_b"),
+    gives="friction force of the seals, against the motion",
+    unit="N",
+    compose="sum",
 )
 stop = Stage(
-    "stop",
-    "cylinder",
-    ("position", "velocity"),
-    "force of the cylinder's ends on the rod",
-    "N",
-    "sum",
+    name="stop",
+    table="cylinder",
+    takes=("position", "velocity"),
+    gives="force of the cylinder's ends on the rod",
+    unit="N",
+    compose="sum",
 )
 inertia = Stage(
-    "inertia", "cylinder", ("position",), "mass that moves ahead of the load cell", "kg", "sum"
+    name="inertia",
+    table="cylinder",
+    takes=("position",),
+    gives="mass that moves ahead of the load cell",
+    unit="kg",
+    compose="sum",
 )
 load = Stage(
-    "load",
-    "load",
-    ("position", "velocity"),
-    "force of the surroundings against the load",
-    "N",
-    "sum",
+    name="load",
+    table="load",
+    takes=("position", "velocity"),
+    gives="force of the surroundings against the load",
+    unit="N",
+    compose="sum",
 )
 transducer = Stage(
-    "transducer", "sensors", ("reading", "period", "normal"), "reading of one channel", "", "chain"
+    name="transducer",
+    table="sensors",
+    takes=("reading", "period", "normal"),
+    gives="reading of one channel",
+    unit="span",
+    compose="chain",
 )
 
 CONTINUOUS = (

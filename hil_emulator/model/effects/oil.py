@@ -30,7 +30,7 @@ def entrained_air(
     high pressure and to k p towards vacuum, so that a pressure cannot become negative.
     """
     p = max(pressure, PRESSURE_FLOOR)
-    gas = fraction * (ATMOSPHERE / p) ** (1.0 / polytropic_exponent)
+    gas: float = fraction * (ATMOSPHERE / p) ** (1.0 / polytropic_exponent)
     return bulk_modulus * (1.0 + gas) / (1.0 + gas * bulk_modulus / (polytropic_exponent * p))
 
 
