@@ -1,0 +1,213 @@
+"""The seam between physics and dictionary: which object shows what.
+
+Three sources feed objects: a sensor channel of the same name, the device itself (`INTERNAL`),
+or, for a plain writable object, whoever writes it. Set points go the other way.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
+from hil_emulator.device.entry import Entry
+from hil_emulator.device.measured import Measured
+from hil_emulator.errors import UserError
+
+SAMPLE_COUNTER = "sample_counter"
+SAMPLE_TIME = "sample_time"
+INTERNAL = (SAMPLE_COUNTER, SAMPLE_TIME)
+"""Objects the device itself feeds, by ParameterName."""
+
+SAFE_SUFFIX = "_safe"
+"""The object `<command>_safe`, where the EDS has one, holds the command's safe value."""
+
+MAX_CHANNELS = 0x10000 - ErrorCode.SENSOR_OVERRANGE
+"""Each channel has an emergency code of its own."""
+
+
+class Sensors:
+    """Turns each tick's sample into object values and range errors.
+
+    Args:
+        dictionary: the node's dictionary.
+        channels: names of the channels, in the order of `Measured`.
+        emergency: told of channels that leave their range.
+
+    Attributes:
+        sources: by (index, sub-index) of every bound object, what feeds it.
+
+    Raises:
+        UserError: a channel's name is not unique in the dictionary, its object is not a
+            number, or there are more channels than emergency codes.
+
+    """
+
+    def __init__(
+        self, dictionary: Dictionary, channels: Sequence[str], emergency: Emergency
+    ) -> None:
+        if len(channels) > MAX_CHANNELS:
+            raise UserError(f"{len(channels)} channels, but at most {MAX_CHANNELS} are possible")
+        self.sources: dict[tuple[int, int], str] = {}
+        self._emergency = emergency
+        self._inside = [0] * len(channels)
+        self._overrange = self._inside
+        self._ticks = 0
+        self._integers: list[tuple[int, Entry, float, int, int]] = []
+        self._reals: list[tuple[int, Entry, float, float, float]] = []
+        for position, name in enumerate(channels):
+            entry = _numeric(dictionary, name)
+            if entry is not None:
+                self._bind(position, entry)
+        self._counter = self._internal(dictionary, SAMPLE_COUNTER)
+        self._time = self._internal(dictionary, SAMPLE_TIME)
+
+    def reset(self) -> None:
+        """Report ranges anew, after the error memory was cleared."""
+        self._overrange = self._inside
+
+    def sample(self, now_ns: int, measured: Measured) -> None:
+        """Bring every bound object up to date.
+
+        An integer object holds round(SI / factor), saturated to its type; a value that is no
+        number shows as the type's lowest.
+        """
+        values = measured.values
+        for position, entry, factor, low, high in self._integers:
+            raw = values[position] / factor
+            entry.value = round(raw) if low <= raw <= high else high if raw > high else low
+        for position, entry, factor, least, most in self._reals:
+            real = values[position] / factor
+            entry.value = real if least <= real <= most else most if real > most else least
+        if self._counter is not None:
+            self._counter[0].value = self._ticks & self._counter[1]
+        if self._time is not None:
+            self._time[0].value = now_ns // 1000 & self._time[1]
+        self._ticks += 1
+
+    def check_ranges(self, overrange: list[int]) -> None:
+        """Raise and clear the range error of each channel that crossed an end of its range."""
+        if overrange == self._overrange:
+            return
+        for position, direction in enumerate(overrange):
+            if direction:
+                self._emergency.raise_error(
+                    ("overrange", position),
+                    ErrorCode.SENSOR_OVERRANGE + position,
+                    ErrorBit.MANUFACTURER,
+                    bytes([position, direction & 0xFF]),
+                )
+            else:
+                self._emergency.clear(("overrange", position))
+        self._overrange = list(overrange)
+
+    def _bind(self, position: int, entry: Entry) -> None:
+        kind = entry.type
+        self.sources[entry.index, entry.subindex] = f"channel {entry.name}"
+        if kind.kind == "real":
+            self._reals.append((position, entry, entry.factor, kind.low, kind.high))
+        else:
+            low, high = int(kind.low), int(kind.high)
+            self._integers.append((position, entry, entry.factor, low, high))
+
+    def _internal(self, dictionary: Dictionary, name: str) -> tuple[Entry, int] | None:
+        """Return a device-internal object and the mask it wraps around with."""
+        entry = _numeric(dictionary, name)
+        if entry is None or entry.type.kind != "integer":
+            return None
+        self.sources[entry.index, entry.subindex] = "device"
+        return entry, int(entry.type.high)
+
+
+class SetPoints:
+    """The commands in force: what the bus asks for, or the safe value.
+
+    A set point object shows the safe value from when its command falls back to it until the bus
+    writes the object again. Outside OPERATIONAL the safe values are in force in any case: what
+    an SDO writes there waits for the start of the node.
+
+    Args:
+        dictionary: the node's dictionary.
+        commands: safe value in SI by the name of each command.
+
+    Attributes:
+        sources: by (index, sub-index) of every set point, what it commands.
+        stale: whether a value changed since the commands in force were last computed.
+
+    Raises:
+        UserError: a command has no object an RPDO may carry, or its safe value is beyond the
+            object's limits.
+
+    """
+
+    def __init__(self, dictionary: Dictionary, commands: Mapping[str, float]) -> None:
+        self.sources: dict[tuple[int, int], str] = {}
+        self.stale = True
+        self._objects: list[tuple[str, Entry, Entry]] = []
+        self._safe: set[Entry] = set()
+        for name, safe in commands.items():
+            entry = _numeric(dictionary, name)
+            if entry is None or not entry.receivable:
+                raise UserError(
+                    f"{dictionary.source} has no RPDO-mappable object {name!r} for the command "
+                    "of this name; add one with PDOMapping=1 and AccessType=rww"
+                )
+            holder = _numeric(dictionary, name + SAFE_SUFFIX) or _unlisted(entry)
+            for target in (entry, holder):
+                dictionary.set_default(target, raw_value(target, safe))
+            self.sources[holder.index, holder.subindex] = f"safe value of {name}"
+            self.sources[entry.index, entry.subindex] = f"command {name}"
+            self._objects.append((name, entry, holder))
+            for target in (entry, holder):
+                dictionary.watch(target.index, self)
+        self.fall_back()
+
+    def fall_back(self, only: Sequence[Entry] | None = None) -> None:
+        """Put the safe value into the set points (those among `only`, where given)."""
+        self.stale = True
+        for _, entry, holder in self._objects:
+            if only is None or entry in only:
+                entry.value = raw_value(entry, holder.value * holder.factor)
+                self._safe.add(entry)
+
+    def written(self, entries: Sequence[Entry]) -> None:
+        """Take note that an RPDO has put values into these objects."""
+        self.stale = True
+        if self._safe:
+            self._safe.difference_update(entries)
+
+    def in_force(self, *, operational: bool) -> dict[str, float]:
+        """Return the value of every command in SI."""
+        self.stale = False
+        if operational:
+            return {name: entry.value * entry.factor for name, entry, _ in self._objects}
+        return {name: safe.value * safe.factor for name, _, safe in self._objects}
+
+    def check(self, entry: Entry, value: Any) -> None:
+        """Accept any value within the object's limits."""
+
+    def changed(self, entry: Entry) -> None:
+        """Let a set point written by SDO leave its safe value, and a new safe value act."""
+        self.written([entry])
+        self.fall_back([e for _, e, safe in self._objects if safe is entry and e in self._safe])
+
+
+def raw_value(entry: Entry, physical: float) -> float:
+    """Return a value in SI as the object's digits."""
+    raw = physical / entry.factor
+    return round(raw) if entry.type.kind == "integer" else raw
+
+
+def _unlisted(entry: Entry) -> Entry:
+    """Return a holder for the safe value of a set point whose EDS offers no object for it."""
+    return Entry(
+        entry.index, entry.subindex, entry.name, entry.type, unit=entry.unit, factor=entry.factor
+    )
+
+
+def _numeric(dictionary: Dictionary, name: str) -> Entry | None:
+    entry = dictionary.named(name)
+    if entry is not None and not entry.type.numeric:
+        raise UserError(
+            f"{dictionary.source} {entry.where} {name}: a {entry.type.name} cannot hold a number"
+        )
+    return entry

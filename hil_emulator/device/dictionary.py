@@ -1,0 +1,186 @@
+"""The object dictionary of one node: one value per object, and the rules of access to it."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, Protocol
+
+from hil_emulator.device import eds
+from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.entry import Entry
+from hil_emulator.errors import UserError
+
+COMMUNICATION_OBJECTS = range(0x1000, 0x2000)
+"""What NMT reset communication reloads (CiA 301 7.3.2.2.1)."""
+
+ALL_OBJECTS = range(0x1000, 0x10000)
+"""What NMT reset node reloads."""
+
+LAST_DUMMY = 0x0007
+"""Indices 1 to 7 name data types; an RPDO may map them to skip bytes (CiA 301 7.4.7)."""
+
+
+class Watcher(Protocol):
+    """A service that owns an object: it may refuse a new value and hears of a change."""
+
+    def check(self, entry: Entry, value: Any) -> None:
+        """Raise `SdoAbort` to refuse `value`; called before it is stored."""
+
+    def changed(self, entry: Entry) -> None:
+        """Take note that `entry` has been written."""
+
+
+class Dictionary:
+    """Object dictionary of one node: types, limits, access, and one current value per object.
+
+    Args:
+        entries: every object; indices 1 to 7 are taken as the dummies an RPDO may map.
+        node_id: the node's number, 1 to 127.
+        source: where the entries come from, for messages.
+
+    Raises:
+        UserError: the node id is outside 1 to 127.
+
+    """
+
+    def __init__(self, entries: Iterable[Entry], node_id: int, source: str = "dictionary") -> None:
+        if not 1 <= node_id <= 127:
+            raise UserError(f"node id {node_id} is outside 1 to 127 (CiA 301 7.3.5)")
+        self.node_id = node_id
+        self.source = source
+        self._entries: dict[tuple[int, int], Entry] = {}
+        self._dummies: dict[int, Entry] = {}
+        self._indices: set[int] = set()
+        self._watchers: dict[int, Watcher] = {}
+        for entry in entries:
+            if entry.index <= LAST_DUMMY:
+                self._dummies[entry.index] = entry
+            else:
+                self._entries[entry.index, entry.subindex] = entry
+                self._indices.add(entry.index)
+
+    @classmethod
+    def from_eds(cls, path: Path, node_id: int) -> "Dictionary":
+        """Read an EDS or DCF.
+
+        Raises:
+            UserError: the node id is outside 1 to 127, or the file is missing, is not an EDS,
+                describes an object twice or lacks 0x1000, 0x1001 or 0x1018.
+
+        """
+        if not 1 <= node_id <= 127:
+            raise UserError(f"node id {node_id} is outside 1 to 127 (CiA 301 7.3.5)")
+        return cls(eds.load(Path(path), node_id), node_id, str(path))
+
+    def __iter__(self) -> Iterator[Entry]:
+        return iter(self._entries.values())
+
+    def __contains__(self, index: object) -> bool:
+        return index in self._indices
+
+    def get(self, index: int, subindex: int = 0) -> Entry | None:
+        """Return an entry, or None where the EDS has none."""
+        return self._entries.get((index, subindex))
+
+    def entry(self, index: int, subindex: int = 0) -> Entry:
+        """Return an entry, or raise `SdoAbort` (0602 0000, 0609 0011)."""
+        found = self._entries.get((index, subindex))
+        if found is not None:
+            return found
+        known = index in self._indices
+        raise SdoAbort(AbortCode.NO_SUCH_SUBINDEX if known else AbortCode.NO_SUCH_OBJECT)
+
+    def dummy(self, index: int) -> Entry | None:
+        """Return the dummy entry of a data type, or None where the EDS forbids its use."""
+        return self._dummies.get(index)
+
+    def named(self, name: str) -> Entry | None:
+        """Return the entry with this ParameterName, or None.
+
+        Raises:
+            UserError: several objects have this name.
+
+        """
+        found = [entry for entry in self._entries.values() if entry.name == name]
+        if len(found) > 1:
+            places = ", ".join(entry.where for entry in found)
+            raise UserError(f"{self.source}: ParameterName {name!r} is not unique: {places}")
+        return found[0] if found else None
+
+    def read(self, index: int, subindex: int = 0) -> Any:
+        """Return a value as an SDO client would see it.
+
+        Raises:
+            SdoAbort: 0602 0000, 0609 0011, 0601 0001 for a write-only object, or 0800 0024
+                while there is no data.
+
+        """
+        entry = self.entry(index, subindex)
+        if not entry.readable:
+            raise SdoAbort(AbortCode.WRITE_ONLY)
+        if entry.value is None:
+            raise SdoAbort(AbortCode.NO_DATA)
+        return entry.value
+
+    def write(self, index: int, subindex: int, value: Any) -> None:
+        """Store a value under the rules that bind an SDO client.
+
+        Raises:
+            SdoAbort: no such object, read-only, beyond the limits, or refused by its service.
+
+        """
+        entry = self.writable(index, subindex)
+        entry.check(value)
+        watcher = self._watchers.get(index)
+        if watcher is not None:
+            watcher.check(entry, value)
+        entry.value = value
+        if watcher is not None:
+            watcher.changed(entry)
+
+    def writable(self, index: int, subindex: int) -> Entry:
+        """Return an entry an SDO client may write, or raise `SdoAbort` (0601 0002 and others)."""
+        entry = self.entry(index, subindex)
+        if not entry.writable:
+            raise SdoAbort(AbortCode.READ_ONLY)
+        return entry
+
+    def upload(self, index: int, subindex: int) -> bytes:
+        """Return a value's bytes; raises like `read`."""
+        value = self.read(index, subindex)
+        return self._entries[index, subindex].type.encode(value)
+
+    def download(self, index: int, subindex: int, data: bytes) -> None:
+        """Store a value given as bytes; raises like `write`, and 0607 0012/0013 on length."""
+        self.write(index, subindex, self.writable(index, subindex).type.decode(data))
+
+    def watch(self, index: int, watcher: Watcher) -> None:
+        """Let a service own an object: check each new value, hear of each change."""
+        self._watchers[index] = watcher
+
+    def reset(self, indices: range) -> None:
+        """Reload defaults. The services are told by the node, once all values are in place."""
+        for entry in self._entries.values():
+            if entry.index in indices:
+                entry.value = entry.default
+
+    def set_default(self, where: str | int | Entry, value: Any) -> None:
+        """Set value and default of a variable given by name, by index or itself.
+
+        Raises:
+            UserError: there is no such object, or its type or limits exclude the value.
+
+        """
+        if isinstance(where, Entry):
+            entry: Entry | None = where
+        else:
+            entry = self.named(where) if isinstance(where, str) else self.get(where)
+        if entry is None:
+            shown = where if isinstance(where, str) else f"0x{where:04X}"
+            raise UserError(f"{self.source} has no object {shown}")
+        try:
+            entry.check(value)
+        except SdoAbort as abort:
+            raise UserError(
+                f"{self.source} {entry.where} {entry.name}: {value} is refused, {abort}"
+            ) from None
+        entry.default = entry.value = value

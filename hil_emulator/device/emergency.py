@@ -1,0 +1,155 @@
+"""EMCY producer, error register and error history (CiA 301 7.2.7, 7.5.2.2, 7.5.2.4).
+
+An error is a condition with a key. Raising it sends one EMCY and sets its bit in 0x1001;
+clearing it drops the bit; when the last one is gone the error reset, code 0000, is sent. While
+others remain no message is sent for one that goes (a "may" in CiA 301): a stock master takes
+code 0000 as "everything is fine".
+"""
+
+from collections import deque
+from collections.abc import Hashable
+from enum import IntEnum, IntFlag
+from typing import Any, NamedTuple
+
+from hil_emulator.device import cob_id
+from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.entry import Entry
+from hil_emulator.frame import Frame
+
+ERROR_REGISTER = 0x1001
+ERROR_HISTORY = 0x1003
+EMCY_COB_ID = 0x1014
+EMCY_INHIBIT_TIME = 0x1015
+
+NS_PER_100_US = 100_000
+QUEUE_LENGTH = 64
+"""Messages kept while the inhibit time or STOPPED holds them back; the oldest go (assumed)."""
+
+
+class ErrorCode(IntEnum):
+    """Emergency error codes (CiA 301 table 26)."""
+
+    NONE = 0x0000
+    LIFE_GUARD_OR_HEARTBEAT = 0x8130
+    PDO_TOO_SHORT = 0x8210
+    PDO_TOO_LONG = 0x8220
+    SYNC_LENGTH = 0x8240
+    RPDO_TIMEOUT = 0x8250
+    SENSOR_OVERRANGE = 0xFF10
+    """Device-specific: plus the channel's position. First manufacturer byte: the position,
+    second: 01 above, FF below the range."""
+
+
+class ErrorBit(IntFlag):
+    """Error register (CiA 301 table 48)."""
+
+    GENERIC = 0x01
+    COMMUNICATION = 0x10
+    MANUFACTURER = 0x80
+
+
+class _Error(NamedTuple):
+    code: int
+    bit: int
+    details: bytes
+
+
+class Emergency:
+    """Active errors, their messages and their history."""
+
+    def __init__(self, dictionary: Dictionary, node_id: int) -> None:
+        self._register = dictionary.entry(ERROR_REGISTER)
+        self._cob_id = dictionary.get(EMCY_COB_ID)
+        self._inhibit = dictionary.get(EMCY_INHIBIT_TIME)
+        self._default_cob_id = 0x080 + node_id
+        count = dictionary.get(ERROR_HISTORY)
+        fields = [dictionary.get(ERROR_HISTORY, n) for n in range(1, 255)]
+        self._history = [field for field in fields if field is not None]
+        self._count = count if self._history else None
+        for index in (ERROR_HISTORY, EMCY_COB_ID):
+            dictionary.watch(index, self)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything: after an NMT reset. What still is wrong will be raised again."""
+        self._active: dict[Hashable, _Error] = {}
+        self._queue: deque[bytes] = deque(maxlen=QUEUE_LENGTH)
+        self._free_ns = 0
+        self._register.value = 0
+        self._clear_history()
+
+    def raise_error(self, key: Hashable, code: int, bit: ErrorBit, details: bytes = b"") -> None:
+        """Report a condition; the same condition again is no news.
+
+        Args:
+            key: names the condition until it is cleared.
+            code: emergency error code.
+            bit: its bit in the error register, besides the generic one.
+            details: up to five manufacturer-specific bytes.
+
+        """
+        error = _Error(code, bit | ErrorBit.GENERIC, details)
+        if self._active.get(key) == error:
+            return
+        self._active[key] = error
+        self._update_register()
+        self._record(error)
+        self._send(code, details)
+
+    def clear(self, key: Hashable) -> None:
+        """Report that a condition is gone."""
+        if self._active.pop(key, None) is None:
+            return
+        self._update_register()
+        if not self._active:
+            self._send(ErrorCode.NONE, b"")
+
+    def publish(self, now_ns: int, frames: list[Frame]) -> None:
+        """Append the messages that may be sent now."""
+        while self._queue and now_ns >= self._free_ns:
+            message = self._queue.popleft()
+            number = self._default_cob_id if self._cob_id is None else self._cob_id.value
+            if number & cob_id.INVALID:
+                continue
+            frames.append(Frame(number & cob_id.CAN_ID_MASK, message))
+            if self._inhibit is not None:
+                self._free_ns = now_ns + self._inhibit.value * NS_PER_100_US
+
+    def check(self, entry: Entry, value: Any) -> None:
+        """Allow 0 alone into the history's counter; lock the COB-ID while EMCY exists."""
+        if entry.index == EMCY_COB_ID:
+            cob_id.check_change(entry.value, value)
+        elif value != 0:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+
+    def changed(self, entry: Entry) -> None:
+        """Empty the history when its counter is set to 0."""
+        if entry.index == ERROR_HISTORY:
+            self._clear_history()
+
+    def _send(self, code: int, details: bytes) -> None:
+        head = code.to_bytes(2, "little") + bytes([self._register.value])
+        self._queue.append((head + details).ljust(8, b"\0"))
+
+    def _update_register(self) -> None:
+        register = 0
+        for error in self._active.values():
+            register |= error.bit
+        self._register.value = register
+
+    def _record(self, error: _Error) -> None:
+        """Put the newest error in front: code, and two manufacturer bytes above it."""
+        if self._count is None:
+            return
+        newest = error.code | int.from_bytes(error.details[:2], "little") << 16
+        values = [newest, *(field.value for field in self._history)]
+        for field, value in zip(self._history, values, strict=False):
+            field.value = value
+        self._count.value = min(self._count.value + 1, len(self._history))
+
+    def _clear_history(self) -> None:
+        if self._count is not None:
+            self._count.value = 0
+        for field in self._history:
+            field.value = None  # read as 0800 0024, no data available

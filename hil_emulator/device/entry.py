@@ -1,0 +1,122 @@
+"""One object of the dictionary: its description and its one current value."""
+
+from typing import Any
+
+from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.datatype import DataType
+
+ACCESS_TYPES = frozenset({"ro", "wo", "rw", "rwr", "rww", "const"})
+"""CiA 306 table 9; rwr is a process input (TPDO only), rww a process output (RPDO only)."""
+
+
+class Entry:
+    """One (index, sub-index) of the dictionary.
+
+    Services that need the value every tick keep the entry and read `value`; nobody keeps a
+    second copy, so an SDO and a PDO can never disagree.
+
+    Attributes:
+        index: 16-bit index.
+        subindex: 8-bit sub-index, 0 for a plain variable.
+        name: ParameterName of the EDS.
+        type: data type.
+        access: access type as the EDS has it.
+        mappable: whether the EDS allows it in a PDO.
+        low: smallest value an SDO client may write; None without a limit.
+        high: largest value an SDO client may write; None without a limit.
+        unit: physical unit, "" without one.
+        factor: physical value in `unit` per digit.
+        default: value after a reset.
+        value: an int, float or bytes by data type; None while there is no data to read.
+
+    """
+
+    __slots__ = (
+        "access",
+        "default",
+        "factor",
+        "high",
+        "index",
+        "low",
+        "mappable",
+        "name",
+        "subindex",
+        "type",
+        "unit",
+        "value",
+    )
+
+    def __init__(
+        self,
+        index: int,
+        subindex: int,
+        name: str,
+        data_type: DataType,
+        access: str = "rw",
+        *,
+        default: Any = None,
+        mappable: bool = False,
+        low: float | None = None,
+        high: float | None = None,
+        unit: str = "",
+        factor: float = 1.0,
+    ) -> None:
+        self.index = index
+        self.subindex = subindex
+        self.name = name
+        self.type = data_type
+        self.access = access
+        self.mappable = mappable
+        self.low = low
+        self.high = high
+        self.unit = unit
+        self.factor = factor
+        if default is None:
+            default = 0 if data_type.numeric else b""
+        self.default: Any = default
+        self.value: Any = default
+
+    def __repr__(self) -> str:
+        return f"<Entry {self.where} {self.name!r}>"
+
+    @property
+    def where(self) -> str:
+        """Index and sub-index as people write them, such as 0x1A00:01."""
+        return f"0x{self.index:04X}:{self.subindex:02X}"
+
+    @property
+    def readable(self) -> bool:
+        """Whether an SDO client may read it."""
+        return self.access != "wo"
+
+    @property
+    def writable(self) -> bool:
+        """Whether an SDO client may write it."""
+        return "w" in self.access
+
+    @property
+    def receivable(self) -> bool:
+        """Whether an RPDO may carry it (CiA 306 table 9)."""
+        return self.mappable and self.access in ("rw", "rww", "wo")
+
+    @property
+    def transmittable(self) -> bool:
+        """Whether a TPDO may carry it (CiA 306 table 9)."""
+        return self.mappable and self.access in ("rw", "rwr", "ro", "const")
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Smallest and largest value: the EDS limits where given, else the type's."""
+        low = self.type.low if self.low is None else self.low
+        high = self.type.high if self.high is None else self.high
+        return low, high
+
+    def check(self, value: Any) -> None:
+        """Refuse a number beyond the limits (0609 0031, 0609 0032)."""
+        if not self.type.numeric:
+            return
+        low, high = self.bounds
+        if value > high:
+            raise SdoAbort(AbortCode.VALUE_TOO_HIGH)
+        if value < low:
+            raise SdoAbort(AbortCode.VALUE_TOO_LOW)

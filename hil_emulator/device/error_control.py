@@ -1,0 +1,53 @@
+"""Error control: boot-up and heartbeat (CiA 301 7.2.8.3.2)."""
+
+from typing import Any
+
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.entry import Entry
+from hil_emulator.device.nmt import State
+from hil_emulator.frame import Frame
+
+PRODUCER_HEARTBEAT_TIME = 0x1017
+ERROR_CONTROL_COB_ID = 0x700
+NS_PER_MS = 1_000_000
+
+
+class Heartbeat:
+    """Heartbeat producer, period in 0x1017 in ms; 0 is off.
+
+    The first heartbeat follows one period after boot-up or after a write of the period.
+    """
+
+    def __init__(self, dictionary: Dictionary, node_id: int) -> None:
+        self._can_id = ERROR_CONTROL_COB_ID + node_id
+        self._time = dictionary.get(PRODUCER_HEARTBEAT_TIME)
+        self._restart = True
+        self._next_ns = 0
+        self._period_ns = 0
+        if self._time is not None:
+            dictionary.watch(PRODUCER_HEARTBEAT_TIME, self)
+
+    def boot_up(self, now_ns: int) -> Frame:
+        """Return the boot-up message and start the period."""
+        self._start(now_ns)
+        return Frame(self._can_id, bytes([State.INITIALISING]))
+
+    def publish(self, now_ns: int, state: State, frames: list[Frame]) -> None:
+        """Append a heartbeat where one is due."""
+        if self._restart:
+            self._start(now_ns)
+        if self._period_ns and now_ns >= self._next_ns:
+            frames.append(Frame(self._can_id, bytes([state])))
+            self._next_ns += ((now_ns - self._next_ns) // self._period_ns + 1) * self._period_ns
+
+    def check(self, entry: Entry, value: Any) -> None:
+        """Accept any period."""
+
+    def changed(self, entry: Entry) -> None:
+        """Start a new period."""
+        self._restart = True
+
+    def _start(self, now_ns: int) -> None:
+        self._restart = False
+        self._period_ns = 0 if self._time is None else self._time.value * NS_PER_MS
+        self._next_ns = now_ns + self._period_ns

@@ -1,0 +1,116 @@
+"""What a node shows of itself: which object is bound to what, and what its PDOs carry."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from hil_emulator.device.abort import SdoAbort
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.mapping import resolve
+from hil_emulator.device.pdo import RPDO_MAPPING, TPDO_MAPPING, PdoParameters
+from hil_emulator.errors import UserError
+
+MANUFACTURER_OBJECTS = 0x2000
+"""Below this index the device's own services feed every object (CiA 301 table 42)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """One row of the binding table."""
+
+    index: int
+    subindex: int
+    name: str
+    type: str
+    unit: str
+    factor: float
+    bound_to: str
+
+
+class PdoRow(NamedTuple):
+    """One PDO as it is configured now; `entries` is empty while it does not exist."""
+
+    name: str
+    can_id: int
+    exists: bool
+    transmission_type: int
+    event_timer_ms: int
+    inhibit_us: int
+    size: int
+    entries: tuple[str, ...]
+
+
+def bindings(dictionary: Dictionary, sources: Mapping[tuple[int, int], str]) -> list[Binding]:
+    """Return the table of all objects from 0x2000 on; `bound_to` is "" for those unbound."""
+    return [
+        Binding(
+            entry.index,
+            entry.subindex,
+            entry.name,
+            entry.type.name,
+            entry.unit,
+            entry.factor,
+            sources.get((entry.index, entry.subindex), ""),
+        )
+        for entry in sorted(dictionary, key=lambda entry: (entry.index, entry.subindex))
+        if entry.index >= MANUFACTURER_OBJECTS
+    ]
+
+
+def pdo_row(parameters: PdoParameters) -> PdoRow:
+    """Return a PDO's row of the PDO map."""
+    return PdoRow(
+        parameters.name,
+        parameters.can_id,
+        parameters.exists,
+        parameters.transmission_type,
+        parameters.event_timer_ms,
+        parameters.inhibit_us,
+        parameters.mapping.size,
+        tuple(entry.name for entry in parameters.mapping.entries),
+    )
+
+
+def checked_parameters(dictionary: Dictionary, number: int, *, receive: bool) -> PdoParameters:
+    """Return a PDO's parameters, or refuse a default mapping that cannot be.
+
+    Raises:
+        UserError: names the mapping entry and the object.
+
+    """
+    try:
+        return PdoParameters(dictionary, number, receive=receive)
+    except SdoAbort as abort:
+        refusal = abort
+    first = (RPDO_MAPPING if receive else TPDO_MAPPING) + number - 1
+    for word in [entry for entry in dictionary if entry.index == first and entry.subindex]:
+        try:
+            resolve(dictionary, word.value, receive=receive)
+        except SdoAbort as abort:
+            index, subindex, bits = word.value >> 16, word.value >> 8 & 0xFF, word.value & 0xFF
+            raise UserError(
+                f"{dictionary.source} [{word.index:04X}sub{word.subindex:X}] maps "
+                f"0x{index:04X}:{subindex:02X} with {bits} bits: {abort}; map an object that "
+                "exists, with PDOMapping=1, a fitting AccessType and its own length"
+            ) from None
+    raise UserError(f"{dictionary.source} [{first:04X}]: the default mapping is refused, {refusal}")
+
+
+def check_bound(
+    dictionary: Dictionary, parameters: PdoParameters, sources: Mapping[tuple[int, int], str]
+) -> None:
+    """Refuse a TPDO that would show an object nobody ever gives a value.
+
+    Raises:
+        UserError: names the object and the three ways out.
+
+    """
+    for entry in parameters.mapping.entries:
+        bound = (entry.index, entry.subindex) in sources
+        fed = bound or entry.index < MANUFACTURER_OBJECTS or entry.access not in ("ro", "rwr")
+        if not fed:
+            raise UserError(
+                f"{dictionary.source}: {parameters.name} maps {entry.where} {entry.name!r}, "
+                "which no sensor channel of this name and no device function feeds; rename the "
+                "object to a channel's name, map another one, or make it writable"
+            )

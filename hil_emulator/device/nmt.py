@@ -1,0 +1,44 @@
+"""NMT slave: the node's state and the commands that change it (CiA 301 7.3.2)."""
+
+from enum import IntEnum
+
+NMT_COB_ID = 0x000
+BROADCAST = 0
+
+
+class State(IntEnum):
+    """NMT state, with the number a heartbeat carries (CiA 301 table 37)."""
+
+    INITIALISING = 0
+    STOPPED = 4
+    OPERATIONAL = 5
+    PRE_OPERATIONAL = 127
+
+
+class Command(IntEnum):
+    """NMT command specifier (CiA 301 7.2.8.2.1)."""
+
+    START = 1
+    STOP = 2
+    ENTER_PRE_OPERATIONAL = 128
+    RESET_NODE = 129
+    RESET_COMMUNICATION = 130
+
+
+NEXT_STATE = {
+    Command.START: State.OPERATIONAL,
+    Command.STOP: State.STOPPED,
+    Command.ENTER_PRE_OPERATIONAL: State.PRE_OPERATIONAL,
+    Command.RESET_NODE: State.INITIALISING,
+    Command.RESET_COMMUNICATION: State.INITIALISING,
+}
+
+
+def parse(data: bytes, node_id: int) -> Command | None:
+    """Return the command meant for this node, or None for any other or malformed message."""
+    if len(data) != 2 or data[1] not in (BROADCAST, node_id):
+        return None
+    try:
+        return Command(data[0])
+    except ValueError:
+        return None

@@ -1,0 +1,191 @@
+"""The CANopen node: the services of CiA 301 around one dictionary.
+
+The order of a tick is the contract with the rig: `receive` all frames, move the plant, `publish`
+its sample. Within `publish` frames come in this order, which is that of their priority on a
+bus with the predefined connection set: EMCY, TPDOs by number, SDO answers, error control.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from hil_emulator.device import bus_load, layout, nmt
+from hil_emulator.device.binding import Sensors, SetPoints
+from hil_emulator.device.dictionary import ALL_OBJECTS, COMMUNICATION_OBJECTS, Dictionary
+from hil_emulator.device.emergency import Emergency
+from hil_emulator.device.error_control import PRODUCER_HEARTBEAT_TIME, Heartbeat
+from hil_emulator.device.measured import Measured
+from hil_emulator.device.nmt import Command, State
+from hil_emulator.device.process_data import Handler, ProcessData
+from hil_emulator.device.sdo import SdoServer
+from hil_emulator.device.sync import SyncConsumer
+from hil_emulator.frame import Frame
+
+
+class Node:
+    """A CiA 301 slave: frames, samples and the time in; frames and commands out.
+
+    The first `publish` sends the boot-up message and enters PRE-OPERATIONAL.
+
+    Args:
+        dictionary: the node's dictionary; the node owns it from here on.
+        channels: names of the sensor channels; an object of the same name shows the channel.
+        commands: safe value in SI of each command the plant understands; the object of the
+            same name is its set point.
+
+    Attributes:
+        node_id: 1 to 127.
+        dictionary: as given.
+
+    Raises:
+        UserError: a command has no RPDO-mappable object, a default PDO maps what does not exist
+            or cannot be mapped, or a default TPDO shows an object that nothing feeds.
+
+    """
+
+    def __init__(
+        self, dictionary: Dictionary, channels: Sequence[str], commands: Mapping[str, float]
+    ) -> None:
+        self.node_id = dictionary.node_id
+        self.dictionary = dictionary
+        self._state = State.INITIALISING
+        self._emergency = Emergency(dictionary, self.node_id)
+        self._sensors = Sensors(dictionary, channels, self._emergency)
+        self._set_points = SetPoints(dictionary, commands)
+        self._sources = self._sensors.sources | self._set_points.sources
+        self._sdo = SdoServer(dictionary, self.node_id)
+        self._heartbeat = Heartbeat(dictionary, self.node_id)
+        self._sync = SyncConsumer(dictionary, self._emergency, self._route)
+        self._pdos = ProcessData(
+            dictionary, self._emergency, self._set_points, self._sources, self._route
+        )
+        self._commands = self._set_points.in_force(operational=False)
+        self._route()
+
+    @property
+    def state(self) -> State:
+        """The NMT state."""
+        return self._state
+
+    def receive(self, now_ns: int, frames: Iterable[Frame]) -> Mapping[str, float]:
+        """Take all frames the bus carried since the last tick.
+
+        Args:
+            now_ns: time of this tick, not before that of the last.
+            frames: in the order of their arrival; any frame is allowed.
+
+        Returns:
+            The value in SI of every command, in force from now on.
+
+        """
+        for can_id, data, remote, extended in frames:
+            routes = self._remote_routes if remote else self._routes
+            handlers = routes.get(can_id)
+            if handlers is not None and not extended:
+                for handler in handlers:
+                    handler(now_ns, data)
+        if self._state is State.OPERATIONAL:
+            self._pdos.check_deadlines(now_ns)
+        if self._set_points.stale:
+            operational = self._state is State.OPERATIONAL
+            self._commands = self._set_points.in_force(operational=operational)
+        return self._commands
+
+    def publish(self, now_ns: int, measured: Measured) -> list[Frame]:
+        """Show the tick's sample and return the frames due, in the order they are to be sent.
+
+        Args:
+            now_ns: the same time `receive` got.
+            measured: one value per channel, in the order of the channels' names.
+
+        """
+        self._sensors.sample(now_ns, measured)
+        if self._state is State.INITIALISING:
+            boot_up = self._heartbeat.boot_up(now_ns)
+            self._enter(State.PRE_OPERATIONAL)
+            return [boot_up]
+        frames: list[Frame] = []
+        self._sensors.check_ranges(measured.overrange)
+        if self._state is not State.STOPPED:
+            self._emergency.publish(now_ns, frames)
+            if self._state is State.OPERATIONAL:
+                self._pdos.publish(now_ns, frames)
+            self._sdo.publish(now_ns, frames)
+        self._heartbeat.publish(now_ns, self._state, frames)
+        return frames
+
+    def bindings(self) -> list[layout.Binding]:
+        """Return the table of objects from 0x2000 on and what each is bound to."""
+        return layout.bindings(self.dictionary, self._sources)
+
+    def pdo_map(self) -> list[layout.PdoRow]:
+        """Return the PDOs as they are configured now, RPDOs first."""
+        return [layout.pdo_row(p.parameters) for p in self._pdos.all]
+
+    def bus_load(self, sync_us: int, tick_us: int = 1000) -> float:
+        """Return the worst-case load in bit/s of the node's periodic traffic.
+
+        Args:
+            sync_us: assumed period of SYNC, 0 without SYNC.
+            tick_us: period the node is called with.
+
+        """
+        heartbeat = self.dictionary.get(PRODUCER_HEARTBEAT_TIME)
+        return bus_load.worst_case(
+            [tpdo.parameters for tpdo in self._pdos.tpdos],
+            [rpdo.parameters for rpdo in self._pdos.rpdos],
+            0 if heartbeat is None else heartbeat.value,
+            sync_us,
+            tick_us,
+        )
+
+    # -- NMT ------------------------------------------------------------------------------
+
+    def _on_nmt(self, now_ns: int, data: bytes) -> None:
+        command = nmt.parse(data, self.node_id)
+        if command is None or self._state is State.INITIALISING:
+            return
+        state = nmt.NEXT_STATE[command]
+        if state is State.INITIALISING:
+            self._reset(ALL_OBJECTS if command is Command.RESET_NODE else COMMUNICATION_OBJECTS)
+        elif state is not self._state:
+            self._enter(state)
+
+    def _enter(self, state: State) -> None:
+        if self._state is State.OPERATIONAL:
+            self._pdos.stop()
+        self._state = state
+        self._set_points.stale = True
+        if state is State.STOPPED:
+            self._sdo.reset()
+        if state is State.OPERATIONAL:
+            self._pdos.start()
+        self._route()
+
+    def _reset(self, indices: range) -> None:
+        """Reload defaults; boot-up follows with the next `publish`."""
+        self._enter(State.INITIALISING)
+        self.dictionary.reset(indices)
+        self._set_points.fall_back()
+        self._emergency.reset()
+        self._sensors.reset()
+        self._sdo.reset()
+        self._pdos.reload()
+
+    # -- routes: which service takes which frame in the state the node is in ---------------
+
+    def _route(self) -> None:
+        """Rebuild the routes (states and services: CiA 301 table 38)."""
+        routes: dict[int, list[Handler]] = {}
+        remote: dict[int, list[Handler]] = {}
+        if self._state is not State.INITIALISING:
+            routes[nmt.NMT_COB_ID] = [self._on_nmt]
+        if self._state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
+            routes[self._sdo.request_can_id] = [self._sdo.request]
+            if self._sync.can_id is not None:
+                routes.setdefault(self._sync.can_id, []).append(self._on_sync)
+        if self._state is State.OPERATIONAL:
+            self._pdos.add_routes(routes, remote)
+        self._routes, self._remote_routes = routes, remote
+
+    def _on_sync(self, now_ns: int, data: bytes) -> None:
+        if self._sync.accept(data) and self._state is State.OPERATIONAL:
+            self._pdos.sync()

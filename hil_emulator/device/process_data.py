@@ -1,0 +1,131 @@
+"""All PDOs of a node: who hears SYNC, who falls back, who sends."""
+
+from collections.abc import Callable, Mapping
+
+from hil_emulator.device import pdo
+from hil_emulator.device.binding import SetPoints
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.emergency import Emergency
+from hil_emulator.device.layout import check_bound, checked_parameters
+from hil_emulator.device.rpdo import Rpdo
+from hil_emulator.device.tpdo import Tpdo
+from hil_emulator.frame import Frame
+
+Handler = Callable[[int, bytes], None]
+"""Takes the time in nanoseconds and a frame's data."""
+
+
+class ProcessData:
+    """The node's RPDOs and TPDOs; they live in OPERATIONAL only.
+
+    Args:
+        dictionary: the node's dictionary.
+        emergency: told of PDO errors.
+        set_points: told which of them an RPDO has written or lost.
+        sources: what feeds each object, to refuse a TPDO that shows an object nothing feeds.
+        on_change: called when parameters have changed, as frames may have to go elsewhere.
+
+    Raises:
+        UserError: a default mapping is faulty, or a default TPDO shows an unbound object.
+
+    """
+
+    def __init__(
+        self,
+        dictionary: Dictionary,
+        emergency: Emergency,
+        set_points: SetPoints,
+        sources: Mapping[tuple[int, int], str],
+        on_change: Callable[[], None],
+    ) -> None:
+        self._set_points = set_points
+        self._on_change = on_change
+        self.rpdos: list[Rpdo] = []
+        self.tpdos: list[Tpdo] = []
+        for number in pdo.numbers(dictionary, receive=True):
+            rpdo = Rpdo(checked_parameters(dictionary, number, receive=True), emergency)
+            rpdo.parameters.on_change = self._restarter(rpdo)
+            self.rpdos.append(rpdo)
+        for number in pdo.numbers(dictionary, receive=False):
+            tpdo = Tpdo(checked_parameters(dictionary, number, receive=False))
+            tpdo.parameters.on_change = self._restarter(tpdo)
+            check_bound(dictionary, tpdo.parameters, sources)
+            self.tpdos.append(tpdo)
+        self._active: list[Tpdo] = []
+        self._select()
+
+    @property
+    def all(self) -> list[Rpdo | Tpdo]:
+        """RPDOs and TPDOs by number, RPDOs first."""
+        return [*self.rpdos, *self.tpdos]
+
+    def start(self) -> None:
+        """Enter OPERATIONAL."""
+        for item in self.all:
+            item.start()
+
+    def stop(self) -> None:
+        """Leave OPERATIONAL: every command falls back to its safe value."""
+        for rpdo in self.rpdos:
+            rpdo.stop()
+        self._set_points.fall_back()
+
+    def reload(self) -> None:
+        """Take over the parameters a reset has put into the dictionary."""
+        for item in self.all:
+            item.parameters.load()
+        self._select()
+
+    def sync(self) -> None:
+        """Apply held RPDOs and trigger synchronous TPDOs."""
+        for rpdo in self.rpdos:
+            if rpdo.sync():
+                self._set_points.written(rpdo.parameters.mapping.entries)
+        for tpdo in self._active:
+            tpdo.sync()
+
+    def check_deadlines(self, now_ns: int) -> None:
+        """Let the commands of each RPDO that is overdue fall back."""
+        for rpdo in self.rpdos:
+            if rpdo.expired(now_ns):
+                self._set_points.fall_back(rpdo.parameters.mapping.entries)
+
+    def publish(self, now_ns: int, frames: list[Frame]) -> None:
+        """Append the TPDOs due now, by number."""
+        for tpdo in self._active:
+            tpdo.publish(now_ns, frames)
+
+    def add_routes(self, data: dict[int, list[Handler]], remote: dict[int, list[Handler]]) -> None:
+        """Add which data and remote frames the PDOs take."""
+        for rpdo in self.rpdos:
+            if rpdo.parameters.active:
+                data.setdefault(rpdo.parameters.can_id, []).append(self._receiver(rpdo))
+        for tpdo in self._active:
+            remote.setdefault(tpdo.parameters.can_id, []).append(self._requester(tpdo))
+
+    def _receiver(self, rpdo: Rpdo) -> Handler:
+        entries = rpdo.parameters.mapping.entries
+
+        def receive(now_ns: int, data: bytes) -> None:
+            if rpdo.receive(now_ns, data):
+                self._set_points.written(entries)
+
+        return receive
+
+    @staticmethod
+    def _requester(tpdo: Tpdo) -> Handler:
+        def request(now_ns: int, data: bytes) -> None:
+            tpdo.request()
+
+        return request
+
+    def _restarter(self, item: Rpdo | Tpdo) -> Callable[[], None]:
+        def restart() -> None:
+            item.start()
+            self._select()
+            self._on_change()
+
+        return restart
+
+    def _select(self) -> None:
+        self._active = [tpdo for tpdo in self.tpdos if tpdo.parameters.active]

@@ -1,0 +1,95 @@
+"""RPDO: set points from the bus into the dictionary (CiA 301 7.2.2)."""
+
+from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
+from hil_emulator.device.pdo import SYNC_CYCLIC_MAX, PdoParameters
+
+NS_PER_MS = 1_000_000
+NEVER = 1 << 63
+"""A time, in nanoseconds, that does not come."""
+
+
+class Rpdo:
+    """One receive PDO with length check, SYNC hold and deadline.
+
+    A value beyond its object's limits is saturated to them, as a drive's input stage does; a
+    REAL that is not finite leaves its object unchanged.
+
+    Args:
+        parameters: the PDO's records.
+        emergency: told of wrong lengths and of a missed deadline.
+
+    """
+
+    def __init__(self, parameters: PdoParameters, emergency: Emergency) -> None:
+        self.parameters = parameters
+        self._emergency = emergency
+        self._held: bytes | None = None
+        self._deadline_ns = NEVER
+        self.stop()
+
+    def start(self) -> None:
+        """Begin afresh: on entering OPERATIONAL and after a change of parameters."""
+        self._mapping = self.parameters.mapping
+        self._synchronous = self.parameters.transmission_type <= SYNC_CYCLIC_MAX
+        self._timeout_ns = self.parameters.event_timer_ms * NS_PER_MS
+        self._deadline_ns = NEVER  # monitoring starts with the first reception
+        self._held = None
+        self._targets = [(entry, *entry.bounds) for entry in self._mapping.entries]
+
+    def stop(self) -> None:
+        """Leave OPERATIONAL: nothing held, nothing monitored, no PDO error pending."""
+        self.start()
+        for error in ("length", "deadline"):
+            self._emergency.clear((self.parameters.name, error))
+
+    def receive(self, now_ns: int, data: bytes) -> bool:
+        """Take a frame; return whether objects have new values already."""
+        if not self._check_length(len(data)):
+            return False
+        if self._timeout_ns:
+            self._deadline_ns = now_ns + self._timeout_ns
+            self._emergency.clear((self.parameters.name, "deadline"))
+        if self._synchronous:
+            self._held = data
+            return False
+        self._store(data)
+        return True
+
+    def sync(self) -> bool:
+        """Apply what was received since the last SYNC; return whether there was anything."""
+        if self._held is None:
+            return False
+        self._store(self._held)
+        self._held = None
+        return True
+
+    def expired(self, now_ns: int) -> bool:
+        """Return True once when the deadline passes without a frame (EMCY 0x8250)."""
+        if now_ns < self._deadline_ns:
+            return False
+        self._deadline_ns = NEVER
+        self._emergency.raise_error(
+            (self.parameters.name, "deadline"), ErrorCode.RPDO_TIMEOUT, ErrorBit.COMMUNICATION
+        )
+        return True
+
+    def _store(self, data: bytes) -> None:
+        for (entry, low, high), value in zip(
+            self._targets, self._mapping.unpack(data), strict=True
+        ):
+            if low <= value <= high:
+                entry.value = value
+            elif value == value and abs(value) != float("inf"):
+                entry.value = low if value < low else high
+
+    def _check_length(self, length: int) -> bool:
+        """Raise or clear the length error (7.2.7.1); return whether the data can be used."""
+        key = (self.parameters.name, "length")
+        size = self._mapping.size
+        if length == size:
+            self._emergency.clear(key)
+        elif length < size:
+            self._emergency.raise_error(key, ErrorCode.PDO_TOO_SHORT, ErrorBit.COMMUNICATION)
+        else:
+            self._emergency.raise_error(key, ErrorCode.PDO_TOO_LONG, ErrorBit.COMMUNICATION)
+        return length >= size

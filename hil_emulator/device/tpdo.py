@@ -1,0 +1,117 @@
+"""TPDO: samples from the dictionary onto the bus (CiA 301 7.2.2).
+
+| type | sent |
+|---|---|
+| 0 | at a SYNC, if the data changed since it was last sent |
+| 1 to 240 | at every n-th SYNC |
+| 252 | on a remote frame, with the data of the last SYNC |
+| 253 | on a remote frame, with the data of now |
+| 254, 255 | when the event timer elapses; without one, when the data changed |
+
+The event of 254 (manufacturer-specific) and 255 (device profile) is thus the same here. With an
+event timer, a change of a sampled signal is no event of its own: analogue data change always.
+"""
+
+from hil_emulator.device import cob_id
+from hil_emulator.device.pdo import (
+    EVENT_MANUFACTURER,
+    RTR_SYNC,
+    SYNC_ACYCLIC,
+    SYNC_CYCLIC_MAX,
+    PdoParameters,
+)
+from hil_emulator.device.rpdo import NEVER, NS_PER_MS
+from hil_emulator.frame import Frame
+
+NS_PER_US = 1_000
+UNSTARTED = -1
+"""Stands for the time of the next event until the first tick of the timer's life."""
+
+
+class Tpdo:
+    """One transmit PDO: decides each tick whether it is due, and packs it.
+
+    Args:
+        parameters: the PDO's records.
+
+    """
+
+    def __init__(self, parameters: PdoParameters) -> None:
+        self.parameters = parameters
+        self.start()
+
+    def start(self) -> None:
+        """Begin afresh: on entering OPERATIONAL and after a change of parameters."""
+        parameters = self.parameters
+        self._can_id = parameters.can_id
+        self._mapping = parameters.mapping
+        self._type = kind = parameters.transmission_type
+        self._requests = 0  # transmissions due now, whatever the inhibit time
+        self._event = False  # an event waiting for the inhibit time
+        self._syncs_left = kind
+        self._sync_pending = False
+        self._sampled: bytes | None = None
+        self._last: bytes | None = None
+        self._inhibit_ns = parameters.inhibit_us * NS_PER_US
+        self._free_ns = 0
+        event_driven = kind >= EVENT_MANUFACTURER
+        self._period_ns = parameters.event_timer_ms * NS_PER_MS if event_driven else 0
+        self._next_ns = UNSTARTED if self._period_ns else NEVER
+        self._on_change = event_driven and not self._period_ns
+
+    def sync(self) -> None:
+        """Take note of a SYNC; what it triggers is sent by the next `publish`."""
+        if self._type in (SYNC_ACYCLIC, RTR_SYNC):
+            self._sync_pending = True
+        elif self._type <= SYNC_CYCLIC_MAX:
+            self._syncs_left -= 1
+            if self._syncs_left == 0:
+                self._syncs_left = self._type
+                self._requests += 1
+
+    def request(self) -> None:
+        """Take note of a remote frame, ignored where the COB-ID says no RTR."""
+        if not self.parameters.cob_id & cob_id.NO_RTR:
+            self._requests += 1
+
+    def publish(self, now_ns: int, frames: list[Frame]) -> None:
+        """Append this PDO as often as it is due."""
+        if now_ns >= self._next_ns:
+            self._on_timer(now_ns)
+        if self._on_change and self._mapping.pack() != self._last:
+            self._event = True
+        if self._event and now_ns >= self._free_ns:
+            self._event = False
+            self._free_ns = now_ns + self._inhibit_ns
+            self._requests += 1
+        if self._sync_pending:
+            self._at_sync()
+        if self._requests:
+            self._send(frames)
+
+    def _on_timer(self, now_ns: int) -> None:
+        """Start the event timer, or note its event; it never drifts."""
+        period_ns = self._period_ns
+        if self._next_ns == UNSTARTED:
+            self._next_ns = now_ns + period_ns
+            return
+        self._event = True
+        # A period shorter than a tick fires once per tick.
+        self._next_ns += ((now_ns - self._next_ns) // period_ns + 1) * period_ns
+
+    def _at_sync(self) -> None:
+        self._sync_pending = False
+        data = self._mapping.pack()
+        if self._type == SYNC_ACYCLIC and data != self._last:
+            self._requests += 1
+        self._sampled = data
+
+    def _send(self, frames: list[Frame]) -> None:
+        data = self._mapping.pack()
+        if self._type == RTR_SYNC and self._sampled is not None:
+            data = self._sampled
+        self._last = data
+        frame = Frame(self._can_id, data)
+        for _ in range(self._requests):
+            frames.append(frame)
+        self._requests = 0

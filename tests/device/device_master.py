@@ -1,0 +1,87 @@
+"""What a test may do to a device: a stock master, frames and time, however they travel."""
+
+from pathlib import Path
+
+import canopen
+from simulated_network import NS_PER_MS, SimulatedNetwork
+
+from hil_emulator.device.measured import Measured
+from hil_emulator.frame import Frame
+
+EDS = Path(__file__).parents[2] / "eds" / "hydraulic_actuator.eds"
+NODE_ID = 5
+CHANNELS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
+READINGS = (10.0e6, 2.0e6, 16.0e6, 0.1, 500.0)
+SAFE_CURRENT = 0.001
+
+
+class Master:
+    """What a test may do to a device, whatever lies between: a stock node, frames, time.
+
+    Attributes:
+        network: a `canopen.Network`.
+        remote: the stock `canopen.RemoteNode` of the device.
+        frames: every frame received so far, oldest first.
+
+    """
+
+    def __init__(self, network: SimulatedNetwork) -> None:
+        self.network = network
+        self.remote = network.add_node(NODE_ID, str(EDS))
+
+    @property
+    def frames(self) -> list[Frame]:
+        return [frame for _, frame in self.network.log]
+
+    @property
+    def commands(self) -> dict[str, float]:
+        return self.network.commands
+
+    def times_ms(self, can_id: int) -> list[float]:
+        """Return when frames with this identifier came."""
+        return [ns / NS_PER_MS for ns, frame in self.network.log if frame.can_id == can_id]
+
+    def data(self, can_id: int) -> list[bytes]:
+        """Return the data of all frames with this identifier."""
+        return [frame.data for frame in self.frames if frame.can_id == can_id]
+
+    def forget(self) -> None:
+        """Drop the frames received so far."""
+        self.network.log.clear()
+
+    def run(self, milliseconds: int) -> None:
+        """Let time pass."""
+        for _ in range(milliseconds):
+            self.network.tick()
+
+    def send(
+        self, can_id: int, data: bytes = b"", *, remote: bool = False, extended: bool = False
+    ) -> None:
+        """Put one frame on the bus."""
+        self.network.tick(Frame(can_id, data, remote, extended))
+
+    def measure(
+        self, values: tuple[float, ...] = READINGS, overrange: tuple[int, ...] = (0,) * 5
+    ) -> None:
+        """Set what the sensors report from now on."""
+        self.network.measured = Measured(list(values), list(overrange))
+
+    def nmt(self, command: int, node_id: int = NODE_ID) -> None:
+        """Send an NMT command."""
+        self.send(0x000, bytes([command, node_id]))
+
+    def start(self) -> None:
+        """Bring the device to OPERATIONAL and forget what led there."""
+        self.nmt(1)
+        self.forget()
+
+    def abort_code(self, index: int, subindex: int, data: bytes | None = None) -> int:
+        """Return the code an upload, or a download of `data`, is aborted with; 0 if it is not."""
+        try:
+            if data is None:
+                self.remote.sdo.upload(index, subindex)
+            else:
+                self.remote.sdo.download(index, subindex, data)
+        except canopen.SdoAbortedError as abort:
+            return int(abort.code)
+        return 0

@@ -1,0 +1,56 @@
+"""A stock `canopen` master whose bus is a `Node` in simulated time: no thread, no clock.
+
+`canopen.Network` names `send_message` and `notify` as its override points. Sending a frame here
+lets one tick of the node pass, so the answer to an SDO request is there before the stock client
+looks for it.
+"""
+
+from collections.abc import Sequence
+
+import canopen
+
+from hil_emulator.device.measured import Measured
+from hil_emulator.device.node import Node
+from hil_emulator.frame import Frame
+
+NS_PER_MS = 1_000_000
+
+
+class SimulatedNetwork(canopen.Network):
+    """Carries frames between a stock master and one node, one tick per millisecond.
+
+    Attributes:
+        node: the device under test.
+        measured: what its sensors report from the next tick on.
+        now_ns: time of the next tick.
+        log: every frame the device sent, with its time.
+        commands: the commands in force since the last tick.
+
+    """
+
+    def __init__(self, node: Node, measured: Measured) -> None:
+        super().__init__()
+        self.node = node
+        self.measured = measured
+        self.now_ns = 0
+        self.log: list[tuple[int, Frame]] = []
+        self.commands: dict[str, float] = {}
+
+    def send_message(self, can_id: int, data: Sequence[int] | bytes, remote: bool = False) -> None:
+        """Put one frame of the master on the bus and let a tick pass."""
+        self.tick(Frame(can_id, bytes(data or b""), remote))
+
+    def disconnect(self) -> None:
+        """Nothing to close."""
+
+    def tick(self, *frames: Frame, period_ns: int = NS_PER_MS) -> list[Frame]:
+        """Let one tick pass in which the device receives `frames`; return what it sends."""
+        self.commands = dict(self.node.receive(self.now_ns, frames))
+        answers = self.node.publish(self.now_ns, self.measured)
+        self.log += [(self.now_ns, frame) for frame in answers]
+        stamp = self.now_ns * 1e-9
+        self.now_ns += period_ns
+        for frame in answers:
+            if not frame.remote:
+                self.notify(frame.can_id, bytearray(frame.data), stamp)
+        return answers
