@@ -35,8 +35,8 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               source="public HyQ bench script: 1 bar"),
     ),
     "valve": (
-        Param("gain", "m^3/(s*A*sqrt(Pa))", "valve gain K_v (S1 eq. 3.8)", 6.68e-6, 1e-8, 1e-3,
-              source="7.5 l/min at 10 mA over 70 bar per edge"),
+        Param("gain", "m^3/(s*A*Pa^0.5)", "valve gain K_v (S1 eq. 3.8)", 6.68e-6, 1e-8, 1e-3,
+              source="7.5 l/min at 10 mA over 70 bar, the whole valve"),
         Param("natural_frequency", "Hz", "natural frequency of the spool", 250.0, 1.0, 1000.0,
               source="S1 3.3.1"),
         Param("damping_ratio", "1", "damping ratio of the spool", 0.7, 0.1, 3.0, default=0.7,

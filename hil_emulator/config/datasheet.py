@@ -1,0 +1,41 @@
+"""What data sheets print, turned into what the equations use."""
+
+import math
+
+ALTERNATIVES: dict[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
+    "valve": (
+        (
+            frozenset({"gain"}),
+            frozenset(
+                {"nominal_flow", "rated_current", "pressure_drop_per_edge", "pressure_drop_total"}
+            ),
+        ),
+        (frozenset({"pressure_drop_per_edge"}), frozenset({"pressure_drop_total"})),
+    ),
+    "cylinder": ((frozenset({"piston_area", "area_ratio"}), frozenset({"bore", "rod"})),),
+}
+"""Keys of a table that exclude each other: two ways to say the same thing."""
+
+
+def valve_gain(nominal_flow: float, rated_current: float, drop_per_edge: float) -> float:
+    """Return K_v = q_n / (u_vn sqrt(dp_n1)) [m³/(s A √Pa)] (S1 eq. 3.8).
+
+    Args:
+        nominal_flow: flow at rated current [m³/s].
+        rated_current: rated current [A].
+        drop_per_edge: pressure drop over one metering edge, dp_n1 [Pa]. A data sheet's drop over
+            the whole valve is dp_n2 = 2 dp_n1 (S1 eq. 3.7): taking one for the other is an error
+            of 41 %.
+
+    """
+    return nominal_flow / (rated_current * math.sqrt(drop_per_edge))
+
+
+def piston_area(bore: float) -> float:
+    """Return the cap-side area [m²] of a bore [m]."""
+    return math.pi * bore**2 / 4.0
+
+
+def area_ratio(bore: float, rod: float) -> float:
+    """Return annulus area over piston area of bore and rod diameter [m]."""
+    return 1.0 - (rod / bore) ** 2

@@ -1,0 +1,228 @@
+"""From files to a `Configuration`, or to one message with every mistake in it."""
+
+import hashlib
+import importlib.util
+import json
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from hil_emulator.config import datasheet
+from hil_emulator.config.mistakes import describe
+from hil_emulator.config.schema import plant_tables, schema
+from hil_emulator.config.table import Table
+from hil_emulator.errors import UserError
+from hil_emulator.model.actuator import PARAMS
+from hil_emulator.model.declare import DeclarationError, Effect
+from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.model.stages import transducer
+
+DEFAULT_BUS = {
+    "interface": "socketcand_server",
+    "channel": "can0",
+    "host": "127.0.0.1",
+    "port": 29536,
+}
+"""A TCP server any process can connect to without root; 29536 is socketcand's port."""
+
+
+@dataclass(frozen=True)
+class NodeSettings:
+    """One CANopen node: its ID, the path of its EDS, its safe valve current [A]."""
+
+    id: int
+    eds: Path
+    safe_current: float
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """A whole rig, checked.
+
+    Attributes:
+        tick_ns: period of the loop [ns].
+        step: integration step [s].
+        steps: integration steps per tick.
+        seed: seed of the sensor noise.
+        late: what a late tick means: "count" it or "stop" the run.
+        sync_period_ns: time that one SYNC stands for under the follow-SYNC clock [ns].
+        bus: arguments of `can.Bus`.
+        nodes: the CANopen nodes.
+        effects: the catalogue, with the user's own effects at its end.
+        plant: parameters of the plant by record field, SI.
+        sensors: transducer parameters by channel and record field, SI.
+        digest: digest of what the files say together.
+        files: where it comes from.
+
+    """
+
+    tick_ns: int
+    step: float
+    steps: int
+    seed: int
+    late: str
+    sync_period_ns: int
+    bus: dict[str, Any]
+    nodes: tuple[NodeSettings, ...]
+    effects: tuple[Effect, ...]
+    plant: dict[str, float]
+    sensors: dict[str, dict[str, float]]
+    digest: str
+    files: tuple[Path, ...]
+
+
+def load(files: Sequence[Path]) -> Configuration:
+    """Read and check configuration files, later ones laid over earlier ones.
+
+    Raises:
+        UserError: with every mistake found, each with its place.
+
+    """
+    layers = [(file, _read(file)) for file in files]
+    effects = (*CATALOGUE, *(e for file, layer in layers for e in _own_effects(file, layer)))
+    merged: dict[str, Any] = {}
+    origin: dict[tuple[str, ...], Path] = {}
+    for file, layer in layers:
+        _lay_over(merged, _with_knobs(layer, effects), file, origin)
+    try:
+        checked = schema(effects).model_validate(merged)
+    except ValidationError as error:
+        raise UserError(describe(error, schema(effects), merged, origin, files)) from None
+    return _configuration(checked, merged, effects, origin, files)
+
+
+def _read(file: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UserError(f"{file}: no such file; name an existing configuration (TOML)") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{file}: cannot be read: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{file}: not valid TOML: {error}") from None
+
+
+def _own_effects(file: Path, layer: dict[str, Any]) -> list[Effect]:
+    """Import the effect files that a layer names; each defines a tuple EFFECTS."""
+    table = layer.get("model")
+    named = table.get("effects", []) if isinstance(table, dict) else []
+    found: list[Effect] = []
+    for name in named if isinstance(named, list) else []:
+        path = file.parent / str(name)
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        try:
+            if spec is None or spec.loader is None:
+                raise ImportError("not a Python file")
+            module = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(module)
+            found += module.EFFECTS
+        except (OSError, ImportError, SyntaxError, AttributeError, DeclarationError) as error:
+            raise UserError(
+                f"{file}: model.effects: {path}: {error}; an effect file is Python that declares "
+                "effects and lists them in EFFECTS"
+            ) from None
+    return found
+
+
+def _with_knobs(layer: dict[str, Any], effects: Sequence[Effect]) -> dict[str, Any]:
+    """Write `effect = "value"` out as `effect = {knob = "value"}`."""
+    knobs = {(e.stage.table, e.name): e.knob.name for e in effects}
+
+    def spelt(table: str, content: object) -> object:
+        if not isinstance(content, dict):
+            return content
+        if table == "sensors":
+            return {name: spelt("sensors.", channel) for name, channel in content.items()}
+        place = table.rstrip(".")
+        return {
+            key: {knobs[place, key]: value}
+            if (place, key) in knobs and not isinstance(value, dict)
+            else value
+            for key, value in content.items()
+        }
+
+    return {table: spelt(table, content) for table, content in layer.items()}
+
+
+def _lay_over(
+    below: dict[str, Any], above: dict[str, Any], file: Path, origin: dict[tuple[str, ...], Path],
+    path: tuple[str, ...] = (),
+) -> None:  # fmt: skip
+    """Merge `above` into `below`; a new way to say a thing displaces the old one."""
+    for pair in datasheet.ALTERNATIVES.get(path[0], ()) if len(path) == 1 else ():
+        for new, old in (pair, pair[::-1]):
+            if new & above.keys() and not old & above.keys():
+                for key in old & below.keys():
+                    del below[key]
+    for key, value in above.items():
+        here = (*path, key)
+        origin[here] = file
+        if isinstance(value, dict) and isinstance(below.get(key), dict):
+            _lay_over(below[key], value, file, origin, here)
+        elif isinstance(value, dict):
+            below[key] = {}
+            _lay_over(below[key], value, file, origin, here)
+        else:
+            below[key] = value
+
+
+def _effect_values(table: Table, effects: Sequence[Effect]) -> dict[str, float]:
+    """Return the parameters of the effects that a table sets, by record field."""
+    return {
+        effect.field_of(param): getattr(chosen, param.name)
+        for effect in effects
+        if (chosen := getattr(table, effect.name, None)) is not None
+        for param in effect.params
+    }
+
+
+def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
+    values: dict[str, float] = {}
+    for name in plant_tables(effects):
+        table = getattr(checked, name)
+        for param in PARAMS.get(name, ()):
+            if getattr(table, param.name) is not None:
+                values[f"{name}_{param.name}"] = getattr(table, param.name)
+        values |= _effect_values(table, [e for e in effects if e.stage.table == name])
+    values |= checked.valve.gains()
+    values |= checked.cylinder.areas()
+    return values
+
+
+def _configuration(
+    checked: Any,
+    merged: dict[str, Any],
+    effects: tuple[Effect, ...],
+    origin: dict[tuple[str, ...], Path],
+    files: Sequence[Path],
+) -> Configuration:
+    rig = checked.rig
+    steps = round(rig.tick / rig.step)
+    ids = [node.id for node in checked.node]
+    for number in {i for i in ids if ids.count(i) > 1}:
+        raise UserError(
+            f"{origin[('node',)]}: two nodes have the ID {number}; each node on a bus needs its own"
+        )
+    chain = [e for e in effects if e.stage == transducer]
+    channels = type(checked.sensors).model_fields
+    folder = origin[("node",)].parent
+    canonical = json.dumps(merged, sort_keys=True, default=str).encode()
+    return Configuration(
+        tick_ns=round(rig.tick * 1e9),
+        step=rig.tick / steps,
+        steps=steps,
+        seed=rig.seed,
+        late=rig.late,
+        sync_period_ns=round(rig.sync_period * 1e9),
+        bus=dict(checked.bus) or dict(DEFAULT_BUS),
+        nodes=tuple(NodeSettings(n.id, folder / n.eds, n.safe_current) for n in checked.node),
+        effects=effects,
+        plant=_plant_values(checked, effects),
+        sensors={name: _effect_values(getattr(checked.sensors, name), chain) for name in channels},
+        digest=hashlib.sha256(canonical).hexdigest()[:16],
+        files=tuple(files),
+    )

@@ -1,0 +1,106 @@
+"""The schema, derived from the model's declarations, as pydantic models."""
+
+from collections.abc import Iterable
+from typing import Annotated, Any
+
+from pydantic import Field, create_model
+
+from hil_emulator.config import datasheet
+from hil_emulator.config.table import Table, quantity
+from hil_emulator.config.tables import (
+    CylinderDatasheet,
+    ModelTable,
+    NodeTable,
+    RigTable,
+    ValveDatasheet,
+)
+from hil_emulator.model.actuator import PARAMS
+from hil_emulator.model.declare import Effect, Param
+from hil_emulator.model.sensors import CHANNELS, Channel
+from hil_emulator.model.stages import transducer
+
+
+def _field(param: Param, off: float | None = None) -> Any:
+    return Annotated[float, quantity(param, off)]
+
+
+def _effect_table(effect: Effect) -> Any:
+    """Return the model of one effect: its knob and its shape parameters."""
+    fields: dict[str, Any] = {effect.knob.name: (_field(effect.knob, effect.off), ...)}
+    for param in effect.shape:
+        default = param.typical if param.default is None else param.default
+        fields[param.name] = (_field(param), default)
+    return create_model(effect.name, __base__=Table, **fields)
+
+
+def _in_channel_unit(effect: Effect, channel: Channel) -> Effect:
+    """Return a transducer effect with its quantities in the channel's own unit."""
+
+    def scaled(param: Param) -> Param:
+        if param.unit != "span":
+            return param
+        typical, low, high = (v * channel.span for v in (param.typical, param.low, param.high))
+        return Param(
+            param.name, channel.unit, param.meaning, typical, low, high, channel.shown,
+            param.default, param.source,
+        )  # fmt: skip
+
+    return Effect(
+        effect.name, effect.stage, scaled(effect.knob), effect.off,
+        tuple(scaled(p) for p in effect.shape), effect.states, effect.law, effect.source,
+        effect.signature, effect.not_modelled,
+    )  # fmt: skip
+
+
+_DATASHEETS = {"cylinder": CylinderDatasheet, "valve": ValveDatasheet}
+
+
+def _plant_table(table: str, effects: Iterable[Effect]) -> Any:
+    """Return the model of one of the plant's tables: parameters, then effects."""
+    exclusive = {n for pair in datasheet.ALTERNATIVES.get(table, ()) for side in pair for n in side}
+    fields: dict[str, Any] = {}
+    for param in PARAMS.get(table, ()):
+        optional = param.name in exclusive
+        kind = Annotated[float | None, quantity(param)] if optional else _field(param)
+        default = None if optional else ... if param.default is None else param.default
+        fields[param.name] = (kind, default)
+    for effect in effects:
+        if effect.stage.table == table:
+            fields[effect.name] = (_effect_table(effect) | None, None)
+    return create_model(table, __base__=_DATASHEETS.get(table, Table), **fields)
+
+
+def _sensors_table(effects: Iterable[Effect]) -> Any:
+    chain = [e for e in effects if e.stage == transducer]
+    channels: dict[str, Any] = {}
+    for channel in CHANNELS:
+        fields: dict[str, Any] = {
+            e.name: (_effect_table(_in_channel_unit(e, channel)) | None, None) for e in chain
+        }
+        model = create_model(channel.name, __base__=Table, **fields)
+        channels[channel.name] = (model, model())
+    return create_model("sensors", __base__=Table, **channels)
+
+
+def plant_tables(effects: Iterable[Effect]) -> list[str]:
+    """Return the names of the plant's tables, in the order of the declarations."""
+    stages = [e.stage.table for e in effects if e.stage != transducer]
+    return list(dict.fromkeys([*PARAMS, *stages]))
+
+
+def schema(effects: tuple[Effect, ...]) -> type[Table]:
+    """Return the model of a whole configuration for a catalogue of effects."""
+    fields: dict[str, Any] = {
+        "rig": (RigTable, RigTable()),
+        "model": (ModelTable, ModelTable()),
+        "bus": (dict[str, Any], Field(default_factory=dict)),
+        "node": (list[NodeTable], Field(min_length=1)),
+    }
+    for table in plant_tables(effects):
+        model = _plant_table(table, effects)
+        optional = not any(f.is_required() for f in model.model_fields.values())
+        complete = table not in _DATASHEETS
+        fields[table] = (model, model() if optional and complete else ...)
+    sensors = _sensors_table(effects)
+    fields["sensors"] = (sensors, sensors())
+    return create_model("configuration", __base__=Table, **fields)

@@ -1,0 +1,129 @@
+"""The tables written by hand: loop, node, and what data sheets of valve and cylinder print."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from hil_emulator.config import datasheet
+from hil_emulator.config.table import Table, quantity
+from hil_emulator.model.declare import Param
+from hil_emulator.units import show
+
+
+def _time(name: str, meaning: str, typical: float, low: float, high: float, shown: str) -> Param:
+    return Param(name, "s", meaning, typical, low, high, shown)
+
+
+TICK = _time("tick", "period of the loop", 1e-3, 1e-4, 0.1, "ms")
+STEP = _time("step", "integration step", 20e-6, 1e-6, 1e-3, "us")
+SYNC_PERIOD = _time("sync_period", "time that one SYNC stands for", 1e-3, 1e-4, 10.0, "ms")
+SAFE_CURRENT = Param("safe_current", "A", "set point without a controller", 0.0, -0.1, 0.1, "mA")
+BORE = Param("bore", "m", "diameter of the piston", 0.016, 1e-3, 2.0, "mm")
+ROD = Param("rod", "m", "diameter of the rod", 0.010, 1e-3, 2.0, "mm")
+NOMINAL_FLOW = Param("nominal_flow", "m^3/s", "flow at rated current", 1.25e-4, 1e-7, 0.1, "l/min")
+RATED_CURRENT = Param("rated_current", "A", "current of full opening", 0.01, 1e-4, 10.0, "mA")
+DROP_PER_EDGE = Param(
+    "pressure_drop_per_edge", "Pa", "dp_n1, over one metering edge", 70e5, 1e5, 500e5, "bar"
+)
+DROP_TOTAL = Param(
+    "pressure_drop_total", "Pa", "dp_n2 = 2 dp_n1, over the whole valve", 140e5, 1e5, 1000e5, "bar"
+)
+
+
+class RigTable(Table):
+    """How the loop runs: tick, integration step, seed of the noise, what a late tick means."""
+
+    tick: Annotated[float, quantity(TICK)] = TICK.typical
+    step: Annotated[float, quantity(STEP)] = STEP.typical
+    seed: int = Field(default=1, ge=0)
+    late: Literal["count", "stop"] = "count"
+    sync_period: Annotated[float, quantity(SYNC_PERIOD)] = SYNC_PERIOD.typical
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> "RigTable":
+        for name in ("tick", "sync_period"):
+            part = self.step if name == "tick" else self.tick
+            if abs(getattr(self, name) / part - round(getattr(self, name) / part)) > 1e-6:
+                raise ValueError(
+                    f"{name} {show(getattr(self, name), 's', 'us')} is not a whole number of "
+                    f"{show(part, 's', 'us')}; choose a multiple"
+                )
+        return self
+
+
+class NodeTable(Table):
+    """One CANopen node: its ID, its EDS, and the current it falls back to."""
+
+    id: int = Field(ge=1, le=127)
+    eds: str
+    safe_current: Annotated[float, quantity(SAFE_CURRENT)] = SAFE_CURRENT.typical
+
+
+class ModelTable(Table):
+    """Files with effects of the user's own."""
+
+    effects: tuple[str, ...] = ()
+
+
+class CylinderDatasheet(Table):
+    """The cylinder's diameters, in place of its areas."""
+
+    bore: Annotated[float | None, quantity(BORE)] = None
+    rod: Annotated[float | None, quantity(ROD)] = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> "CylinderDatasheet":
+        areas = _given(self, "piston_area", "area_ratio")
+        diameters = _given(self, "bore", "rod")
+        if (len(areas), len(diameters)) not in {(2, 0), (0, 2)}:
+            raise ValueError(
+                "give either bore and rod, or piston_area and area_ratio; found "
+                f"{', '.join((*diameters, *areas)) or 'none of them'}"
+            )
+        if self.bore is not None and self.rod is not None and self.rod >= self.bore:
+            raise ValueError("the rod must be thinner than the bore")
+        return self
+
+    def areas(self) -> dict[str, float]:
+        """Return piston area and area ratio from the diameters, where those were given."""
+        if self.bore is None or self.rod is None:
+            return {}
+        return {
+            "cylinder_piston_area": datasheet.piston_area(self.bore),
+            "cylinder_area_ratio": datasheet.area_ratio(self.bore, self.rod),
+        }
+
+
+class ValveDatasheet(Table):
+    """The valve's nominal flow at a pressure drop, in place of its gain."""
+
+    nominal_flow: Annotated[float | None, quantity(NOMINAL_FLOW)] = None
+    rated_current: Annotated[float | None, quantity(RATED_CURRENT)] = None
+    pressure_drop_per_edge: Annotated[float | None, quantity(DROP_PER_EDGE)] = None
+    pressure_drop_total: Annotated[float | None, quantity(DROP_TOTAL)] = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> "ValveDatasheet":
+        gain = _given(self, "gain")
+        rating = _given(self, "nominal_flow", "rated_current")
+        drops = _given(self, "pressure_drop_per_edge", "pressure_drop_total")
+        if (len(gain), len(rating), len(drops)) not in {(1, 0, 0), (0, 2, 1)}:
+            raise ValueError(
+                "give either gain, or nominal_flow and rated_current and one of "
+                "pressure_drop_per_edge (dp_n1, one metering edge) and pressure_drop_total "
+                "(dp_n2 = 2 dp_n1, the whole valve); found "
+                f"{', '.join((*gain, *rating, *drops)) or 'none of them'}"
+            )
+        return self
+
+    def gains(self) -> dict[str, float]:
+        """Return the valve gain from the rating, where that was given."""
+        if self.nominal_flow is None or self.rated_current is None:
+            return {}
+        drop = self.pressure_drop_per_edge or (self.pressure_drop_total or 0.0) / 2.0
+        gain = datasheet.valve_gain(self.nominal_flow, self.rated_current, drop)
+        return {"valve_gain": gain}
+
+
+def _given(table: Table, *names: str) -> list[str]:
+    return [n for n in names if getattr(table, n, None) is not None]
