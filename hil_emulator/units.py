@@ -74,5 +74,7 @@ def factor(unit: str, shown: str) -> float:
 def show(value: float, unit: str, shown: str = "") -> str:
     """Return an SI value as people write it: `show(1.6e7, "Pa", "bar")` is "160 bar"."""
     target = shown or unit
+    if math.isinf(value):
+        return "unlimited" if value > 0.0 else "-unlimited"
     number = float(_registry().Quantity(value, unit).to(target).magnitude)
     return f"{number:.6g}" if target == "1" else f"{number:.6g} {target}"

@@ -32,6 +32,7 @@ class Bus:
             not read, a kind of frame it cannot carry.
         error_frames: error frames, and CAN FD frames, which are errors to a classical controller.
         read_errors: attempts to read that the interface failed.
+        description: what the bus is and where.
         client_command: a line for the shell with which a stock client joins this bus.
 
     Raises:
@@ -47,6 +48,7 @@ class Bus:
         self.dropped = 0
         self.error_frames = 0
         self.read_errors = 0
+        self.description = self._bus.channel_info
         self.client_command = client_command(self._bus, settings)
 
     def receive(self) -> list[Frame]:

@@ -55,6 +55,7 @@ class Plant:
         self.parameter_vector = fill(kernel.parameters, kernel.effects, values)
         self.input_vector = zeros(kernel.inputs)
         self.signal_vector = zeros(kernel.signals)
+        self._input_index = {name: i for i, name in enumerate(kernel.inputs.names or ())}
         self._memory = zeros(kernel.state, count=6)
         self.state_vector = self._memory[: len(kernel.state.names or ())]
         self.parameters = named(self.parameter_vector, kernel.parameters)
@@ -70,6 +71,11 @@ class Plant:
         state.pressure_a = alpha * par.supply_pressure / (1.0 + alpha)
         state.pressure_b = par.supply_pressure / (1.0 + alpha)
         self.step(0)
+
+    def command(self, commands: Mapping[str, float]) -> None:
+        """Set inputs by name; they hold until the next command."""
+        for name, value in commands.items():
+            self.input_vector[self._input_index[name]] = value
 
     def step(self, steps: int) -> None:
         """Integrate `steps` steps with the inputs held, and evaluate the signals there."""

@@ -1,0 +1,95 @@
+"""The command line: arguments only; each command lives in `hil_emulator.commands`."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hil_emulator import __version__
+from hil_emulator.errors import UserError
+
+_FILES = click.argument(
+    "files", metavar="CONFIG...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+
+
+class _Commands(click.Group):
+    """A group that shows a `UserError` as one message and ends with exit code 2."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except UserError as error:
+            click.echo(f"hil-emulator: {error}", err=True)
+            ctx.exit(2)
+
+
+class _Duration(click.ParamType[float]):
+    """A time with its unit."""
+
+    name = "time"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        from hil_emulator.units import to_si
+
+        try:
+            seconds = to_si(value, "s", "60 s")
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+        if not 0 < seconds < float("inf"):
+            self.fail(f'"{value}" is not a positive time', param, ctx)
+        return seconds
+
+
+@click.group(cls=_Commands)
+@click.version_option(__version__, prog_name="hil-emulator")
+def main() -> None:
+    """Emulate a hydraulic actuator as a CANopen device."""
+
+
+@main.command()
+@_FILES
+@click.option("--bus", metavar="INTERFACE:CHANNEL", help="Another bus, such as socketcan:vcan0.")
+@click.option(
+    "--clock",
+    type=click.Choice(["wall", "lockstep", "follow-sync"]),
+    default="wall",
+    show_default=True,
+)
+@click.option("--duration", type=_Duration(), help='Emulator time to run, such as "60 s".')
+@click.option("--record", type=click.Path(path_type=Path), help="Write signals to .csv or .npz.")
+def run(
+    files: tuple[Path, ...],
+    bus: str | None,
+    clock: str,
+    duration: float | None,
+    record: Path | None,
+) -> None:
+    """Run the emulator on its bus."""
+    from hil_emulator.commands import run as command
+
+    command.run(files, bus, clock, duration, record)
+
+
+@main.command()
+@_FILES
+def check(files: tuple[Path, ...]) -> None:
+    """Validate a configuration; print its binding, PDO map and bus load."""
+    from hil_emulator.commands import check as command
+
+    command.check(files)
+
+
+@main.command()
+@click.option("--json", "as_json", is_flag=True, help="Everything, for programs.")
+def effects(as_json: bool) -> None:
+    """Print the catalogue of physical effects."""
+    from hil_emulator.commands import effects as command
+
+    command.effects(as_json)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""`hil-emulator effects`: the catalogue."""
+
+import json
+import math
+from typing import Any
+
+import click
+
+from hil_emulator.commands.text_table import text_table
+from hil_emulator.model.declare import Effect, Param
+from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.units import show
+
+
+def effects(as_json: bool) -> None:
+    """Print every effect the model knows."""
+    if as_json:
+        click.echo(json.dumps([describe(e) for e in CATALOGUE], indent=2, ensure_ascii=False))
+        return
+    rows = [
+        (
+            e.stage.table,
+            e.name,
+            e.knob.name,
+            _amount(e.knob.typical, e.knob),
+            f"{_amount(e.knob.low, e.knob)} ... {_amount(e.knob.high, e.knob)}",
+            _amount(e.off, e.knob),
+            e.equation,
+        )
+        for e in CATALOGUE
+    ]
+    click.echo(text_table(("table", "effect", "knob", "typical", "range", "off", "equation"), rows))
+    click.echo(
+        "\nA sensor effect stands in [sensors.CHANNEL]; its values are shown as parts of the "
+        "channel's span."
+    )
+
+
+def _amount(value: float, param: Param) -> str:
+    if param.unit == "span":
+        return f"{value:g} span"
+    return show(value, param.unit, param.shown)
+
+
+def _number(value: float) -> float | str:
+    """Return a number as JSON can hold it."""
+    return value if math.isfinite(value) else str(value)
+
+
+def _param(param: Param) -> dict[str, Any]:
+    return {
+        "name": param.name,
+        "unit": param.unit,
+        "meaning": param.meaning,
+        "typical": _number(param.typical),
+        "low": _number(param.low),
+        "high": _number(param.high),
+        "source": param.source,
+    }
+
+
+def describe(effect: Effect) -> dict[str, Any]:
+    """Return everything an effect declares, SI, as JSON can hold it; infinity is "inf"."""
+    return {
+        "name": effect.name,
+        "stage": effect.stage.name,
+        "table": effect.stage.table,
+        "knob": effect.knob.name,
+        "meaning": effect.knob.meaning,
+        "unit": effect.knob.unit,
+        "off": _number(effect.off),
+        "typical": _number(effect.knob.typical),
+        "low": _number(effect.knob.low),
+        "high": _number(effect.knob.high),
+        "shape": [_param(p) for p in effect.shape],
+        "equation": effect.equation,
+        "source": effect.source,
+        "signature": effect.signature,
+        "not_modelled": effect.not_modelled,
+    }

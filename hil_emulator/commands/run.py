@@ -1,0 +1,160 @@
+"""`hil-emulator run`: the emulator on a bus, until its time is over or Ctrl-C."""
+
+import select
+import signal
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hil_emulator import __version__, realtime
+from hil_emulator.bus.bus import Bus
+from hil_emulator.clock import Clock, FollowSync, LockStep, WallClock
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.errors import UserError
+from hil_emulator.loop import Timing
+from hil_emulator.loop import run as run_loop
+from hil_emulator.places import cache_folder, near
+from hil_emulator.record import Recorder, check_file, save
+from hil_emulator.rig import Rig, assemble
+
+_FOREVER = 2**62
+_STATUS_S = 0.5  # between two status lines
+
+
+def run(
+    files: Sequence[Path], bus: str | None, clock: str, duration: float | None, record: Path | None
+) -> None:
+    """Run the emulator.
+
+    Args:
+        files: configuration files, later over earlier.
+        bus: "interface:channel" in place of what the configuration says.
+        clock: "wall", "lockstep" or "follow-sync".
+        duration: emulator time to run [s]; None runs until interrupted.
+        record: file for signals and readings.
+
+    Raises:
+        UserError: for whatever the user can mend.
+
+    """
+    if clock == "lockstep" and duration is None:
+        raise UserError("the lock-step clock waits for nobody: give it a --duration")
+    if record:
+        check_file(record)
+    config = load(files)
+    recorder = Recorder() if record else None
+    with Bus(bus_settings(config, bus)) as door:
+        follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
+        click.echo("Preparing the model (a few seconds the first time) ...", err=True)
+        rig = assemble(config, follow or door, cache_folder(), recorder)
+        measures = [] if clock == "lockstep" else realtime.apply()
+        click.echo(_banner(config, rig, door, clock, measures))
+        ticks = _FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
+        timing = Timing()
+        try:
+            _loop(rig, _clock(clock, config, follow, rig), ticks, timing, door, config)
+        finally:
+            click.echo(summary(rig, timing, door))
+            if recorder and record:
+                save(recorder, record, provenance(config))
+                click.echo(f"recorded  {near(record)}")
+
+
+def bus_settings(config: Configuration, override: str | None) -> Mapping[str, Any]:
+    """Return the `[bus]` table, or what `--bus interface:channel` makes of it."""
+    if override is None:
+        return config.bus
+    interface, colon, channel = override.partition(":")
+    if not colon or not interface or not channel:
+        raise UserError(f'--bus {override}: write interface:channel, such as "socketcan:vcan0"')
+    kept = config.bus if config.bus.get("interface") == interface else {}
+    return {**kept, "interface": interface, "channel": channel}
+
+
+def provenance(config: Configuration) -> dict[str, str]:
+    """Return what a recording says about its origin."""
+    return {
+        "hil-emulator": __version__,
+        "configuration": ", ".join(f.name for f in config.files),
+        "digest": config.digest,
+        "seed": str(config.seed),
+    }
+
+
+def _clock(name: str, config: Configuration, follow: FollowSync | None, rig: Rig) -> Clock:
+    if follow is not None:
+        follow.serve = rig.serve
+        return follow
+    return LockStep() if name == "lockstep" else WallClock(config.tick_ns)
+
+
+def _banner(
+    config: Configuration, rig: Rig, bus: Bus, clock: str, measures: Sequence[realtime.Measure]
+) -> str:
+    names = {"wall": "wall clock", "lockstep": "lock-step", "follow-sync": "follows SYNC"}
+    files = ", ".join(near(f) for f in config.files)
+    lines = [f"hil-emulator {__version__}  {files}  (digest {config.digest})"]
+    lines += [f"node      {n.id}  {near(n.eds)}" for n in config.nodes]
+    lines.append(f"bus       {bus.description}")
+    lines.append(
+        f"tick      {config.tick_ns / 1e6:g} ms, {config.steps} steps of {config.step * 1e6:g} us, "
+        f"{names[clock]}"
+    )
+    if measures:
+        lines.append("realtime  " + "; ".join(str(m) for m in measures))
+    lines += [f"connect   {bus.client_command}", "Ctrl-C ends."]
+    return "\n".join(lines)
+
+
+def _loop(
+    rig: Rig, clock: Clock, ticks: int, timing: Timing, bus: Bus, config: Configuration
+) -> None:
+    """Run in slices, with a status line between them; Ctrl-C and SIGTERM end it."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    live = sys.stderr.isatty()
+    slice_ticks = max(1, round(_STATUS_S * 1e9 / rig.tick_ns)) if live else ticks
+    shown = 0.0
+    try:
+        while timing.ticks < ticks:
+            part = min(slice_ticks, ticks - timing.ticks)
+            run_loop(rig, clock, part, timing, stop_when_late=config.late == "stop")
+            if live and time.monotonic() - shown > _STATUS_S / 2:
+                shown = time.monotonic()
+                _status(rig, timing, bus)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        if live:
+            sys.stderr.write("\r\x1b[K")
+
+
+def _status(rig: Rig, timing: Timing, bus: Bus) -> None:
+    """Rewrite the status line, unless the terminal would make the loop wait."""
+    if not select.select([], [sys.stderr], [], 0)[1]:
+        return
+    y = rig.plant.signals
+    states = ", ".join(f"{n.node_id} {n.state.name.lower()}" for n in rig.nodes)
+    sys.stderr.write(
+        f"\r\x1b[K{rig.now_ns * 1e-9:9.1f} s  node {states}  x {y.position * 1e3:6.2f} mm  "
+        f"f {y.load_force:7.0f} N  "
+        f"pa {y.pressure_a * 1e-5:5.1f} pb {y.pressure_b * 1e-5:5.1f} bar  "
+        f"in {bus.received} out {bus.sent} dropped {bus.dropped}  late {timing.overruns}"
+    )
+    sys.stderr.flush()
+
+
+def summary(rig: Rig, timing: Timing, bus: Bus) -> str:
+    """Return how punctual a run was and what went over the bus."""
+    lines = [f"time      {rig.now_ns * 1e-9:.3f} s, {timing.ticks} ticks, {timing.overruns} late"]
+    for name, durations in (("lateness", timing.lateness), ("execution", timing.execution)):
+        us = durations.summary()
+        lines.append(
+            f"{name:<9} p50 {us['p50']:.0f} us, p99 {us['p99']:.0f} us, "
+            f"p99.9 {us['p999']:.0f} us, max {us['max']:.0f} us"
+        )
+    lines.append(f"frames    {bus.received} in, {bus.sent} out, {bus.dropped} dropped")
+    return "\n".join(lines)
