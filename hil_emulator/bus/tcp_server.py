@@ -212,7 +212,7 @@ def _listen(host: str, port: int) -> socket.socket:
         listener.bind((host, port))
         listener.listen(MAX_CLIENTS)
         listener.setblocking(False)
-    except (OSError, OverflowError) as error:
+    except (OSError, OverflowError, TypeError) as error:
         listener.close()
         raise can.CanInitializationError(f"cannot listen on {host}:{port}: {error}") from error
     return listener

@@ -51,15 +51,6 @@ def test_frames_given_back_come_first(bus: Bus, peer: can.BusABC) -> None:
     assert bus.received == 4
 
 
-def test_waiting_keeps_what_arrived(bus: Bus, peer: can.BusABC) -> None:
-    """`wait` tells that a frame is there and leaves it to `receive`."""
-    peer.send(can.Message(arbitration_id=0x80, is_extended_id=False))
-    assert bus.wait(5.0)
-    assert bus.wait(0.0)
-    assert bus.receive() == [Frame(0x80)]
-    assert not bus.wait(0.0)
-
-
 def test_errors_on_the_wire_are_counted_and_not_handed_on(bus: Bus, peer: can.BusABC) -> None:
     """Error frames and CAN FD frames, errors to a classical controller, never reach the device."""
     peer.send(can.Message(is_error_frame=True))
@@ -98,13 +89,3 @@ def test_receivers_do_not_share_a_frame(bus: Bus, peer: can.BusABC) -> None:
         mine.data[0] = 0xFF
         assert other.data == b"\x01\x02"
         assert isinstance(other.data, bytearray)
-
-
-def test_a_closed_bus_is_left(bus: Bus, peer: can.BusABC) -> None:
-    """Closing twice is harmless, and a closed bus reads nothing and drops what it is given."""
-    bus.close()
-    bus.close()
-    peer.send(can.Message(arbitration_id=1))
-    assert bus.receive() == []
-    bus.send([Frame(1)])
-    assert (bus.read_errors, bus.dropped) == (1, 1)

@@ -1,0 +1,121 @@
+"""What is true of the socketcand protocol: streams of bytes in, frames out, and back."""
+
+import random
+
+import pytest
+from can.interfaces.socketcand.socketcand import (
+    convert_ascii_message_to_can_message,
+    convert_can_message_to_ascii_message,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+from wires import frame_of, message_of
+
+from hil_emulator.bus.socketcand import MAX_COMMAND, CommandStream, format_frame, parse_send
+from hil_emulator.frame import Frame
+
+data_frame = {"data": st.binary(max_size=8), "remote": st.just(False)}
+standard = st.builds(Frame, can_id=st.integers(0, 0x7FF), extended=st.just(False), **data_frame)
+extended = st.builds(
+    Frame, can_id=st.integers(0, 0x1FFF_FFFF), extended=st.just(True), **data_frame
+)
+frames = standard | extended
+
+
+@given(frames)
+def test_we_read_what_the_stock_client_writes(frame: Frame) -> None:
+    """Every classical data frame python-can's client sends is understood."""
+    line = convert_can_message_to_ascii_message(message_of(frame)).encode()
+    [command] = CommandStream().feed(line)
+    assert parse_send(command) == frame
+
+
+@given(frames, st.floats(0.0, 4e9))
+def test_the_stock_client_reads_what_we_write(frame: Frame, time: float) -> None:
+    """Every frame we tell about is understood by python-can's client, the empty one included."""
+    message = convert_ascii_message_to_can_message(format_frame(frame, time).decode())
+    assert frame_of(message) == frame
+    assert message.timestamp == pytest.approx(time, abs=1e-6)
+
+
+def test_a_frame_reads_as_in_the_protocol_description() -> None:
+    """The documented example, byte by byte."""
+    line = format_frame(Frame(0x123, bytes.fromhex("1122334455667788")), 23.424242)
+    assert line == b"< frame 123 23.424242 1122334455667788 >"
+    assert parse_send(b" send 123 4 1a 22 3 44 ") == Frame(0x123, bytes.fromhex("1a220344"))
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "",
+        "send",
+        "send 123",
+        "send 123 1",
+        "send 123 1 11 22",
+        "send 123 2 11",
+        "send 123 1 111",
+        "send 123 1 zz",
+        "send 123 9 1 2 3 4 5 6 7 8 9",
+        "send 123 -1",
+        "send 800 0",
+        "send 1234 0",
+        "send 20000000 0",
+        "send 0x1 0",
+        "send 123456789 0",
+        "sent 123 0",
+        "send 123 0 >",
+        "frame 123 1.0 11",
+    ],
+)
+def test_an_ill_formed_command_is_no_frame(command: str) -> None:
+    """Nothing is guessed: wrong lengths, identifiers and words are not sent on."""
+    assert parse_send(command.encode()) is None
+
+
+@given(st.binary(max_size=400), st.lists(st.integers(1, 50)))
+def test_segmentation_does_not_matter(stream: bytes, cuts: list[int]) -> None:
+    """TCP may cut the stream anywhere: the commands are the same."""
+    whole, pieces = CommandStream(), CommandStream()
+    expected, got, rest = whole.feed(stream), [], stream
+    for cut in cuts:
+        got += pieces.feed(rest[:cut])
+        rest = rest[cut:]
+    assert got + pieces.feed(rest) == expected
+
+
+@given(st.lists(st.sampled_from(["<", ">", " ", "a" * 40, "send 1 0"])), st.integers(1, 7))
+def test_segmentation_does_not_matter_among_brackets(parts: list[str], step: int) -> None:
+    """The same for streams made of the protocol's own pieces, overlong commands among them."""
+    stream = "".join(parts).encode()
+    pieces = CommandStream()
+    got = [c for i in range(0, len(stream), step) for c in pieces.feed(stream[i : i + step])]
+    assert got == CommandStream().feed(stream)
+
+
+@given(st.binary(max_size=300), frames)
+def test_a_command_after_garbage_is_understood(garbage: bytes, frame: Frame) -> None:
+    """Whatever came before, the next complete command counts."""
+    line = convert_can_message_to_ascii_message(message_of(frame)).encode()
+    assert parse_send(CommandStream().feed(garbage + line)[-1]) == frame
+
+
+def test_an_endless_command_is_forgotten() -> None:
+    """A client that never closes its bracket costs no memory, and can start anew."""
+    stream = CommandStream()
+    for _ in range(1000):
+        assert stream.feed(b"<" + b"x" * MAX_COMMAND) == []
+        assert stream.feed(b"x") == []
+    assert len(stream._unfinished) <= MAX_COMMAND + 1
+    assert stream.feed(b"> < ok >") == [b" ok "]
+
+
+def test_random_bytes_are_survived() -> None:
+    """100 000 random bytes, biased towards brackets, raise nothing and leave little behind."""
+    noise = random.Random(1)
+    alphabet = [*range(256), *b"<<<<>>>>send 0123"]
+    stream = CommandStream()
+    for _ in range(1000):
+        for command in stream.feed(bytes(noise.choices(alphabet, k=100))):
+            parse_send(command)
+        assert len(stream._unfinished) <= MAX_COMMAND + 1

@@ -1,0 +1,111 @@
+"""What is true of the embedded TCP server under floods, garbage and clients that do not read."""
+
+import contextlib
+import random
+from collections.abc import Iterator
+
+import can
+import pytest
+from tcp_client import Client, polled
+from wires import message_of
+
+from hil_emulator.bus import tcp_connection
+from hil_emulator.bus.socketcand import CommandStream
+from hil_emulator.bus.tcp_connection import READ_BYTES, WRITE_BUFFER_BYTES
+from hil_emulator.bus.tcp_server import SocketcandServerBus
+from hil_emulator.frame import Frame
+
+FRAME = Frame(0x181, bytes(range(8)))
+
+
+@pytest.fixture
+def server(monkeypatch: pytest.MonkeyPatch) -> Iterator[SocketcandServerBus]:
+    """Yield a server polled by nobody but the test; the pause after a handshake ends at once."""
+    monkeypatch.setattr(tcp_connection, "HANDSHAKE_PAUSE_S", 0.0)
+    with SocketcandServerBus(port=0) as server:
+        yield server
+
+
+def send_line(frame: Frame) -> bytes:
+    """Return a send command as a client writes it."""
+    id_text = f"{frame.can_id:08x}" if frame.extended else f"{frame.can_id:x}"
+    return f"< send {id_text} {len(frame.data)} {frame.data.hex(' ')} >".encode()
+
+
+def test_a_hundred_thousand_frames_cross_the_bus_in_order(server: SocketcandServerBus) -> None:
+    """However the stream is cut, the owner and the other client get every frame, unchanged."""
+    chance = random.Random(2)
+    frames = [
+        Frame(chance.getrandbits(11), chance.randbytes(chance.randrange(9))) for _ in range(100_000)
+    ]
+    stream = b"".join(send_line(frame) for frame in frames)
+    with Client(server).shake_hands() as sender, Client(server).shake_hands() as witness:
+        sender.socket.setblocking(False)
+        got: list[Frame] = []
+        while len(got) < len(frames):
+            if stream:
+                with contextlib.suppress(BlockingIOError):
+                    stream = stream[sender.socket.send(stream[: chance.randrange(1, 20_000)]) :]
+            got += polled(server, iter([False] * 100 + [True]).__next__)
+            witness.heard()
+        assert got == frames
+        told = CommandStream().feed(witness.hear(len(frames)))
+        assert [line.split()[1] for line in told] == [b"%03X" % frame.can_id for frame in frames]
+        assert (server.dropped, server.ignored) == (0, 0)
+
+
+def test_a_hundred_thousand_random_bytes_harm_nobody(server: SocketcandServerBus) -> None:
+    """Noise before and after the handshake is counted, not obeyed; the client may still speak."""
+    chance = random.Random(3)
+    noise = bytes(chance.choices([*range(256), *b"<<<<>>>>"], k=100_000))
+    with Client(server) as deaf, Client(server).shake_hands() as loud:
+        witness = Client(server).shake_hands()
+        for start in range(0, len(noise), 1000):
+            deaf.say(noise[start : start + 1000])
+            loud.say(noise[start : start + 1000])
+            assert polled(server, iter([False] * 5 + [True]).__next__) == []
+            deaf.heard()
+        loud.say(send_line(FRAME))
+        assert server.recv(10.0) is not None
+        assert b"000102030405060708"[:16] in witness.hear(1)
+        assert server.ignored > 100
+        assert server.clients == 3
+
+
+def test_one_poll_takes_no_more_than_a_portion(server: SocketcandServerBus) -> None:
+    """A client that floods is served in portions: it cannot keep the loop for itself."""
+    with Client(server).shake_hands() as client:
+        client.say(send_line(FRAME) * 1000)
+        polled(server, lambda: bool(server._inbox))
+        assert len(server._inbox) <= READ_BYTES // len(send_line(FRAME)) + 1
+
+
+def test_a_client_that_stops_reading_loses_frames_and_nobody_else_does(
+    server: SocketcandServerBus,
+) -> None:
+    """Its buffer is bounded, its losses are counted, and whole frames are lost, never parts."""
+    with (
+        Client(server, receive_buffer=4096).shake_hands() as stalled,
+        Client(server).shake_hands() as witness,
+    ):
+        assert server.recv(0) is None
+        sent = 0
+        while not server.dropped:
+            with contextlib.suppress(can.CanOperationError):
+                server.send(message_of(FRAME))
+            sent += 1
+            witness.heard()
+        for _ in range(9):
+            with pytest.raises(can.CanOperationError):
+                server.send(message_of(FRAME))
+        assert server.dropped == 10
+        connection = server._clients[0]
+        assert len(connection._waiting) <= WRITE_BUFFER_BYTES
+        assert witness.hear(sent + 9).count(b"< frame 181 ") == sent + 9
+
+        caught_up = stalled.hear(sent - 1)
+        lines = CommandStream().feed(caught_up)
+        assert len(lines) == sent - 1
+        assert {line.split()[3] for line in lines} == {FRAME.data.hex().encode()}
+        server.send(message_of(FRAME))
+        assert stalled.hear(1).startswith(b"< frame 181 ")

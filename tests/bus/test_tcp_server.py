@@ -1,0 +1,170 @@
+"""What is true of the embedded TCP server: handshake, clients that come and go, limits."""
+
+import socket
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import can
+import pytest
+from tcp_client import Client, polled
+from wires import PATIENCE_S, Wire, message_of
+
+from hil_emulator.bus import tcp_connection
+from hil_emulator.bus.tcp_server import MAX_CLIENTS, SocketcandServerBus
+from hil_emulator.frame import Frame
+
+SYNC = message_of(Frame(0x80))
+SYNC_LINE = b"< send 80 0  >"
+
+
+@pytest.fixture
+def server() -> Iterator[SocketcandServerBus]:
+    """Yield a server on a free port, polled by nobody but the test."""
+    with SocketcandServerBus(port=0) as server:
+        yield server
+
+
+def test_it_listens_on_this_machine_only_and_no_longer_than_open() -> None:
+    """The default address is the loopback; after shutdown nobody answers there."""
+    with SocketcandServerBus(port=0) as server:
+        assert server.host == "127.0.0.1"
+        Client(server).socket.close()
+    with pytest.raises(ConnectionRefusedError):
+        Client(server)
+
+
+def test_no_frame_shares_a_segment_with_the_handshake(
+    server: SocketcandServerBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A client that has just been told the last ok hears nothing more until it speaks."""
+    monkeypatch.setattr(tcp_connection, "HANDSHAKE_PAUSE_S", 3600.0)
+    with Client(server).shake_hands() as client:
+        for _ in range(10):
+            server.send(SYNC)
+            assert server.recv(0.001) is None
+        assert client.heard() == b""
+        client.say(SYNC_LINE)
+        assert client.hear(10).count(b"< frame 080 ") == 10
+
+
+def test_a_client_that_only_listens_is_not_kept_waiting(
+    server: SocketcandServerBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was held back arrives when the pause is over, though the client never speaks."""
+    monkeypatch.setattr(tcp_connection, "HANDSHAKE_PAUSE_S", 0.001)
+    with Client(server).shake_hands() as client:
+        server.send(SYNC)
+        assert client.hear(1).startswith(b"< frame 080 ")
+
+
+def test_a_busy_bus_can_be_joined() -> None:
+    """Stock clients get through their handshake though frames are sent at every poll."""
+    wire = Wire({"interface": "socketcand_server", "port": 0})
+
+    def busy_poll() -> None:
+        wire.bus.send([Frame(0x80)] * 4)
+        wire.bus.receive()
+
+    wire.poll = busy_poll  # type: ignore[method-assign]
+    try:
+        for _ in range(MAX_CLIENTS):
+            wire.join()
+    finally:
+        wire.close()
+
+
+def test_a_client_of_another_channel_is_told_so(server: SocketcandServerBus) -> None:
+    """The refusal names the channel there is, and the client may try again."""
+    with Client(server) as client:
+        client.say(b"< open can7 >")
+        assert b"error" in (text := client.hear(2))
+        assert b"can0" in text
+        client.say(b"< rawmode >")
+        assert b"error" in client.hear(1)
+        client.say(b"< open can0 >< rawmode >")
+        assert client.hear(2) == b"< ok >< ok >"
+        assert server.ignored == 2
+
+
+def test_frames_before_raw_mode_are_neither_told_nor_taken(server: SocketcandServerBus) -> None:
+    """Who has not finished the handshake is not on the bus."""
+    with Client(server) as client:
+        assert client.hear(1) == b"< hi >"
+        server.send(SYNC)
+        client.say(SYNC_LINE + b"< echo >")
+        assert polled(server, lambda: client.heard().endswith(b"< echo >")) == []
+        assert b"frame" not in client.heard()
+
+
+def test_clients_that_vanish_are_forgotten(server: SocketcandServerBus) -> None:
+    """Farewell or reset, before, during or after the handshake: those who stay lose nothing."""
+    with Client(server).shake_hands() as witness:
+        witness.say(SYNC_LINE)
+        for leave in (lambda c: c.socket.close(), Client.reset):
+            leave(Client(server))
+            halfway = Client(server)
+            halfway.say(b"< open can0 >< raw")
+            halfway.hear(2)
+            leave(halfway)
+            talking = Client(server).shake_hands()
+            talking.say(SYNC_LINE + b"< send 12")
+            leave(talking)
+            for _ in range(20):
+                server.send(SYNC)
+        polled(server, lambda: server.clients == 1)
+        assert witness.hear(40).count(b"< frame 080 ") >= 40
+        assert server.dropped == 0
+
+
+def test_what_a_client_said_before_it_left_counts(server: SocketcandServerBus) -> None:
+    """A client may send and hang up at once, as a command-line tool does."""
+    with Client(server).shake_hands() as client:
+        client.say(SYNC_LINE * 3)
+    assert polled(server, lambda: server.clients == 0) == [Frame(0x80)] * 3
+
+
+def test_there_is_room_for_a_stated_number_of_clients(server: SocketcandServerBus) -> None:
+    """One too many is told so and let go; when somebody leaves there is room again."""
+    with ExitStack() as stack:
+        clients = [stack.enter_context(Client(server).shake_hands()) for _ in range(MAX_CLIENTS)]
+        with Client(server) as late:
+            assert b"error" in late.hear(1)
+            assert late.socket.recv(1) == b""
+        server.send(SYNC)
+        assert all(client.hear(1).startswith(b"< frame") for client in clients)
+        clients[0].socket.close()
+        polled(server, lambda: server.clients == MAX_CLIENTS - 1)
+        stack.enter_context(Client(server).shake_hands())
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        can.Message(arbitration_id=1, is_remote_frame=True),
+        can.Message(is_error_frame=True),
+        can.Message(arbitration_id=1, is_fd=True, data=bytes(12)),
+    ],
+)
+def test_what_the_protocol_cannot_carry_is_refused(
+    server: SocketcandServerBus, message: can.Message
+) -> None:
+    """Remote, error and FD frames are not turned into something else."""
+    with pytest.raises(can.CanOperationError):
+        server.send(message)
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_QUICKACK"), reason="Linux only")
+def test_acknowledgements_stay_prompt(server: SocketcandServerBus) -> None:
+    """The kernel falls back to delayed ones in a dialogue; after each read they are prompt again.
+
+    A client with Nagle's algorithm on waits for the acknowledgement of one small segment before
+    it sends the next: a delayed one costs it 40 ms.
+    """
+    with Client(server).shake_hands() as client:
+        (connection,) = server._clients
+        for _ in range(10):
+            client.say(SYNC_LINE)
+            assert server.recv(PATIENCE_S) is not None
+            assert connection.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK) == 1
+            server.send(SYNC)
+            client.hear(1)

@@ -1,0 +1,86 @@
+"""A bus under test, and how stock python-can nodes join it."""
+
+import re
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import can
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.frame import Frame
+
+PATIENCE_S = 30.0  # a failing test ends after this; a passing one never waits for it
+
+
+class Wire:
+    """A `Bus`, and stock nodes on the same wire."""
+
+    def __init__(self, bus_settings: dict[str, Any], node_settings: dict[str, Any] | None = None):
+        self.bus = Bus(bus_settings)
+        self._node_settings = node_settings or stock_settings(self.bus.client_command)
+        self._nodes: list[can.BusABC] = []
+
+    def join(self) -> can.BusABC:
+        """Return a new stock node; polls the bus meanwhile, in case it is what serves the node."""
+        with ThreadPoolExecutor(1) as pool:
+            joining = pool.submit(lambda: can.Bus(**self._node_settings))
+            while not joining.done():
+                self.poll()
+            self._nodes.append(joining.result())
+        return self._nodes[-1]
+
+    def poll(self) -> None:
+        """Keep the bus moving; what arrives stays for `arrived`."""
+        self.bus.unread(self.bus.receive())
+
+    def arrived(self, count: int) -> list[Frame]:
+        """Return the next `count` frames at the bus, or those that arrive at all."""
+        frames: list[Frame] = []
+        while len(frames) < count and self.bus.wait(PATIENCE_S):
+            frames += self.bus.receive()
+        return frames
+
+    def read(self, node: can.BusABC, count: int) -> list[Frame]:
+        """Return the next `count` frames at a node, or those that arrive at all."""
+        frames: list[Frame] = []
+        deadline = time.monotonic() + PATIENCE_S
+        while len(frames) < count and time.monotonic() < deadline:
+            self.poll()
+            message = node.recv(0.001)
+            if message is not None:
+                frames.append(frame_of(message))
+        return frames
+
+    def close(self) -> None:
+        """Let everybody leave the wire."""
+        for node in self._nodes:
+            node.shutdown()
+        self.bus.close()
+
+
+def stock_settings(client_command: str) -> dict[str, Any]:
+    """Return the python-can settings that a client command, pasted into a shell, would use."""
+    arguments = re.search(r"connect\((.*?)\)", client_command)
+    assert arguments is not None
+    return dict(re.findall(r"(\w+)='?([^',]+)'?", arguments[1]))
+
+
+def message_of(frame: Frame) -> can.Message:
+    """Return a frame as stock nodes send it."""
+    return can.Message(
+        arbitration_id=frame.can_id,
+        data=frame.data,
+        is_remote_frame=frame.remote,
+        is_extended_id=frame.extended,
+    )
+
+
+def frame_of(message: can.Message) -> Frame:
+    """Return what a stock node received."""
+    return Frame(
+        message.arbitration_id,
+        bytes(message.data),
+        message.is_remote_frame,
+        message.is_extended_id,
+    )
