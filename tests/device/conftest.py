@@ -11,19 +11,19 @@ from hil_emulator.device.node import Node
 
 @pytest.fixture
 def dictionary() -> Dictionary:
-    """The dictionary of the shipped EDS."""
+    """Return the dictionary of the shipped EDS."""
     return Dictionary.from_eds(EDS, NODE_ID)
 
 
 @pytest.fixture
 def node(dictionary: Dictionary) -> Node:
-    """A device that has not been switched on."""
+    """Return a device that has not been switched on."""
     return Node(dictionary, CHANNELS, {"valve_current": SAFE_CURRENT})
 
 
 @pytest.fixture
 def master(node: Node) -> Master:
-    """A stock master on a bus with the device, which has booted."""
+    """Return a stock master on a bus with the device, which has booted."""
     network = SimulatedNetwork(node, Measured(list(READINGS), [0] * len(CHANNELS)))
     master = Master(network)
     master.run(1)

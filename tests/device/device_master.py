@@ -10,6 +10,13 @@ from hil_emulator.frame import Frame
 
 EDS = Path(__file__).parents[2] / "eds" / "hydraulic_actuator.eds"
 NODE_ID = 5
+SDO_REQUEST = 0x600 + NODE_ID
+SDO_ANSWER = 0x580 + NODE_ID
+EMCY = 0x080 + NODE_ID
+HEARTBEAT = 0x700 + NODE_ID
+SYNC = 0x080
+RPDO1 = 0x200 + NODE_ID
+TPDO1, TPDO2, TPDO3, TPDO4 = (base + NODE_ID for base in (0x180, 0x280, 0x380, 0x480))
 CHANNELS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
 READINGS = (10.0e6, 2.0e6, 16.0e6, 0.1, 500.0)
 SAFE_CURRENT = 0.001
@@ -21,7 +28,6 @@ class Master:
     Attributes:
         network: a `canopen.Network`.
         remote: the stock `canopen.RemoteNode` of the device.
-        frames: every frame received so far, oldest first.
 
     """
 
@@ -31,10 +37,12 @@ class Master:
 
     @property
     def frames(self) -> list[Frame]:
+        """Return every frame received since `forget`, oldest first."""
         return [frame for _, frame in self.network.log]
 
     @property
     def commands(self) -> dict[str, float]:
+        """Return the commands in force in the device, in SI."""
         return self.network.commands
 
     def times_ms(self, can_id: int) -> list[float]:
@@ -74,6 +82,12 @@ class Master:
         """Bring the device to OPERATIONAL and forget what led there."""
         self.nmt(1)
         self.forget()
+
+    def request(self, text: str) -> str:
+        """Send one raw SDO request given in hexadecimal; return the answer, "" if none came."""
+        before = len(self.data(SDO_ANSWER))
+        self.send(SDO_REQUEST, bytes.fromhex(text))
+        return " ".join(answer.hex() for answer in self.data(SDO_ANSWER)[before:])
 
     def abort_code(self, index: int, subindex: int, data: bytes | None = None) -> int:
         """Return the code an upload, or a download of `data`, is aborted with; 0 if it is not."""

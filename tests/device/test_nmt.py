@@ -1,9 +1,10 @@
 """The NMT slave, seen by a stock master (CiA 301 7.3.2)."""
 
 import pytest
-from device_master import NODE_ID, Master
+from device_master import EMCY, HEARTBEAT, NODE_ID, SDO_ANSWER, SYNC, TPDO1, TPDO4, Master
 
-HEARTBEAT = 0x700 + NODE_ID
+from hil_emulator.frame import Frame
+
 START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 1, 2, 128, 129, 130
 
 
@@ -36,3 +37,73 @@ def test_other_nmt_messages_change_nothing(master: Master, data: bytes) -> None:
     master.send(0x000, data)
     master.run(100)
     assert master.data(HEARTBEAT)[-1] == bytes([127])
+
+
+def test_reset_node_reloads_everything(master: Master) -> None:
+    """After reset node all objects have their defaults again, and boot-up follows."""
+    master.remote.sdo["valve_current_safe"].raw = 7
+    master.remote.sdo[0x1017].raw = 50
+    master.forget()
+    master.nmt(RESET_NODE)
+    assert master.data(HEARTBEAT) == [b"\x00"]
+    assert master.remote.sdo["valve_current_safe"].raw == 1_000_000
+    assert master.remote.sdo[0x1017].raw == 100
+
+
+def test_reset_communication_spares_the_application(master: Master) -> None:
+    """After reset communication 0x1000 to 0x1FFF have their defaults, the rest its values."""
+    master.remote.sdo["valve_current_safe"].raw = 7
+    master.remote.sdo[0x1017].raw = 50
+    master.forget()
+    master.nmt(RESET_COMMUNICATION)
+    assert master.data(HEARTBEAT) == [b"\x00"]
+    assert master.remote.sdo["valve_current_safe"].raw == 7
+    assert master.remote.sdo[0x1017].raw == 100
+
+
+def test_reset_restores_pdo_parameters(master: Master) -> None:
+    """A PDO switched off by SDO is back after reset communication."""
+    master.remote.sdo[0x1800][1].raw = 0x80000000 | TPDO1
+    master.nmt(RESET_COMMUNICATION)
+    master.start()
+    master.run(3)
+    assert len(master.data(TPDO1)) == 3
+
+
+def test_stopped_leaves_nmt_and_error_control_only(master: Master) -> None:
+    """In STOPPED neither SDO nor PDO nor EMCY is served, yet the heartbeat goes on."""
+    master.start()
+    master.nmt(STOP)
+    master.forget()
+    master.measure(overrange=(1, 0, 0, 0, 0))
+    master.send(SYNC)
+    assert master.request("4000100000000000") == ""
+    master.send(TPDO1, remote=True)
+    master.run(200)
+    assert {frame.can_id for frame in master.frames} == {HEARTBEAT}
+    assert set(master.data(HEARTBEAT)) == {bytes([4])}
+
+
+def test_emergency_of_stopped_is_sent_afterwards(master: Master) -> None:
+    """An error that arose in STOPPED is reported once the node may speak again."""
+    master.nmt(STOP)
+    master.measure(overrange=(1, 0, 0, 0, 0))
+    master.run(5)
+    assert master.data(EMCY) == []
+    master.nmt(PRE_OPERATIONAL)
+    assert len(master.data(EMCY)) == 1
+
+
+def test_pdos_live_in_operational_only(master: Master) -> None:
+    """In PRE-OPERATIONAL no TPDO is sent, whether by timer, SYNC or remote frame."""
+    master.send(SYNC)
+    master.send(TPDO1, remote=True)
+    master.run(20)
+    assert master.data(TPDO1) == master.data(TPDO4) == []
+
+
+def test_sdo_requests_before_a_reset_die_with_it(master: Master) -> None:
+    """A reset drops answers not yet sent."""
+    request = bytes.fromhex("4000100000000000")
+    master.network.tick(Frame(0x600 + NODE_ID, request), Frame(0, bytes([RESET_NODE, 0])))
+    assert master.data(SDO_ANSWER) == []

@@ -1,0 +1,206 @@
+"""The EDS the device is built from: what it must hold, and what is said when it does not."""
+
+from pathlib import Path
+
+import canopen
+import pytest
+from device_master import CHANNELS, EDS, NODE_ID
+
+from hil_emulator.device.abort import SdoAbort
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
+
+COMMANDS = {"valve_current": 0.0}
+
+
+def edited(tmp_path: Path, *replacements: tuple[str, str]) -> Path:
+    """Return a copy of the shipped EDS with some text replaced."""
+    text = EDS.read_text()
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "edited.eds"
+    path.write_text(text)
+    return path
+
+
+def added(section: str, data_type: int, *lines: str, access: str = "rw") -> tuple[str, str]:
+    """Return a replacement that adds an object to the shipped EDS."""
+    head = f"[{section}]\nParameterName=added\nDataType=0x{data_type:X}\nAccessType={access}\n"
+    return ("[2000]\n", head + "\n".join(lines) + "\n\n[2000]\n")
+
+
+def test_shipped_eds_loads_without_loss() -> None:
+    """Every object and default of the stock import is in the dictionary."""
+    dictionary = Dictionary.from_eds(EDS, NODE_ID)
+    stock = canopen.import_od(str(EDS), NODE_ID)
+    variables = [
+        variable
+        for index, item in stock.items()
+        if index >= 0x1000
+        for variable in (item.values() if hasattr(item, "subindices") else [item])
+    ]
+    assert len(variables) == len(list(dictionary))
+    for variable in variables:
+        entry = dictionary.entry(variable.index, variable.subindex)
+        stock_default = variable.default
+        if isinstance(stock_default, str):
+            stock_default = stock_default.encode()
+        assert (entry.name, entry.access, entry.default) == (
+            variable.name,
+            variable.access_type,
+            stock_default,
+        )
+
+
+def test_shipped_eds_lists_its_objects() -> None:
+    """The object lists of CiA 306 name each object once, and no other."""
+    stock = canopen.import_od(str(EDS), NODE_ID)
+    listed = [
+        int(line.split("=")[1], 16)
+        for line in EDS.read_text().splitlines()
+        if line.split("=")[0].isdigit() and "=0x" in line
+    ]
+    assert sorted(listed) == [index for index in stock if index >= 0x1000]
+
+
+@pytest.mark.parametrize("node_id", [-1, 0, 128])
+def test_node_id_has_a_range(node_id: int) -> None:
+    """A node-ID outside 1 to 127 is refused with the range."""
+    with pytest.raises(UserError, match="1 to 127"):
+        Dictionary.from_eds(EDS, node_id)
+
+
+def test_missing_file_is_named() -> None:
+    """A path without a file is said."""
+    with pytest.raises(UserError, match=r"nowhere\.eds"):
+        Dictionary.from_eds(Path("nowhere.eds"), NODE_ID)
+
+
+@pytest.mark.filterwarnings("ignore:The 'warn' method:DeprecationWarning:canopen")
+@pytest.mark.parametrize("text", ["hello", "[2000]\nno=name\n", "[2000]\nParameterName=x\n", ""])
+def test_other_files_are_refused(tmp_path: Path, text: str) -> None:
+    """A file that is no EDS is refused by name, whatever it contains."""
+    path = tmp_path / "other.eds"
+    path.write_text(text)
+    with pytest.raises(UserError, match=r"other\.eds"):
+        Dictionary.from_eds(path, NODE_ID)
+
+
+@pytest.mark.parametrize("index", ["1000", "1001"])
+def test_mandatory_objects_are_required(tmp_path: Path, index: str) -> None:
+    """A device without device type or error register is none."""
+    with pytest.raises(UserError, match=f"0x{index}"):
+        Dictionary.from_eds(edited(tmp_path, (f"[{index}]\n", "[5FFF]\n")), NODE_ID)
+
+
+@pytest.mark.parametrize("section", ["2010", "1A00Sub0"])
+def test_objects_are_described_once(tmp_path: Path, section: str) -> None:
+    """A second section of the same object is refused, in any case of letters."""
+    with pytest.raises(UserError, match=rf"(?i){section}"):
+        Dictionary.from_eds(edited(tmp_path, added(section, 7)), NODE_ID)
+
+
+@pytest.mark.parametrize(
+    ("data_type", "line", "message"),
+    [
+        (0x04, "DefaultValue=abc", "DefaultValue 'abc' is not a INTEGER32"),
+        (0x05, "DefaultValue=256", "256 does not fit a UNSIGNED8"),
+        (0x08, "LowLimit=low", "LowLimit 'low'|LowLimit 'LOW'"),
+        (0x04, "Factor=0", "Factor"),
+        (0x17, "", "DataType"),
+    ],
+)
+def test_bad_values_are_refused_with_their_place(
+    tmp_path: Path, data_type: int, line: str, message: str
+) -> None:
+    """What an object's type cannot hold is said with the section."""
+    path = edited(tmp_path, added("2FFF", data_type, line))
+    with pytest.raises(UserError, match=message) as refusal:
+        Dictionary.from_eds(path, NODE_ID)
+    assert "[2FFF]" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("data_type", "low", "high", "inside", "outside"),
+    [
+        (0x08, "-0.5", "1.5", 1.5, 1.6),  # REAL32
+        (0x10, "0xFFFFF0", "0x10", -16, -17),  # INTEGER24, limits in hexadecimal
+        (0x16, "$NODEID+1", "100", 6, 5),  # UNSIGNED24 relative to the node-ID
+    ],
+)
+def test_limits_lost_by_the_stock_import_are_kept(
+    tmp_path: Path, data_type: int, low: str, high: str, inside: float, outside: float
+) -> None:
+    """Limits of REAL32 and of odd widths bind an SDO client."""
+    path = edited(tmp_path, added("2FFF", data_type, f"LowLimit={low}", f"HighLimit={high}"))
+    dictionary = Dictionary.from_eds(path, NODE_ID)
+    dictionary.write(0x2FFF, 0, inside)
+    with pytest.raises(SdoAbort):
+        dictionary.write(0x2FFF, 0, outside)
+    assert dictionary.read(0x2FFF) == inside
+
+
+def test_compact_arrays_have_their_members(tmp_path: Path) -> None:
+    """CompactSubObj gives as many members as it says, and a sub-index 0 that says so."""
+    lines = ("ObjectType=0x8", "CompactSubObj=3", "DefaultValue=4")
+    dictionary = Dictionary.from_eds(edited(tmp_path, added("2FFF", 7, *lines)), NODE_ID)
+    assert [dictionary.read(0x2FFF, n) for n in range(4)] == [3, 4, 4, 4]
+    with pytest.raises(SdoAbort):
+        dictionary.read(0x2FFF, 4)
+
+
+def test_parameter_value_of_a_dcf_counts(tmp_path: Path) -> None:
+    """A DCF's ParameterValue is the value after a reset."""
+    path = edited(tmp_path, ("DefaultValue=100\n", "DefaultValue=100\nParameterValue=250\n"))
+    assert Dictionary.from_eds(path, NODE_ID).read(0x1017) == 250
+
+
+def test_unbound_tpdo_object_stops_the_start(tmp_path: Path) -> None:
+    """A mapped object that no channel feeds is named with its TPDO."""
+    path = edited(tmp_path, ("ParameterName=pressure_a", "ParameterName=pressure_x"))
+    with pytest.raises(UserError, match="TPDO1 maps 0x2010:00 'pressure_x'"):
+        Node(Dictionary.from_eds(path, NODE_ID), CHANNELS, COMMANDS)
+
+
+def test_command_without_object_stops_the_start() -> None:
+    """A command the EDS has no set point for is named."""
+    with pytest.raises(UserError, match="'flow'"):
+        Node(Dictionary.from_eds(EDS, NODE_ID), CHANNELS, {**COMMANDS, "flow": 0.0})
+
+
+def test_command_must_be_mappable(tmp_path: Path) -> None:
+    """A read-only object is no set point."""
+    with pytest.raises(UserError, match="'load_force'"):
+        Node(Dictionary.from_eds(EDS, NODE_ID), CHANNELS, {"load_force": 0.0})
+
+
+def test_safe_value_beyond_the_limits_stops_the_start() -> None:
+    """A safe current of 20 mA does not fit limits of 10 mA."""
+    with pytest.raises(UserError, match="valve_current"):
+        Node(Dictionary.from_eds(EDS, NODE_ID), CHANNELS, {"valve_current": 0.02})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("DefaultValue=0x20100010", "DefaultValue=0x2FFF0010", "0x2FFF:00"),
+        ("DefaultValue=0x20100010", "DefaultValue=0x20100020", "0x2010:00 with 32 bits"),
+        ("DefaultValue=0x20000020", "DefaultValue=0x20100010", r"\[1600sub1\]"),
+    ],
+)
+def test_faulty_default_mapping_stops_the_start(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    """A default mapping of what cannot be mapped is said with its place."""
+    dictionary = Dictionary.from_eds(edited(tmp_path, (old, new)), NODE_ID)
+    with pytest.raises(UserError, match=message):
+        Node(dictionary, CHANNELS, COMMANDS)
+
+
+def test_ambiguous_names_stop_the_start(tmp_path: Path) -> None:
+    """Two objects of a channel's name cannot both be meant."""
+    path = edited(tmp_path, ("ParameterName=pressure_b", "ParameterName=pressure_a"))
+    with pytest.raises(UserError, match=r"0x2010:00.*0x2011:00"):
+        Node(Dictionary.from_eds(path, NODE_ID), CHANNELS, COMMANDS)

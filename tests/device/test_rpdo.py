@@ -1,0 +1,164 @@
+"""RPDOs: set points from the bus, their deadline and their errors (CiA 301 7.2.2)."""
+
+import pytest
+from device_master import EMCY, RPDO1, SAFE_CURRENT, SYNC, Master
+
+TOO_SHORT, TOO_LONG, TIMEOUT, RESET = 0x8210, 0x8220, 0x8250, 0x0000
+
+
+def current(amperes: float) -> bytes:
+    """Return RPDO1's data for a valve current."""
+    return round(amperes * 1e9).to_bytes(4, "little", signed=True)
+
+
+def codes(master: Master) -> list[int]:
+    """Return the emergency codes received, oldest first."""
+    return [int.from_bytes(data[:2], "little") for data in master.data(EMCY)]
+
+
+def test_stock_master_moves_the_valve(master: Master) -> None:
+    """A set point sent by a master that knows nothing but the EDS is in force in its tick."""
+    master.remote.rpdo.read()
+    master.start()
+    master.remote.rpdo[1]["valve_current"].phys = 0.005
+    master.remote.rpdo[1].transmit()
+    assert master.commands == {"valve_current": pytest.approx(0.005)}
+
+
+def test_commands_are_safe_outside_operational(master: Master) -> None:
+    """Neither PRE-OPERATIONAL nor leaving OPERATIONAL lets a set point act."""
+    master.send(RPDO1, current(0.005))
+    assert master.commands == {"valve_current": SAFE_CURRENT}
+    for command in (2, 128, 129, 130):
+        master.nmt(1)
+        master.send(RPDO1, current(0.005))
+        assert master.commands == {"valve_current": pytest.approx(0.005)}
+        master.nmt(command)
+        assert master.commands == {"valve_current": pytest.approx(SAFE_CURRENT)}
+
+
+def test_set_point_is_one_value(master: Master) -> None:
+    """An RPDO's set point and an SDO's are the same object."""
+    master.remote.sdo[0x1400][5].raw = 0
+    master.start()
+    master.send(RPDO1, current(0.002))
+    assert master.abort_code(0x2000, 0) == 0
+    assert master.remote.sdo.upload(0x2000, 0) == current(0.002)
+    master.remote.sdo.download(0x2000, 0, current(0.003))
+    assert master.commands == {"valve_current": pytest.approx(0.003)}
+
+
+def test_set_point_written_before_the_start_waits_for_it(master: Master) -> None:
+    """An SDO presets the set point in PRE-OPERATIONAL; it is in force with OPERATIONAL."""
+    master.remote.sdo.download(0x2000, 0, current(0.002))
+    assert master.commands == {"valve_current": SAFE_CURRENT}
+    master.nmt(1)
+    assert master.commands == {"valve_current": pytest.approx(0.002)}
+
+
+def test_safe_value_can_be_set_by_sdo(master: Master) -> None:
+    """A new safe value is in force at once, and stays so over the start of the node."""
+    master.remote.sdo["valve_current_safe"].raw = 4_000_000
+    assert master.commands == {"valve_current": pytest.approx(0.004)}
+    master.nmt(1)
+    assert master.commands == {"valve_current": pytest.approx(0.004)}
+    master.send(RPDO1, current(0.001))
+    master.remote.sdo["valve_current_safe"].raw = 3_000_000
+    assert master.commands == {"valve_current": pytest.approx(0.001)}
+
+
+@pytest.mark.parametrize(("asked", "got"), [(0.011, 0.01), (-2.0, -0.01)])
+def test_set_points_saturate_at_the_limits(master: Master, asked: float, got: float) -> None:
+    """A set point beyond the object's limits acts as the limit."""
+    master.start()
+    master.send(RPDO1, current(asked))
+    assert master.commands == {"valve_current": pytest.approx(got)}
+
+
+@pytest.mark.parametrize("kind", [0, 1, 240])
+def test_synchronous_set_point_waits_for_sync(master: Master, kind: int) -> None:
+    """Types 0 to 240 act with the SYNC after them, the last one received wins."""
+    master.remote.sdo[0x1400][2].raw = kind
+    master.start()
+    master.send(RPDO1, current(0.002))
+    master.send(RPDO1, current(0.003))
+    assert master.commands == {"valve_current": SAFE_CURRENT}
+    master.send(SYNC)
+    assert master.commands == {"valve_current": pytest.approx(0.003)}
+
+
+def test_short_rpdo_is_ignored_and_reported_once(master: Master) -> None:
+    """Too few bytes: EMCY 0x8210, no effect; a good RPDO ends the error."""
+    master.start()
+    for _ in range(3):
+        master.send(RPDO1, current(0.002)[:3])
+    assert master.commands == {"valve_current": SAFE_CURRENT}
+    assert codes(master) == [TOO_SHORT]
+    assert master.remote.sdo[0x1001].raw == 0x11
+    master.send(RPDO1, current(0.002))
+    assert codes(master) == [TOO_SHORT, RESET]
+    assert master.remote.sdo[0x1001].raw == 0
+
+
+def test_long_rpdo_is_used_and_reported(master: Master) -> None:
+    """Too many bytes: EMCY 0x8220, and the mapped part counts."""
+    master.start()
+    master.send(RPDO1, current(0.002) + b"\xff")
+    assert master.commands == {"valve_current": pytest.approx(0.002)}
+    assert codes(master) == [TOO_LONG]
+
+
+def test_missed_deadline_falls_back_to_the_safe_value(master: Master) -> None:
+    """20 ms after the last RPDO the safe value is in force and EMCY 0x8250 is sent."""
+    master.start()
+    master.send(RPDO1, current(0.005))
+    master.run(19)
+    assert master.commands == {"valve_current": pytest.approx(0.005)}
+    assert codes(master) == []
+    master.run(1)
+    assert master.commands == {"valve_current": pytest.approx(SAFE_CURRENT)}
+    assert codes(master) == [TIMEOUT]
+    assert master.remote.sdo.upload(0x2000, 0) == current(SAFE_CURRENT)
+    master.run(100)
+    assert codes(master) == [TIMEOUT]
+
+
+def test_new_rpdo_ends_the_missed_deadline(master: Master) -> None:
+    """The next RPDO is in force at once and the error reset is sent."""
+    master.start()
+    master.send(RPDO1, current(0.005))
+    master.run(30)
+    master.send(RPDO1, current(0.004))
+    assert master.commands == {"valve_current": pytest.approx(0.004)}
+    assert codes(master) == [TIMEOUT, RESET]
+
+
+def test_deadline_is_not_monitored_before_the_first_rpdo(master: Master) -> None:
+    """A master that has not begun to command is not late; nor is it after a new start."""
+    master.start()
+    master.run(100)
+    assert codes(master) == []
+    master.send(RPDO1, current(0.005))
+    master.nmt(128)
+    master.nmt(1)
+    master.run(100)
+    assert codes(master) == []
+
+
+def test_rpdo_each_deadline_is_in_time(master: Master) -> None:
+    """RPDOs exactly 20 ms apart never miss a deadline of 20 ms."""
+    master.start()
+    for _ in range(5):
+        master.send(RPDO1, current(0.005))
+        master.run(19)
+    assert codes(master) == []
+
+
+def test_deadline_can_be_switched_off(master: Master) -> None:
+    """With an event timer of 0 a set point holds for ever."""
+    master.remote.sdo[0x1400][5].raw = 0
+    master.start()
+    master.send(RPDO1, current(0.005))
+    master.run(1000)
+    assert master.commands == {"valve_current": pytest.approx(0.005)}
+    assert codes(master) == []
