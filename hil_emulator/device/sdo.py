@@ -1,4 +1,4 @@
-"""SDO server: expedited and segmented transfers (CiA 301 7.2.4).
+"""SDO server (CiA 301 7.2.4): initiates transfers, keeps at most one, times it out.
 
 One transfer at a time, as one client has one channel. An upload is answered when the tick's
 sample is in the dictionary, so that it and the tick's TPDOs show the same one. A new initiate
@@ -6,34 +6,53 @@ request replaces an unfinished transfer: its client has given up on it.
 """
 
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Protocol
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
 from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.sdo_block import MAX_BLOCK, BlockDownload, BlockUpload, check_block_size
+from hil_emulator.device.sdo_segmented import (
+    SegmentedDownload,
+    SegmentedUpload,
+)
 from hil_emulator.frame import Frame
 
 SDO_SERVER_PARAMETER = 0x1200
 TIMEOUT_NS = 1_000_000_000
 """CiA 301 leaves the time-out open; one second is customary (assumed)."""
-MAX_DOWNLOAD = 65_536
-"""Longest string or DOMAIN a client may write, in bytes (assumed)."""
 
 _HEAD = struct.Struct("<BHB")
-_ABORT = struct.Struct("<BHBI")
-_EXPEDITED, _SIZE_INDICATED, _TOGGLE, _LAST = 0x02, 0x01, 0x10, 0x01
-_SEGMENT = 7
+_HEAD_AND_SIZE = struct.Struct("<BHBI")
+_COMMAND_MASK = 0xE0
+_DOWNLOAD, _UPLOAD, _ABORT, _BLOCK_UPLOAD, _BLOCK_DOWNLOAD = 0x20, 0x40, 0x80, 0xA0, 0xC0
+_EXPEDITED, _SIZE = 0x02, 0x01
+_BLOCK_CRC, _BLOCK_SIZE, _BLOCK_SUBCOMMAND = 0x04, 0x02, 0x01
 
 
-@dataclass(slots=True)
-class _Transfer:
-    """A segmented transfer under way; `data` holds what has been moved, or is left to move."""
+class _Transfer(Protocol):
+    """A transfer under way; it is finished once `done`."""
 
     index: int
     subindex: int
-    upload: bool
-    data: bytearray = field(default_factory=bytearray)
-    size: int | None = None
-    toggle: int = 0
+    done: bool
+
+    @property
+    def received(self) -> bytes | None: ...
+
+    def takes(self, command: int) -> bool: ...
+
+    def request(self, data: bytes) -> list[bytes]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class _PendingUpload:
+    """An upload asked for but not answered; block size 0 stands for no block transfer."""
+
+    index: int
+    subindex: int
+    block_size: int = 0
+    threshold: int = 0
 
 
 class SdoServer:
@@ -59,7 +78,7 @@ class SdoServer:
     def reset(self) -> None:
         """Drop the transfer under way and all answers not yet sent."""
         self._transfer: _Transfer | None = None
-        self._upload: tuple[int, int] | None = None
+        self._upload: _PendingUpload | None = None
         self._answers: list[bytes] = []
         self._last_ns = 0
 
@@ -69,11 +88,15 @@ class SdoServer:
             return
         self._answer_upload()
         self._last_ns = now_ns
+        transfer = self._transfer
         _, index, subindex = _HEAD.unpack_from(data)
-        if self._transfer is not None and data[0] >> 5 in (0, 3):
-            index, subindex = self._transfer.index, self._transfer.subindex
         try:
-            self._dispatch(data, index, subindex)
+            if transfer is not None and transfer.takes(data[0]):
+                index, subindex = transfer.index, transfer.subindex
+                self._proceed(transfer, data)
+            else:
+                self._transfer = None
+                self._initiate(data, index, subindex)
         except SdoAbort as abort:
             self._abort(index, subindex, abort.code)
 
@@ -87,94 +110,75 @@ class SdoServer:
             frames.extend([Frame(self._answer_can_id, answer) for answer in self._answers])
             self._answers.clear()
 
-    def _dispatch(self, data: bytes, index: int, subindex: int) -> None:
-        match data[0] >> 5:
-            case 0:
-                self._download_segment(data)
-            case 1:
-                self._initiate_download(data, index, subindex)
-            case 2:
-                self._initiate_upload(index, subindex)
-            case 3:
-                self._upload_segment(data)
-            case 4:
-                self._transfer = None
-            case _:
-                raise SdoAbort(AbortCode.UNKNOWN_COMMAND)
+    def _proceed(self, transfer: _Transfer, data: bytes) -> None:
+        answers = transfer.request(data)
+        if transfer.done:
+            self._transfer = None
+            if transfer.received is not None:
+                self._dictionary.download(transfer.index, transfer.subindex, transfer.received)
+        self._answers += answers
+
+    def _initiate(self, data: bytes, index: int, subindex: int) -> None:
+        command = data[0] & _COMMAND_MASK
+        if command == _DOWNLOAD:
+            self._initiate_download(data, index, subindex)
+        elif command == _UPLOAD:
+            self._dictionary.read(index, subindex)
+            self._upload = _PendingUpload(index, subindex)
+        elif command == _BLOCK_DOWNLOAD and not data[0] & _BLOCK_SUBCOMMAND:
+            self._initiate_block_download(data, index, subindex)
+        elif command == _BLOCK_UPLOAD and not data[0] & (_BLOCK_SUBCOMMAND | _BLOCK_SIZE):
+            self._dictionary.read(index, subindex)
+            size = check_block_size(data[4])
+            self._upload = _PendingUpload(index, subindex, size, data[5])
+        elif command != _ABORT:
+            raise SdoAbort(AbortCode.UNKNOWN_COMMAND)
 
     def _initiate_download(self, data: bytes, index: int, subindex: int) -> None:
-        self._transfer = None
         kind = self._dictionary.writable(index, subindex).type
         if data[0] & _EXPEDITED:
-            size = 4 - (data[0] >> 2 & 3) if data[0] & _SIZE_INDICATED else kind.size or 4
+            size = 4 - (data[0] >> 2 & 3) if data[0] & _SIZE else kind.size or 4
             self._dictionary.download(index, subindex, data[4 : 4 + size])
         else:
-            size_indicated = data[0] & _SIZE_INDICATED
-            size_or_none = int.from_bytes(data[4:], "little") if size_indicated else None
-            if size_or_none is not None:
-                kind.check_length(size_or_none)
-            self._transfer = _Transfer(index, subindex, upload=False, size=size_or_none)
+            announced = int.from_bytes(data[4:], "little") if data[0] & _SIZE else None
+            if announced is not None:
+                kind.check_length(announced)
+            self._transfer = SegmentedDownload(index, subindex, kind, announced)
         self._answers.append(_HEAD.pack(0x60, index, subindex) + bytes(4))
 
-    def _download_segment(self, data: bytes) -> None:
-        transfer = self._expect(upload=False, toggle=data[0] & _TOGGLE)
-        transfer.data += data[1 : 8 - (data[0] >> 1 & 7)]
-        kind = self._dictionary.entry(transfer.index, transfer.subindex).type
-        limit = kind.size or MAX_DOWNLOAD
-        if len(transfer.data) > limit:
-            raise SdoAbort(AbortCode.LENGTH_TOO_HIGH if kind.size else AbortCode.OUT_OF_MEMORY)
-        if data[0] & _LAST:
-            if transfer.size is not None and transfer.size != len(transfer.data):
-                raise SdoAbort(AbortCode.LENGTH_MISMATCH)
-            self._dictionary.download(transfer.index, transfer.subindex, bytes(transfer.data))
-            self._transfer = None
-        self._answers.append(bytes([0x20 | transfer.toggle]) + bytes(7))
-        transfer.toggle ^= _TOGGLE
-
-    def _initiate_upload(self, index: int, subindex: int) -> None:
-        self._transfer = None
-        self._dictionary.read(index, subindex)
-        self._upload = index, subindex
+    def _initiate_block_download(self, data: bytes, index: int, subindex: int) -> None:
+        kind = self._dictionary.writable(index, subindex).type
+        announced = int.from_bytes(data[4:], "little") if data[0] & _BLOCK_SIZE else None
+        if announced is not None:
+            kind.check_length(announced)
+        checked = bool(data[0] & _BLOCK_CRC)
+        self._transfer = BlockDownload(index, subindex, kind, announced, checked=checked)
+        head = _HEAD.pack(0xA0 | _BLOCK_CRC, index, subindex)
+        self._answers.append(head + bytes([MAX_BLOCK, 0, 0, 0]))
 
     def _answer_upload(self) -> None:
         """Answer the initiate of an upload with the value the object has by now."""
         if self._upload is None:
             return
-        index, subindex = self._upload
-        self._upload = None
+        wanted, self._upload = self._upload, None
+        index, subindex = wanted.index, wanted.subindex
         try:
             data = self._dictionary.upload(index, subindex)
         except SdoAbort as abort:
             self._abort(index, subindex, abort.code)
             return
-        if 1 <= len(data) <= 4:
-            head = 0x40 | (4 - len(data)) << 2 | _EXPEDITED | _SIZE_INDICATED
+        # A client may name a length up to which it prefers no block transfer (7.2.4.3.13).
+        if wanted.block_size and (not wanted.threshold or len(data) > wanted.threshold):
+            self._transfer = BlockUpload(index, subindex, data, wanted.block_size)
+            head = 0xC0 | _BLOCK_CRC | _BLOCK_SIZE
+            self._answers.append(_HEAD_AND_SIZE.pack(head, index, subindex, len(data)))
+        elif 1 <= len(data) <= 4:
+            head = 0x40 | (4 - len(data)) << 2 | _EXPEDITED | _SIZE
             self._answers.append(_HEAD.pack(head, index, subindex) + data.ljust(4, b"\0"))
         else:
-            self._transfer = _Transfer(index, subindex, upload=True, data=bytearray(data))
-            head = 0x40 | _SIZE_INDICATED
-            self._answers.append(_ABORT.pack(head, index, subindex, len(data)))
-
-    def _upload_segment(self, data: bytes) -> None:
-        transfer = self._expect(upload=True, toggle=data[0] & _TOGGLE)
-        segment = bytes(transfer.data[:_SEGMENT])
-        del transfer.data[:_SEGMENT]
-        head = transfer.toggle | (_SEGMENT - len(segment)) << 1
-        if not transfer.data:
-            head |= _LAST
-            self._transfer = None
-        self._answers.append(bytes([head]) + segment.ljust(_SEGMENT, b"\0"))
-        transfer.toggle ^= _TOGGLE
-
-    def _expect(self, *, upload: bool, toggle: int) -> _Transfer:
-        """Return the transfer a segment belongs to (0504 0001, 0503 0000)."""
-        transfer = self._transfer
-        if transfer is None or transfer.upload is not upload:
-            raise SdoAbort(AbortCode.UNKNOWN_COMMAND)
-        if toggle != transfer.toggle:
-            raise SdoAbort(AbortCode.TOGGLE_BIT_NOT_ALTERNATED)
-        return transfer
+            self._transfer = SegmentedUpload(index, subindex, data)
+            self._answers.append(_HEAD_AND_SIZE.pack(0x40 | _SIZE, index, subindex, len(data)))
 
     def _abort(self, index: int, subindex: int, code: AbortCode) -> None:
         self._transfer = None
-        self._answers.append(_ABORT.pack(0x80, index, subindex, code))
+        self._answers.append(_HEAD_AND_SIZE.pack(0x80, index, subindex, code))

@@ -1,11 +1,9 @@
 """The device under test, and a stock master that hides how frames reach it."""
 
 import pytest
-from device_master import CHANNELS, EDS, NODE_ID, READINGS, SAFE_CURRENT, Master
-from simulated_network import SimulatedNetwork
+from device_master import CHANNELS, EDS, NODE_ID, SAFE_CURRENT, Master, booted
 
 from hil_emulator.device.dictionary import Dictionary
-from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
 
 
@@ -24,7 +22,4 @@ def node(dictionary: Dictionary) -> Node:
 @pytest.fixture
 def master(node: Node) -> Master:
     """Return a stock master on a bus with the device, which has booted."""
-    network = SimulatedNetwork(node, Measured(list(READINGS), [0] * len(CHANNELS)))
-    master = Master(network)
-    master.run(1)
-    return master
+    return booted(node)

@@ -6,6 +6,7 @@ import canopen
 from simulated_network import NS_PER_MS, SimulatedNetwork
 
 from hil_emulator.device.measured import Measured
+from hil_emulator.device.node import Node
 from hil_emulator.frame import Frame
 
 EDS = Path(__file__).parents[2] / "eds" / "hydraulic_actuator.eds"
@@ -31,9 +32,9 @@ class Master:
 
     """
 
-    def __init__(self, network: SimulatedNetwork) -> None:
+    def __init__(self, network: SimulatedNetwork, eds: Path) -> None:
         self.network = network
-        self.remote = network.add_node(NODE_ID, str(EDS))
+        self.remote = network.add_node(NODE_ID, str(eds))
 
     @property
     def frames(self) -> list[Frame]:
@@ -99,3 +100,11 @@ class Master:
         except canopen.SdoAbortedError as abort:
             return int(abort.code)
         return 0
+
+
+def booted(node: Node, eds: Path = EDS) -> Master:
+    """Return a stock master on a bus with a device that has just booted."""
+    network = SimulatedNetwork(node, Measured(list(READINGS), [0] * len(CHANNELS)))
+    master = Master(network, eds)
+    master.run(1)
+    return master

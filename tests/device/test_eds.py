@@ -5,6 +5,7 @@ from pathlib import Path
 import canopen
 import pytest
 from device_master import CHANNELS, EDS, NODE_ID
+from edited_eds import added, edited
 
 from hil_emulator.device.abort import SdoAbort
 from hil_emulator.device.dictionary import Dictionary
@@ -12,23 +13,6 @@ from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 
 COMMANDS = {"valve_current": 0.0}
-
-
-def edited(tmp_path: Path, *replacements: tuple[str, str]) -> Path:
-    """Return a copy of the shipped EDS with some text replaced."""
-    text = EDS.read_text()
-    for old, new in replacements:
-        assert old in text
-        text = text.replace(old, new, 1)
-    path = tmp_path / "edited.eds"
-    path.write_text(text)
-    return path
-
-
-def added(section: str, data_type: int, *lines: str, access: str = "rw") -> tuple[str, str]:
-    """Return a replacement that adds an object to the shipped EDS."""
-    head = f"[{section}]\nParameterName=added\nDataType=0x{data_type:X}\nAccessType={access}\n"
-    return ("[2000]\n", head + "\n".join(lines) + "\n\n[2000]\n")
 
 
 def test_shipped_eds_loads_without_loss() -> None:
