@@ -74,12 +74,38 @@ def run(
 
 
 @main.command()
+@click.option(
+    "--picture",
+    type=click.Path(path_type=Path, dir_okay=False, writable=True),
+    default="hil-emulator-demo.png",
+    show_default=True,
+)
+@click.pass_context
+def demo(ctx: click.Context, picture: Path) -> None:
+    """Run a controller against the emulator through CAN; needs nothing."""
+    from hil_emulator.commands import demo as command
+
+    ctx.exit(0 if command.demo(picture) else 1)
+
+
+@main.command()
 @_FILES
 def check(files: tuple[Path, ...]) -> None:
     """Validate a configuration; print its binding, PDO map and bus load."""
     from hil_emulator.commands import check as command
 
     command.check(files)
+
+
+@main.command()
+@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=click.Path(path_type=Path))
+@click.option("--duration", type=_Duration(), default="10 s", help="Of the wall-clock part.")
+@click.option("--json", "as_json", is_flag=True, help="For programs; microseconds.")
+def bench(files: tuple[Path, ...], duration: float, as_json: bool) -> None:
+    """Measure the emulator's speed and punctuality on this machine."""
+    from hil_emulator.commands import bench as command
+
+    command.bench(files, duration, as_json)
 
 
 @main.command()

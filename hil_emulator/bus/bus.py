@@ -33,6 +33,7 @@ class Bus:
         error_frames: error frames, and CAN FD frames, which are errors to a classical controller.
         read_errors: attempts to read that the interface failed.
         description: what the bus is and where.
+        port: TCP port in use, where the bus is a server.
         client_command: a line for the shell with which a stock client joins this bus.
 
     Raises:
@@ -49,6 +50,7 @@ class Bus:
         self.error_frames = 0
         self.read_errors = 0
         self.description = self._bus.channel_info
+        self.port: int | None = getattr(self._bus, "port", None)
         self.client_command = client_command(self._bus, settings)
 
     def receive(self) -> list[Frame]:
@@ -89,7 +91,7 @@ class Bus:
         """Hand frames to the bus in this order; those it does not take at once are dropped."""
         for frame in frames:
             try:
-                self._bus.send(_Outgoing(frame), timeout=0)
+                self._bus.send(_Outgoing(frame), timeout=None)
             except (can.CanError, OSError):
                 self.dropped += 1
             else:

@@ -1,0 +1,175 @@
+"""The measurements: integration step, tick, lock-step speed, punctuality, TCP throughput."""
+
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from hil_emulator import realtime
+from hil_emulator.bus.bus import Bus
+from hil_emulator.clock import LockStep, WallClock
+from hil_emulator.config.load import Configuration
+from hil_emulator.frame import Frame
+from hil_emulator.loop import Timing, run
+from hil_emulator.rig import Rig, assemble
+
+_CHANNEL = "hil-emulator bench"
+_STEPS = 100_000  # integration steps timed at once
+_TICKS = 5_000  # lock-step ticks timed at once
+_REPEATS = 5  # the best is kept: everything else on the machine can only slow it down
+_TCP_FRAMES = 20_000
+
+# A stock python-can client: counts until it has its share, then says how long that took.
+_CLIENT = """
+import can, time
+bus = can.Bus(interface="socketcand", host="127.0.0.1", port={port}, channel="can0")
+bus.send(can.Message(arbitration_id=0x7FF, is_extended_id=False))
+bus.recv(10)
+begin = time.perf_counter()
+for _ in range({frames} - 1):
+    bus.recv(10)
+print(time.perf_counter() - begin)
+bus.shutdown()
+"""
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """What was measured; durations in microseconds.
+
+    Attributes:
+        rk4_step_us: one integration step.
+        tick_us: p50 and p99 of a full tick in lock-step: one set point and a SYNC in, four TPDOs
+            out to one listener on the virtual bus.
+        lockstep_x: emulated over elapsed time of such ticks.
+        lateness_us: p50, p99, p999 and max of how late ticks began under the wall clock.
+        execution_us: the same of how long they took.
+        overruns: ticks that began a whole period late.
+        tcp_frames_per_s: frames a stock client in another process received through TCP.
+        realtime: the measures that were in force under the wall clock.
+
+    """
+
+    rk4_step_us: float
+    tick_us: dict[str, float]
+    lockstep_x: float
+    lateness_us: dict[str, float]
+    execution_us: dict[str, float]
+    overruns: int
+    tcp_frames_per_s: float
+    realtime: list[str]
+
+
+def measure(
+    config: Configuration, cache: Path, duration: float, say: Callable[[str], None]
+) -> Speeds:
+    """Measure everything; `duration` [s] is that of the wall-clock part."""
+    settings = {"interface": "virtual", "channel": _CHANNEL}
+    with Bus(settings) as emulator, Bus(settings) as listener:
+        say("Preparing the model ...")
+        rig = assemble(config, emulator, cache)
+        master = _Master(listener, config.nodes[0].id)
+        master.start(rig)
+        say("Integration step ...")
+        step_us = _step_us(rig)
+        say("Lock-step ...")
+        lockstep_x, tick = _lockstep(rig, master)
+        say("TCP ...")
+        tcp_rate = _tcp_rate()
+        say(f"Wall clock, {duration:g} s ...")
+        measures = realtime.apply()
+        wall = _wall_clock(rig, master, duration)
+    return Speeds(
+        rk4_step_us=step_us,
+        tick_us={key: tick.execution.summary()[key] for key in ("p50", "p99")},
+        lockstep_x=lockstep_x,
+        lateness_us=wall.lateness.summary(),
+        execution_us=wall.execution.summary(),
+        overruns=wall.overruns,
+        tcp_frames_per_s=tcp_rate,
+        realtime=[str(m) for m in measures],
+    )
+
+
+class _Master:
+    """Sends a set point and a SYNC each tick and takes what comes back."""
+
+    def __init__(self, bus: Bus, node_id: int) -> None:
+        self._bus = bus
+        self._id = node_id
+        self._frames = [Frame(0x200 + node_id, struct.pack("<i", 500_000)), Frame(0x080)]
+
+    def start(self, rig: Rig) -> None:
+        """Bring the node into OPERATIONAL."""
+        rig.step()
+        self._bus.send([Frame(0x000, bytes([1, self._id]))])
+        rig.step()
+
+    def exchange(self) -> None:
+        """Send this tick's frames and empty the queue."""
+        self._bus.send(self._frames)
+        while self._bus.receive():
+            pass
+
+
+def _step_us(rig: Rig) -> float:
+    def once() -> float:
+        begin = time.perf_counter()
+        rig.plant.step(_STEPS)
+        return (time.perf_counter() - begin) / _STEPS * 1e6
+
+    return min(once() for _ in range(_REPEATS))
+
+
+def _lockstep(rig: Rig, master: _Master) -> tuple[float, Timing]:
+    """Return the best speed of several runs, and the ticks of that run.
+
+    The master's own work is not the emulator's: it is done between the ticks and not counted.
+    """
+    best: tuple[float, Timing] = (0.0, Timing())
+    for _ in range(_REPEATS):
+        timing = Timing()
+        elapsed = 0.0
+        for _ in range(_TICKS):
+            master.exchange()
+            begin = time.perf_counter()
+            run(rig, LockStep(), 1, timing)
+            elapsed += time.perf_counter() - begin
+        speed = _TICKS * rig.tick_ns * 1e-9 / elapsed
+        if speed > best[0]:
+            best = (speed, timing)
+    return best
+
+
+def _wall_clock(rig: Rig, master: _Master, duration: float) -> Timing:
+    timing = Timing()
+    origin_ns = rig.now_ns
+    clock = WallClock(rig.tick_ns)
+    while rig.now_ns - origin_ns < duration * 1e9:
+        run(rig, clock, 1, timing)
+        master.exchange()
+    return timing
+
+
+def _tcp_rate() -> float:
+    """Return how many frames per second a client in another process takes from the server."""
+    with Bus({"interface": "socketcand_server", "channel": "can0", "port": 0}) as bus:
+        text = _CLIENT.format(port=bus.port, frames=_TCP_FRAMES)
+        client = subprocess.Popen(
+            [sys.executable, "-c", text],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,  # python-can warns of every frame that spans two reads
+            text=True,
+        )
+        sent = 0
+        burst = [Frame(0x180 + i, bytes(8)) for i in range(4)]
+        while client.poll() is None:
+            if bus.receive() or sent:
+                bus.send(burst)
+                sent += len(burst)
+            else:
+                bus.wait(0.1)
+        return _TCP_FRAMES / float(client.communicate()[0])

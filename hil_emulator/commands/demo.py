@@ -1,0 +1,47 @@
+"""`hil-emulator demo`: a controller against the emulator, judged and drawn."""
+
+from pathlib import Path
+
+import click
+
+from hil_emulator.demo.script import Outcome, Response, perform
+from hil_emulator.places import cache_folder
+
+
+def demo(picture: Path) -> bool:
+    """Run the demonstration, print PASS or FAIL, write the picture; return whether it passed.
+
+    Raises:
+        UserError: if the installation is incomplete or the picture cannot be written.
+
+    """
+    outcome = perform(cache_folder(), lambda text: click.echo(text, err=True))
+    for response in outcome.responses:
+        click.echo(_line(response))
+    click.echo(verdict(outcome))
+    from hil_emulator.demo.picture import draw
+
+    draw(outcome, picture)
+    click.echo(f"picture: {picture}")
+    return outcome.passed
+
+
+def _line(response: Response) -> str:
+    step = response.step
+    scale, unit = (1e3, "mm") if step.quantity == "position" else (1.0, "N")
+    return (
+        f"{'ok  ' if response.passed else 'BAD '} {step.quantity:<10} "
+        f"{step.before * scale:>4.0f} -> {step.after * scale:>3.0f} {unit:<2}  "
+        f"settles in {response.settling * 1e3:3.0f} ms, overshoot {response.overshoot:.1%}"
+    )
+
+
+def verdict(outcome: Outcome) -> str:
+    """Return the one line that says it all."""
+    slowest = max(r.settling for r in outcome.responses)
+    widest = max(r.overshoot for r in outcome.responses)
+    return (
+        f"{'PASS' if outcome.passed else 'FAIL'}: settling at most {slowest * 1e3:.0f} ms, "
+        f"overshoot at most {widest:.1%}, {outcome.missed} samples missed, "
+        f"{outcome.emergencies} emergencies"
+    )

@@ -1,0 +1,107 @@
+"""A small actuator controller that sees nothing but CAN frames."""
+
+import struct
+from dataclasses import dataclass
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.frame import Frame
+
+_NMT_START = 1  # CiA 301 7.2.8.2.2
+_MA = 1_000_000  # counts of the set point per mA
+
+_AREA_RATIO = 0.61  # of the reference machine
+
+# Gains, tuned by hand on the reference machine with a spring load.
+_POSITION_GAIN = 0.13  # A/m
+_DAMPING = 1.2e-10  # A/Pa, on the load pressure's changes
+_LEAK = 0.05  # share of the load pressure's mean that is renewed each sample
+_FORCE_GAIN = 5e-7  # A/N
+_VELOCITY_COMPENSATION = 7e-3  # A s/m: the current that lets the valve follow the moving rod
+_SMOOTHING = 0.35  # share of the velocity estimate that is renewed each sample
+_LIMIT = 8e-3  # A
+
+
+@dataclass
+class Readings:
+    """The last value of every channel, SI."""
+
+    pressure_a: float = 0.0
+    pressure_b: float = 0.0
+    position: float = 0.0
+    load_force: float = 0.0
+
+
+class Controller:
+    """Position or force control of one emulated actuator.
+
+    Args:
+        bus: the controller's own door to the bus.
+        node_id: the actuator's node.
+
+    Attributes:
+        readings: what the node's PDOs last said.
+        emergencies: EMCY messages seen.
+        counter: the node's sample counter.
+        missed: samples whose PDO never came.
+
+    """
+
+    def __init__(self, bus: Bus, node_id: int) -> None:
+        self._bus = bus
+        self._id = node_id
+        self._mean_pressure: float | None = None
+        self._velocity = 0.0
+        self._last_position = 0.0
+        self.readings = Readings()
+        self.emergencies: list[Frame] = []
+        self.counter: int | None = None
+        self.missed = 0
+
+    def start_node(self) -> None:
+        """Switch the node to OPERATIONAL."""
+        self._bus.send([Frame(0x000, bytes([_NMT_START, self._id]))])
+
+    def listen(self) -> None:
+        """Take in every frame that has come."""
+        for frame in self._bus.receive():
+            if frame.can_id == 0x180 + self._id:
+                a, b, _, counter = struct.unpack("<hhhH", frame.data)
+                self.readings.pressure_a, self.readings.pressure_b = a * 1e3, b * 1e3
+                if self.counter is not None:
+                    self.missed += (counter - self.counter - 1) % 0x10000
+                self.counter = counter
+            elif frame.can_id == 0x280 + self._id:
+                self.readings.position = struct.unpack_from("<i", frame.data)[0] * 1e-7
+            elif frame.can_id == 0x380 + self._id:
+                self.readings.load_force = struct.unpack_from("<i", frame.data)[0] * 1e-3
+            elif frame.can_id == 0x080 + self._id:
+                self.emergencies.append(frame)
+
+    def hold_position(self, target: float) -> None:
+        """Send the current that moves the rod towards `target` [m]."""
+        self._last_position = self.readings.position
+        self._send(_POSITION_GAIN * (target - self.readings.position) - self._damping())
+
+    def hold_force(self, target: float, period: float) -> None:
+        """Send the current that brings the load force to `target` [N].
+
+        A proportional controller with velocity compensation: the valve first follows the moving
+        rod, and only what it gives beyond that changes the force.
+        """
+        raw_velocity = (self.readings.position - self._last_position) / period
+        self._last_position = self.readings.position
+        self._velocity += _SMOOTHING * (raw_velocity - self._velocity)
+        error = target - self.readings.load_force
+        self._send(_FORCE_GAIN * error + _VELOCITY_COMPENSATION * self._velocity)
+
+    def _damping(self) -> float:
+        """Return the current against fast changes of the load pressure: it damps the oil spring."""
+        load_pressure = self.readings.pressure_a - _AREA_RATIO * self.readings.pressure_b
+        if self._mean_pressure is None:
+            self._mean_pressure = load_pressure
+        self._mean_pressure += _LEAK * (load_pressure - self._mean_pressure)
+        return _DAMPING * (load_pressure - self._mean_pressure)
+
+    def _send(self, current: float) -> None:
+        counts = round(max(-_LIMIT, min(_LIMIT, current)) * 1e3 * _MA)
+        self._bus.send([Frame(0x200 + self._id, struct.pack("<i", counts))])

@@ -1,0 +1,125 @@
+"""What the demonstration does, and how well the controller did."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.clock import LockStep
+from hil_emulator.config.load import load
+from hil_emulator.demo.controller import Controller
+from hil_emulator.loop import Timing, run
+from hil_emulator.places import shipped
+from hil_emulator.record import MODEL, Recorder
+from hil_emulator.rig import assemble
+
+_CHANNEL = "hil-emulator demo"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One set-point step: what is controlled, when, from where to where (SI)."""
+
+    quantity: str
+    start: float
+    end: float
+    before: float
+    after: float
+
+
+STEPS = (
+    Step("position", 0.2, 0.8, 0.040, 0.050),
+    Step("position", 0.8, 1.4, 0.050, 0.034),
+    Step("position", 1.4, 2.0, 0.034, 0.040),
+    Step("load_force", 2.0, 2.8, 0.0, 600.0),
+)
+"""The set points; before the first one the rod stands still at mid-stroke."""
+
+SETTLED = {"position": 0.05, "load_force": 0.10}
+"""Share of a step within which the response must stay; the force carries the load cell's noise."""
+
+LIMITS = {"position": (0.35, 0.10), "load_force": (0.35, 0.20)}
+"""Settling time [s] and overshoot that count as a pass."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """How a step went: settling time [s] (inf if never) and overshoot as share of the step."""
+
+    step: Step
+    settling: float
+    overshoot: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether it is within the limits."""
+        settling, overshoot = LIMITS[self.step.quantity]
+        return self.settling <= settling and self.overshoot <= overshoot
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A finished demonstration: the recording, the responses, and what went wrong on the bus."""
+
+    table: dict[str, np.ndarray[Any, np.dtype[np.float64]]]
+    responses: tuple[Response, ...]
+    missed: int
+    emergencies: int
+
+    @property
+    def passed(self) -> bool:
+        """Whether every response is good, no PDO was missed and no emergency was sent."""
+        return all(r.passed for r in self.responses) and not self.missed and not self.emergencies
+
+
+def set_point(time: float) -> tuple[str, float]:
+    """Return what is controlled at a time [s], and its set point."""
+    for step in reversed(STEPS):
+        if time >= step.start:
+            return step.quantity, step.after
+    return "position", STEPS[0].before
+
+
+def respond(step: Step, time: Any, values: Any) -> Response:
+    """Measure a step response in a recording."""
+    inside = (time >= step.start) & (time < step.end)
+    height = step.after - step.before
+    progress = (values[inside] - step.before) / height
+    outside = np.flatnonzero(np.abs(progress - 1.0) > SETTLED[step.quantity])
+    last = outside[-1] + 1 if len(outside) else 0
+    settled = last < len(progress)
+    settling = float(time[inside][last] - step.start) if settled else float("inf")
+    return Response(step, settling, max(0.0, float(progress.max()) - 1.0))
+
+
+def perform(cache: Path, say: Callable[[str], None]) -> Outcome:
+    """Run emulator and controller in lock-step on an in-process bus."""
+    files = [shipped("configs/hyq_knee.toml"), shipped("configs/spring_load.toml")]
+    config = load(files)
+    settings = {"interface": "virtual", "channel": _CHANNEL}
+    recorder = Recorder()
+    period = config.tick_ns * 1e-9
+    with Bus(settings) as emulator_bus, Bus(settings) as controller_bus:
+        say("Preparing the model (a few seconds the first time) ...")
+        rig = assemble(config, emulator_bus, cache, recorder)
+        controller = Controller(controller_bus, config.nodes[0].id)
+        timing = Timing()
+        say("Controlling position, then force, through CAN frames ...")
+        while rig.now_ns * 1e-9 < STEPS[-1].end:
+            run(rig, LockStep(), 1, timing)
+            controller.listen()
+            time = rig.now_ns * 1e-9
+            if timing.ticks == 10:
+                controller.start_node()
+            elif timing.ticks > 20:
+                quantity, target = set_point(time)
+                if quantity == "position":
+                    controller.hold_position(target)
+                else:
+                    controller.hold_force(target, period)
+    table = recorder.table()
+    responses = tuple(respond(s, table["time"], table[MODEL + s.quantity]) for s in STEPS)
+    return Outcome(table, responses, controller.missed, len(controller.emergencies))
