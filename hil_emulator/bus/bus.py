@@ -91,7 +91,7 @@ class Bus:
         """Hand frames to the bus in this order; those it does not take at once are dropped."""
         for frame in frames:
             try:
-                self._bus.send(_Outgoing(frame), timeout=None)
+                self._bus.send(_Outgoing(frame), timeout=0)
             except (can.CanError, OSError):
                 self.dropped += 1
             else:
