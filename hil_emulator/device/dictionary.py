@@ -26,7 +26,7 @@ class Watcher(Protocol):
         """Raise `SdoAbort` to refuse `value`; called before it is stored."""
 
     def changed(self, entry: Entry) -> None:
-        """Take note that `entry` has been written."""
+        """Act on `entry` having been written; `SdoAbort` where that fails."""
 
 
 class Dictionary:

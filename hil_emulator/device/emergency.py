@@ -67,6 +67,8 @@ class Emergency:
         fields = [dictionary.get(ERROR_HISTORY, n) for n in range(1, 255)]
         self._history = [field for field in fields if field is not None]
         self._count = count if self._history else None
+        for field in self._history:
+            field.default = None  # an empty field is read as 0800 0024, no data available
         for index in (ERROR_HISTORY, EMCY_COB_ID):
             dictionary.watch(index, self)
         self.reset()
@@ -152,4 +154,4 @@ class Emergency:
         if self._count is not None:
             self._count.value = 0
         for field in self._history:
-            field.value = None  # read as 0800 0024, no data available
+            field.value = field.default

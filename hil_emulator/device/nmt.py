@@ -34,6 +34,19 @@ NEXT_STATE = {
 }
 
 
+ERROR_BEHAVIOUR = 0x1029
+COMMUNICATION_ERROR = 1
+"""Sub-index of 0x1029 for a lost heartbeat or master."""
+
+
+class ErrorBehaviour(IntEnum):
+    """Where the node goes after a serious error (CiA 301 7.5.2.26)."""
+
+    PRE_OPERATIONAL = 0
+    NO_CHANGE = 1
+    STOPPED = 2
+
+
 def parse(data: bytes, node_id: int) -> Command | None:
     """Return the command meant for this node, or None for any other or malformed message."""
     if len(data) != 2 or data[1] not in (BROADCAST, node_id):

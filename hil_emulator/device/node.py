@@ -11,11 +11,24 @@ from hil_emulator.device import bus_load, layout, nmt
 from hil_emulator.device.binding import Sensors, SetPoints
 from hil_emulator.device.dictionary import ALL_OBJECTS, COMMUNICATION_OBJECTS, Dictionary
 from hil_emulator.device.emergency import Emergency
-from hil_emulator.device.error_control import PRODUCER_HEARTBEAT_TIME, Heartbeat
+from hil_emulator.device.error_control import (
+    ERROR_CONTROL_COB_ID,
+    PRODUCER_HEARTBEAT_TIME,
+    Heartbeat,
+)
+from hil_emulator.device.heartbeat_consumer import HeartbeatConsumer
 from hil_emulator.device.measured import Measured
-from hil_emulator.device.nmt import Command, State
+from hil_emulator.device.nmt import (
+    COMMUNICATION_ERROR,
+    ERROR_BEHAVIOUR,
+    Command,
+    ErrorBehaviour,
+    State,
+)
+from hil_emulator.device.node_guarding import NodeGuarding
 from hil_emulator.device.process_data import Handler, ProcessData
 from hil_emulator.device.sdo import SdoServer
+from hil_emulator.device.storage import MemoryStorage, ParameterStore, Storage
 from hil_emulator.device.sync import SyncConsumer
 from hil_emulator.frame import Frame
 
@@ -30,6 +43,7 @@ class Node:
         channels: names of the sensor channels; an object of the same name shows the channel.
         commands: safe value in SI of each command the plant understands; the object of the
             same name is its set point.
+        storage: where parameters saved by 0x1010 are kept; in memory by default.
 
     Attributes:
         node_id: 1 to 127.
@@ -42,7 +56,11 @@ class Node:
     """
 
     def __init__(
-        self, dictionary: Dictionary, channels: Sequence[str], commands: Mapping[str, float]
+        self,
+        dictionary: Dictionary,
+        channels: Sequence[str],
+        commands: Mapping[str, float],
+        storage: Storage | None = None,
     ) -> None:
         self.node_id = dictionary.node_id
         self.dictionary = dictionary
@@ -51,8 +69,13 @@ class Node:
         self._sensors = Sensors(dictionary, channels, self._emergency)
         self._set_points = SetPoints(dictionary, commands)
         self._sources = self._sensors.sources | self._set_points.sources
+        self._store = ParameterStore(dictionary, storage or MemoryStorage())
+        self._store.reset(ALL_OBJECTS)
+        self._set_points.fall_back()
         self._sdo = SdoServer(dictionary, self.node_id)
         self._heartbeat = Heartbeat(dictionary, self.node_id)
+        self._guarding = NodeGuarding(dictionary, self._emergency)
+        self._consumer = HeartbeatConsumer(dictionary, self._emergency, self._route)
         self._sync = SyncConsumer(dictionary, self._emergency, self._route)
         self._pdos = ProcessData(
             dictionary, self._emergency, self._set_points, self._sources, self._route
@@ -82,6 +105,8 @@ class Node:
             if handlers is not None and not extended:
                 for handler in handlers:
                     handler(now_ns, data)
+        if self._consumer.expired(now_ns) or self._guarding.expired(now_ns):
+            self._on_communication_error()
         if self._state is State.OPERATIONAL:
             self._pdos.check_deadlines(now_ns)
         if self._set_points.stale:
@@ -109,6 +134,7 @@ class Node:
             if self._state is State.OPERATIONAL:
                 self._pdos.publish(now_ns, frames)
             self._sdo.publish(now_ns, frames)
+        self._guarding.publish(self._state, frames)
         self._heartbeat.publish(now_ns, self._state, frames)
         return frames
 
@@ -160,15 +186,26 @@ class Node:
             self._pdos.start()
         self._route()
 
+    def _on_communication_error(self) -> None:
+        """Obey 0x1029:01 after a heartbeat or life guarding event (CiA 301 7.5.2.26)."""
+        entry = self.dictionary.get(ERROR_BEHAVIOUR, COMMUNICATION_ERROR)
+        behaviour = ErrorBehaviour.PRE_OPERATIONAL if entry is None else entry.value
+        if behaviour == ErrorBehaviour.STOPPED and self._state is not State.STOPPED:
+            self._enter(State.STOPPED)
+        elif behaviour == ErrorBehaviour.PRE_OPERATIONAL and self._state is State.OPERATIONAL:
+            self._enter(State.PRE_OPERATIONAL)
+
     def _reset(self, indices: range) -> None:
         """Reload defaults; boot-up follows with the next `publish`."""
         self._enter(State.INITIALISING)
-        self.dictionary.reset(indices)
+        self._store.reset(indices)
         self._set_points.fall_back()
         self._emergency.reset()
         self._sensors.reset()
         self._sdo.reset()
         self._pdos.reload()
+        self._guarding.reset()
+        self._consumer.reset()
 
     # -- routes: which service takes which frame in the state the node is in ---------------
 
@@ -178,6 +215,9 @@ class Node:
         remote: dict[int, list[Handler]] = {}
         if self._state is not State.INITIALISING:
             routes[nmt.NMT_COB_ID] = [self._on_nmt]
+            remote[ERROR_CONTROL_COB_ID + self.node_id] = [self._guarding.request]
+            for node_id in self._consumer.node_ids:
+                routes[ERROR_CONTROL_COB_ID + node_id] = [self._heartbeat_handler(node_id)]
         if self._state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
             routes[self._sdo.request_can_id] = [self._sdo.request]
             if self._sync.can_id is not None:
@@ -185,6 +225,13 @@ class Node:
         if self._state is State.OPERATIONAL:
             self._pdos.add_routes(routes, remote)
         self._routes, self._remote_routes = routes, remote
+
+    def _heartbeat_handler(self, node_id: int) -> Handler:
+        def handle(now_ns: int, data: bytes) -> None:
+            if len(data) == 1:
+                self._consumer.heard(now_ns, node_id)
+
+        return handle
 
     def _on_sync(self, now_ns: int, data: bytes) -> None:
         if self._sync.accept(data) and self._state is State.OPERATIONAL:

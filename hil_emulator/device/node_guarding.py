@@ -1,0 +1,70 @@
+"""Node and life guarding: the master asks by remote frame (CiA 301 7.2.8.3.2.1).
+
+The node answers with its state and a bit that toggles from answer to answer. If 0x100C times
+0x100D is not zero, a master that stops asking for that long is a life guarding event. A node
+with a heartbeat does not answer: CiA 301 allows one error control service at a time.
+"""
+
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
+from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID, PRODUCER_HEARTBEAT_TIME
+from hil_emulator.device.nmt import State
+from hil_emulator.device.rpdo import NEVER, NS_PER_MS
+from hil_emulator.frame import Frame
+
+GUARD_TIME = 0x100C
+LIFE_TIME_FACTOR = 0x100D
+_TOGGLE = 0x80
+_LIFE_GUARDING = "life guarding"
+
+
+class NodeGuarding:
+    """Answers guarding requests and notices when they stop.
+
+    Args:
+        dictionary: 0x100C in ms, 0x100D and 0x1017.
+        emergency: told of a lost master (0x8130).
+
+    """
+
+    def __init__(self, dictionary: Dictionary, emergency: Emergency) -> None:
+        self._dictionary = dictionary
+        self._emergency = emergency
+        self._guard = dictionary.get(GUARD_TIME)
+        self._factor = dictionary.get(LIFE_TIME_FACTOR)
+        self._heartbeat = dictionary.get(PRODUCER_HEARTBEAT_TIME)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin afresh after boot-up: the first answer has toggle 0, nothing is monitored."""
+        self._toggle = 0
+        self._requests = 0
+        self._deadline_ns = NEVER
+
+    def request(self, now_ns: int, data: bytes) -> None:
+        """Take a remote frame of the master."""
+        if self._heartbeat is not None and self._heartbeat.value:
+            return
+        self._requests += 1
+        self._emergency.clear(_LIFE_GUARDING)
+        if self._guard is not None and self._factor is not None:
+            life_time_ns = self._guard.value * self._factor.value * NS_PER_MS
+            self._deadline_ns = now_ns + life_time_ns if life_time_ns else NEVER
+
+    def expired(self, now_ns: int) -> bool:
+        """Return True once when the master has been silent for the life time."""
+        if now_ns < self._deadline_ns:
+            return False
+        self._deadline_ns = NEVER
+        self._emergency.raise_error(
+            _LIFE_GUARDING, ErrorCode.LIFE_GUARD_OR_HEARTBEAT, ErrorBit.COMMUNICATION
+        )
+        return True
+
+    def publish(self, state: State, frames: list[Frame]) -> None:
+        """Append an answer to each request."""
+        for _ in range(self._requests):
+            can_id = ERROR_CONTROL_COB_ID + self._dictionary.node_id
+            frames.append(Frame(can_id, bytes([state | self._toggle])))
+            self._toggle ^= _TOGGLE
+        self._requests = 0
