@@ -89,7 +89,8 @@ def run(
     """
     measure = time.perf_counter_ns
     for _ in range(ticks):
-        lateness = clock.wait_until(rig.now_ns)
+        t_ns = rig.now_ns
+        lateness = clock.wait_until(t_ns)
         begin = measure()
         rig.step()
         timing.execution.add(measure() - begin)
@@ -99,7 +100,7 @@ def run(
             timing.overruns += 1
             if stop_when_late:
                 raise UserError(
-                    f"stopped: the tick at {rig.now_ns * 1e-9:.3f} s began "
+                    f"stopped: the tick at {t_ns * 1e-9:.3f} s began "
                     f'{lateness * 1e-6:.1f} ms late and rig.late = "stop"; free the machine, '
                     'or set rig.late = "count"'
                 )

@@ -1,0 +1,195 @@
+"""From files to a configuration."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.config.load import DEFAULT_BUS, load
+from hil_emulator.errors import UserError
+from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.model.stages import transducer
+from hil_emulator.places import shipped
+
+REFERENCE = shipped("configs/hyq_knee.toml")
+
+Layer = Callable[[str], Path]
+
+
+@pytest.fixture
+def layer(tmp_path: Path) -> Layer:
+    """Return a function that writes a configuration file."""
+
+    def write(text: str) -> Path:
+        file = tmp_path / f"layer{len(list(tmp_path.iterdir()))}.toml"
+        file.write_text(text)
+        return file
+
+    return write
+
+
+def mistakes(*files: Path) -> list[str]:
+    """Return the lines of the message with which loading ends."""
+    with pytest.raises(UserError) as caught:
+        load(files)
+    return str(caught.value).splitlines()[1:] or [str(caught.value)]
+
+
+def test_the_reference_machine_has_the_published_numbers() -> None:
+    """HyQ's knee: 160 bar, 1300 MPa, alpha 0.61, 80 mm, 50 kg, 500 and 1000 N s/m, 100 N."""
+    plant = load([REFERENCE]).plant
+    expected = {
+        "supply_pressure": 160e5,
+        "oil_bulk_modulus": 1.3e9,
+        "cylinder_piston_area": math.pi * 0.016**2 / 4,
+        "cylinder_area_ratio": 0.61,
+        "cylinder_stroke": 0.08,
+        "load_mass": 50.0,
+        "load_viscous_friction_coefficient": 500.0,
+        "viscous_friction_coefficient": 1000.0,
+        "coulomb_friction_force": 100.0,
+    }
+    assert {name: plant[name] for name in expected} == pytest.approx(expected, rel=1e-4)
+    assert load([REFERENCE]).sensors["load_force"]["measuring_range_upper"] == 5000.0
+
+
+@pytest.mark.parametrize("name", ["pressure_drop_per_edge", "pressure_drop_total"])
+def test_the_valve_gain_follows_from_either_pressure_drop(layer: Layer, name: str) -> None:
+    """7.5 l/min at 10 mA: K_v = q_n / (u_n sqrt(dp_n1)), and dp_n2 = 2 dp_n1 (S1 eq. 3.7, 3.8)."""
+    bar = 35 if name == "pressure_drop_per_edge" else 70
+    over = layer(
+        f'[valve]\nnominal_flow = "7.5 l/min"\nrated_current = "10 mA"\n{name} = "{bar} bar"'
+    )
+    gain = 7.5e-3 / 60 / (0.01 * math.sqrt(35e5))
+    assert load([REFERENCE, over]).plant["valve_gain"] == pytest.approx(gain, rel=1e-12)
+
+
+def test_bore_and_rod_displace_the_areas_of_an_earlier_file(layer: Layer) -> None:
+    """A later file may say the same thing in another way; the old way is forgotten."""
+    over = layer('[cylinder]\nbore = "20 mm"\nrod = "12 mm"')
+    plant = load([REFERENCE, over]).plant
+    assert plant["cylinder_piston_area"] == pytest.approx(math.pi * 0.02**2 / 4)
+    assert plant["cylinder_area_ratio"] == pytest.approx(1 - 0.6**2)
+
+
+def test_later_files_are_laid_over_earlier_ones(layer: Layer) -> None:
+    """What a later file says holds; what it does not say stays, inside an effect too."""
+    over = layer(
+        '[load]\nmass = "30 kg"\n[friction]\ncoulomb_friction = {transition_velocity = "2 mm/s"}'
+    )
+    plant = load([REFERENCE, over]).plant
+    assert plant["load_mass"] == 30.0
+    assert plant["coulomb_friction_transition_velocity"] == pytest.approx(2e-3)
+    assert plant["coulomb_friction_force"] == 100.0
+
+
+def test_an_effect_can_be_switched_off(layer: Layer) -> None:
+    """The word "off" is the value at which the effect vanishes."""
+    over = layer('[friction]\ncoulomb_friction = "off"\n[valve]\nspool_rate_limit = "off"')
+    plant = load([REFERENCE, over]).plant
+    assert plant["coulomb_friction_force"] == 0.0
+    assert plant["spool_rate_limit_rate"] == math.inf
+
+
+def test_every_effect_of_the_catalogue_can_be_set(layer: Layer) -> None:
+    """The schema knows every effect, at its table, by its knob's typical value."""
+    plain = [e for e in CATALOGUE if e.stage != transducer]
+    tables: dict[str, list[str]] = {}
+    for e in plain:
+        unit = "" if e.knob.unit == "1" else f" {e.knob.unit}"
+        tables.setdefault(e.stage.table, []).append(f'{e.name} = "{e.knob.typical!r}{unit}"')
+    text = "\n".join(f"[{t}]\n" + "\n".join(lines) for t, lines in tables.items())
+    plant = load([REFERENCE, layer(text)]).plant
+    for e in plain:
+        assert plant[e.field_of(e.knob)] == pytest.approx(e.knob.typical), e.name
+
+
+def test_a_sensor_effect_is_set_in_the_channels_own_unit(layer: Layer) -> None:
+    """An offset of the load cell is a force, one of a pressure sensor a pressure."""
+    over = layer('[sensors.load_force]\noffset = "12 N"\n[sensors.pressure_a]\noffset = "0.5 bar"')
+    sensors = load([REFERENCE, over]).sensors
+    assert sensors["load_force"]["offset_value"] == 12.0
+    assert sensors["pressure_a"]["offset_value"] == pytest.approx(5e4)
+    wrong = layer('[sensors.load_force]\noffset = "0.5 bar"')
+    (line,) = mistakes(REFERENCE, wrong)
+    assert "a force is wanted" in line
+
+
+def test_all_mistakes_are_reported_at_once_each_with_its_remedy(layer: Layer) -> None:
+    """Unknown key, wrong dimension, out of range and missing unit: four lines with paths."""
+    over = layer(
+        '[cylinder]\nstrok = "80 mm"\n[supply]\npressure = "160 mm"\n'
+        '[load]\nmass = "-3 kg"\n[oil]\nbulk_modulus = 1300'
+    )
+    lines = "\n".join(mistakes(REFERENCE, over))
+    assert 'cylinder.strok: unknown key; did you mean "stroke"?' in lines
+    assert 'supply.pressure: "160 mm" is a length; a pressure is wanted, such as "160 bar"' in lines
+    assert 'load.mass: "-3 kg" is outside the allowed 0.1 kg ... 100000 kg' in lines
+    assert "oil.bulk_modulus: 1300 has no unit" in lines
+    assert lines.count("layer0.toml: ") == 4
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[valve]\ngain = "1e-6 m^3/(s*A*Pa^0.5)"\nrated_current = "1 mA"', "give either gain, or"),
+        ('[cylinder]\nbore = "10 mm"\nrod = "12 mm"', "the rod must be thinner than the bore"),
+        ('[rig]\ntick = "1 ms"\nstep = "30 us"', "is not a whole number of 30 us"),
+        ('[[node]]\nid = 0\neds = "x"', "node.0.id: 0: input should be greater than"),
+        ('[[node]]\nid = 3\neds = "x"\n[[node]]\nid = 3\neds = "x"', "two nodes have the ID 3"),
+        ("node = []", "node: []: list should have at least 1 item"),
+        ("[frction]\n", 'frction: unknown key; did you mean "friction"?'),
+        ("[valve\n", "not valid TOML"),
+        ('valve = "wide"', "'wide' is not a table"),
+        ('[friction]\ncoulomb_friction = { froce = "1 N" }', 'did you mean "force"?'),
+        ('[model]\neffects = ["nowhere.py"]', "model.effects"),
+    ],
+)
+def test_a_mistake_is_named_with_its_remedy(layer: Layer, text: str, message: str) -> None:
+    """What is wrong, where, and what to do, whatever the kind of mistake."""
+    assert message in "\n".join(mistakes(REFERENCE, layer(text)))
+
+
+def test_missing_tables_and_files_are_named(layer: Layer, tmp_path: Path) -> None:
+    """A file that is not there, and a configuration without an actuator, end with a message."""
+    assert "no such file" in mistakes(tmp_path / "none.toml")[0]
+    lines = "\n".join(mistakes(layer('[[node]]\nid = 1\neds = "x.eds"')))
+    for table in ("valve", "cylinder", "oil", "load", "supply"):
+        assert f"{table}: missing" in lines
+
+
+def test_an_effect_of_the_users_own_joins_the_catalogue(layer: Layer, tmp_path: Path) -> None:
+    """A Python file with one decorated function is enough to set its knob like any other."""
+    (tmp_path / "mine.py").write_text(
+        "from hil_emulator.model.declare import Param, effect\n"
+        "from hil_emulator.model.stages import friction\n"
+        "@effect(friction, knob=Param('strength', 'N*s^2/m^2', 'm', 50.0, 0.0, 1e4),\n"
+        "        source='assumed', signature='high speed')\n"
+        "def quadratic(velocity, strength):\n"
+        "    '''F = C v |v|.'''\n"
+        "    return strength * velocity * abs(velocity)\n"
+        "EFFECTS = (quadratic,)\n"
+    )
+    over = layer('[model]\neffects = ["mine.py"]\n[friction]\nquadratic = "80 N*s^2/m^2"')
+    config = load([REFERENCE, over])
+    assert config.effects[-1].name == "quadratic"
+    assert config.plant["quadratic_strength"] == 80.0
+
+
+def test_the_bus_table_goes_to_python_can_as_it_stands(layer: Layer) -> None:
+    """Whatever [bus] says is kept; without one, the TCP server on 127.0.0.1 is used."""
+    text = REFERENCE.read_text()
+    start, end = text.index("[bus]"), text.index("[[node]]")
+    without = layer(text[:start] + text[end:])
+    assert load([without]).bus == DEFAULT_BUS
+    over = layer('[bus]\ninterface = "kvaser"\nbitrate = 500000')
+    assert load([without, over]).bus == {"interface": "kvaser", "bitrate": 500000}
+
+
+def test_the_digest_changes_with_the_content_only(layer: Layer) -> None:
+    """Two equal configurations have one digest; another value has another."""
+    copy = layer(REFERENCE.read_text().replace("# HyQ", "# the same"))
+    assert load([copy]).digest == load([REFERENCE]).digest
+    other = layer('[load]\nmass = "51 kg"')
+    assert load([REFERENCE, other]).digest != load([REFERENCE]).digest
