@@ -234,5 +234,6 @@ class Node:
         return handle
 
     def _on_sync(self, now_ns: int, data: bytes) -> None:
-        if self._sync.accept(data) and self._state is State.OPERATIONAL:
-            self._pdos.sync()
+        counter = self._sync.accept(data)
+        if counter is not None and self._state is State.OPERATIONAL:
+            self._pdos.sync(now_ns, counter, self._sync.window_ns)

@@ -76,13 +76,20 @@ class ProcessData:
             item.parameters.load()
         self._select()
 
-    def sync(self) -> None:
-        """Apply held RPDOs and trigger synchronous TPDOs."""
+    def sync(self, now_ns: int, counter: int, window_ns: int) -> None:
+        """Apply held RPDOs and trigger synchronous TPDOs.
+
+        Args:
+            now_ns: time of the SYNC.
+            counter: its counter, 0 without one.
+            window_ns: how long synchronous RPDOs are taken from now on, 0 for ever.
+
+        """
         for rpdo in self.rpdos:
-            if rpdo.sync():
+            if rpdo.sync(now_ns, window_ns):
                 self._set_points.written(rpdo.parameters.mapping.entries)
         for tpdo in self._active:
-            tpdo.sync()
+            tpdo.sync(counter)
 
     def check_deadlines(self, now_ns: int) -> None:
         """Let the commands of each RPDO that is overdue fall back."""

@@ -34,6 +34,7 @@ class Rpdo:
         self._timeout_ns = self.parameters.event_timer_ms * NS_PER_MS
         self._deadline_ns = NEVER  # monitoring starts with the first reception
         self._held = None
+        self._window_end_ns = NEVER
         self._targets = [(entry, *entry.bounds) for entry in self._mapping.entries]
 
     def stop(self) -> None:
@@ -50,13 +51,22 @@ class Rpdo:
             self._deadline_ns = now_ns + self._timeout_ns
             self._emergency.clear((self.parameters.name, "deadline"))
         if self._synchronous:
-            self._held = data
+            if now_ns <= self._window_end_ns:
+                self._held = data
             return False
         self._store(data)
         return True
 
-    def sync(self) -> bool:
-        """Apply what was received since the last SYNC; return whether there was anything."""
+    def sync(self, now_ns: int, window_ns: int) -> bool:
+        """Apply what was received since the last SYNC; return whether there was anything.
+
+        Args:
+            now_ns: time of the SYNC.
+            window_ns: length of the synchronous window (CiA 301 7.5.2.7), 0 for no end: what
+                comes later than that waits for no SYNC, it is dropped.
+
+        """
+        self._window_end_ns = now_ns + window_ns if window_ns else NEVER
         if self._held is None:
             return False
         self._store(self._held)

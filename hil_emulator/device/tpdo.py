@@ -49,6 +49,7 @@ class Tpdo:
         self._requests = 0  # transmissions due now, whatever the inhibit time
         self._event = False  # an event waiting for the inhibit time
         self._syncs_left = kind
+        self._sync_start = parameters.sync_start
         self._sync_pending = False
         self._sampled: bytes | None = None
         self._last: bytes | None = None
@@ -59,8 +60,19 @@ class Tpdo:
         self._next_ns = UNSTARTED if self._period_ns else NEVER
         self._on_change = event_driven and not self._period_ns
 
-    def sync(self) -> None:
-        """Take note of a SYNC; what it triggers is sent by the next `publish`."""
+    def sync(self, counter: int) -> None:
+        """Take note of a SYNC; what it triggers is sent by the next `publish`.
+
+        Args:
+            counter: the SYNC's counter, 0 without one. The SYNC whose counter is the start
+                value (sub-index 6) is the first one answered (CiA 301 7.5.2.37).
+
+        """
+        if counter and self._sync_start:
+            if counter != self._sync_start:
+                return
+            self._sync_start = 0
+            self._syncs_left = 1
         if self._type in (SYNC_ACYCLIC, RTR_SYNC):
             self._sync_pending = True
         elif self._type <= SYNC_CYCLIC_MAX:
