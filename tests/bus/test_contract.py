@@ -1,4 +1,7 @@
-"""What is true of a `Bus` whatever carries it, told by stock python-can and canopen nodes."""
+"""What is true of a `Bus` whatever carries it, told by stock python-can and canopen nodes.
+
+Memory, TCP and the kernel's vcan carry it here.
+"""
 
 import shlex
 import subprocess

@@ -67,7 +67,7 @@ def test_a_hundred_thousand_random_bytes_harm_nobody(server: SocketcandServerBus
             deaf.heard()
         loud.say(send_line(FRAME))
         assert server.recv(10.0) is not None
-        assert b"000102030405060708"[:16] in witness.hear(1)
+        assert FRAME.data.hex().encode() in witness.hear(1)
         assert server.ignored > 100
         assert server.clients == 3
 
@@ -90,7 +90,7 @@ def test_a_client_that_stops_reading_loses_frames_and_nobody_else_does(
     ):
         assert server.recv(0) is None
         sent = 0
-        while not server.dropped:
+        while not server.dropped and sent < 1_000_000:  # the kernel buffers some 100 000 itself
             with contextlib.suppress(can.CanOperationError):
                 server.send(message_of(FRAME))
             sent += 1

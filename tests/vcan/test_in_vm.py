@@ -1,0 +1,42 @@
+"""Where this machine has no SocketCAN: all tests marked `vcan`, inside a virtual machine."""
+
+import shutil
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parents[1]
+RUN_IN_VM = Path(__file__).with_name("run_in_vm")
+TOOLS = ("qemu-system-x86_64", "busybox", "cpio", "ip", "candump", "apt-get", "dpkg-deb")
+
+
+def vcan_files() -> list[str]:
+    """Return the test files that speak of vcan; to import others costs the guest minutes."""
+    files = set(TESTS.rglob("test_*.py")) - {Path(__file__)}
+    return sorted(
+        str(path.relative_to(TESTS.parent)) for path in files if "vcan" in path.read_text()
+    )
+
+
+@pytest.mark.slow
+def test_all_that_needs_socketcan_holds_in_a_virtual_machine() -> None:
+    """The tests this machine has to skip pass on a stock kernel, none of them skipped there."""
+    if "vcan0" in (name for _, name in socket.if_nameindex()):
+        pytest.skip("this machine has vcan0: the tests run here")
+    missing = [tool for tool in TOOLS if shutil.which(tool) is None]
+    if missing:
+        pytest.skip(f"not installed: {', '.join(missing)} (tests/vcan/README.md)")
+    pytest_vcan = [sys.executable, "-m", "pytest", "-m", "vcan", "-p", "no:cacheprovider"]
+    guest = subprocess.run(
+        [str(RUN_IN_VM), *pytest_vcan, *vcan_files()],
+        cwd=TESTS.parent,
+        capture_output=True,
+        text=True,
+    )
+    report = guest.stdout + guest.stderr
+    assert guest.returncode == 0, report
+    assert " passed" in report, report
+    assert " skipped" not in report, report
