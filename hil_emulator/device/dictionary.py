@@ -163,6 +163,13 @@ class Dictionary:
             if entry.index in indices:
                 entry.value = entry.default
 
+    def renumber(self, node_id: int) -> None:
+        """Give the node another node-ID, and every default that contains it."""
+        for entry in self._entries.values():
+            if entry.relative:
+                entry.default += node_id - self.node_id
+        self.node_id = node_id
+
     def set_default(self, where: str | int | Entry, value: Any) -> None:
         """Set value and default of a variable given by name, by index or itself.
 

@@ -131,6 +131,7 @@ def _entry(
         high=_limit(where, sections, section, "HighLimit", data_type, node_id),
         unit=variable.unit,
         factor=variable.factor,
+        relative=variable.relative,
     )
 
 

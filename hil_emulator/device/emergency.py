@@ -17,6 +17,8 @@ from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.frame import Frame
 
+EMCY_BASE = 0x080
+"""Predefined connection set: plus the node-ID."""
 ERROR_REGISTER = 0x1001
 ERROR_HISTORY = 0x1003
 EMCY_COB_ID = 0x1014
@@ -58,11 +60,11 @@ class _Error(NamedTuple):
 class Emergency:
     """Active errors, their messages and their history."""
 
-    def __init__(self, dictionary: Dictionary, node_id: int) -> None:
+    def __init__(self, dictionary: Dictionary) -> None:
+        self._dictionary = dictionary
         self._register = dictionary.entry(ERROR_REGISTER)
         self._cob_id = dictionary.get(EMCY_COB_ID)
         self._inhibit = dictionary.get(EMCY_INHIBIT_TIME)
-        self._default_cob_id = 0x080 + node_id
         count = dictionary.get(ERROR_HISTORY)
         fields = [dictionary.get(ERROR_HISTORY, n) for n in range(1, 255)]
         self._history = [field for field in fields if field is not None]
@@ -111,7 +113,8 @@ class Emergency:
         """Append the messages that may be sent now."""
         while self._queue and now_ns >= self._free_ns:
             message = self._queue.popleft()
-            number = self._default_cob_id if self._cob_id is None else self._cob_id.value
+            predefined = EMCY_BASE + self._dictionary.node_id
+            number = predefined if self._cob_id is None else self._cob_id.value
             if number & cob_id.INVALID:
                 continue
             frames.append(Frame(number & cob_id.CAN_ID_MASK, message))

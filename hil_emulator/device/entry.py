@@ -26,6 +26,7 @@ class Entry:
         high: largest value an SDO client may write; None without a limit.
         unit: physical unit, "" without one.
         factor: physical value in `unit` per digit.
+        relative: whether the default contains the node-ID ($NODEID).
         default: value after a reset.
         value: an int, float or bytes by data type; None while there is no data to read.
 
@@ -40,6 +41,7 @@ class Entry:
         "low",
         "mappable",
         "name",
+        "relative",
         "subindex",
         "type",
         "unit",
@@ -60,6 +62,7 @@ class Entry:
         high: float | None = None,
         unit: str = "",
         factor: float = 1.0,
+        relative: bool = False,
     ) -> None:
         self.index = index
         self.subindex = subindex
@@ -71,6 +74,7 @@ class Entry:
         self.high = high
         self.unit = unit
         self.factor = factor
+        self.relative = relative
         if default is None:
             default = 0 if data_type.numeric else b""
         self.default: Any = default

@@ -18,8 +18,8 @@ class Heartbeat:
     The first heartbeat follows one period after boot-up or after a write of the period.
     """
 
-    def __init__(self, dictionary: Dictionary, node_id: int) -> None:
-        self._can_id = ERROR_CONTROL_COB_ID + node_id
+    def __init__(self, dictionary: Dictionary) -> None:
+        self._dictionary = dictionary
         self._time = dictionary.get(PRODUCER_HEARTBEAT_TIME)
         self._restart = True
         self._next_ns = 0
@@ -30,14 +30,14 @@ class Heartbeat:
     def boot_up(self, now_ns: int) -> Frame:
         """Return the boot-up message and start the period."""
         self._start(now_ns)
-        return Frame(self._can_id, bytes([State.INITIALISING]))
+        return self._message(State.INITIALISING)
 
     def publish(self, now_ns: int, state: State, frames: list[Frame]) -> None:
         """Append a heartbeat where one is due."""
         if self._restart:
             self._start(now_ns)
         if self._period_ns and now_ns >= self._next_ns:
-            frames.append(Frame(self._can_id, bytes([state])))
+            frames.append(self._message(state))
             self._next_ns += ((now_ns - self._next_ns) // self._period_ns + 1) * self._period_ns
 
     def check(self, entry: Entry, value: Any) -> None:
@@ -46,6 +46,9 @@ class Heartbeat:
     def changed(self, entry: Entry) -> None:
         """Start a new period."""
         self._restart = True
+
+    def _message(self, state: State) -> Frame:
+        return Frame(ERROR_CONTROL_COB_ID + self._dictionary.node_id, bytes([state]))
 
     def _start(self, now_ns: int) -> None:
         self._restart = False

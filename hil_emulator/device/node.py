@@ -17,6 +17,7 @@ from hil_emulator.device.error_control import (
     Heartbeat,
 )
 from hil_emulator.device.heartbeat_consumer import HeartbeatConsumer
+from hil_emulator.device.lss import LSS_REQUEST, UNCONFIGURED, LssSlave
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.nmt import (
     COMMUNICATION_ERROR,
@@ -46,7 +47,6 @@ class Node:
         storage: where parameters saved by 0x1010 are kept; in memory by default.
 
     Attributes:
-        node_id: 1 to 127.
         dictionary: as given.
 
     Raises:
@@ -62,18 +62,21 @@ class Node:
         commands: Mapping[str, float],
         storage: Storage | None = None,
     ) -> None:
-        self.node_id = dictionary.node_id
         self.dictionary = dictionary
+        storage = storage or MemoryStorage()
+        self._lss = LssSlave(dictionary, storage, self._configured)
+        if self._lss.node_id != UNCONFIGURED:
+            dictionary.renumber(self._lss.node_id)
         self._state = State.INITIALISING
-        self._emergency = Emergency(dictionary, self.node_id)
+        self._emergency = Emergency(dictionary)
         self._sensors = Sensors(dictionary, channels, self._emergency)
         self._set_points = SetPoints(dictionary, commands)
         self._sources = self._sensors.sources | self._set_points.sources
-        self._store = ParameterStore(dictionary, storage or MemoryStorage())
+        self._store = ParameterStore(dictionary, storage)
         self._store.reset(ALL_OBJECTS)
         self._set_points.fall_back()
-        self._sdo = SdoServer(dictionary, self.node_id)
-        self._heartbeat = Heartbeat(dictionary, self.node_id)
+        self._sdo = SdoServer(dictionary)
+        self._heartbeat = Heartbeat(dictionary)
         self._guarding = NodeGuarding(dictionary, self._emergency)
         self._consumer = HeartbeatConsumer(dictionary, self._emergency, self._route)
         self._sync = SyncConsumer(dictionary, self._emergency, self._route)
@@ -82,6 +85,11 @@ class Node:
         )
         self._commands = self._set_points.in_force(operational=False)
         self._route()
+
+    @property
+    def node_id(self) -> int:
+        """The node-ID, 1 to 127; LSS may change it."""
+        return self.dictionary.node_id
 
     @property
     def state(self) -> State:
@@ -123,11 +131,13 @@ class Node:
 
         """
         self._sensors.sample(now_ns, measured)
-        if self._state is State.INITIALISING:
-            boot_up = self._heartbeat.boot_up(now_ns)
-            self._enter(State.PRE_OPERATIONAL)
-            return [boot_up]
         frames: list[Frame] = []
+        self._lss.publish(frames)
+        if self._state is State.INITIALISING:
+            if self._lss.node_id != UNCONFIGURED:
+                frames.append(self._heartbeat.boot_up(now_ns))
+                self._enter(State.PRE_OPERATIONAL)
+            return frames
         self._sensors.check_ranges(measured.overrange)
         if self._state is not State.STOPPED:
             self._emergency.publish(now_ns, frames)
@@ -197,6 +207,8 @@ class Node:
 
     def _reset(self, indices: range) -> None:
         """Reload defaults; boot-up follows with the next `publish`."""
+        if self._lss.activate() != UNCONFIGURED:
+            self.dictionary.renumber(self._lss.node_id)
         self._enter(State.INITIALISING)
         self._store.reset(indices)
         self._set_points.fall_back()
@@ -207,12 +219,18 @@ class Node:
         self._guarding.reset()
         self._consumer.reset()
 
+    def _configured(self) -> None:
+        """Boot with the node-ID that LSS has given to an unconfigured node."""
+        self._reset(COMMUNICATION_OBJECTS)
+
     # -- routes: which service takes which frame in the state the node is in ---------------
 
     def _route(self) -> None:
         """Rebuild the routes (states and services: CiA 301 table 38)."""
         routes: dict[int, list[Handler]] = {}
         remote: dict[int, list[Handler]] = {}
+        if self._state is not State.OPERATIONAL:
+            routes[LSS_REQUEST] = [self._lss.request]
         if self._state is not State.INITIALISING:
             routes[nmt.NMT_COB_ID] = [self._on_nmt]
             remote[ERROR_CONTROL_COB_ID + self.node_id] = [self._guarding.request]

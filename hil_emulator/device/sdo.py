@@ -60,23 +60,26 @@ class SdoServer:
 
     Args:
         dictionary: what is read and written.
-        node_id: gives the identifiers where 0x1200 is absent.
-
-    Attributes:
-        request_can_id: identifier of the client's requests.
 
     """
 
-    def __init__(self, dictionary: Dictionary, node_id: int) -> None:
+    def __init__(self, dictionary: Dictionary) -> None:
         self._dictionary = dictionary
-        request = dictionary.get(SDO_SERVER_PARAMETER, 1)
-        answer = dictionary.get(SDO_SERVER_PARAMETER, 2)
-        self.request_can_id = (0x600 + node_id if request is None else request.value) & 0x7FF
-        self._answer_can_id = (0x580 + node_id if answer is None else answer.value) & 0x7FF
         self.reset()
+
+    @property
+    def request_can_id(self) -> int:
+        """Identifier of the client's requests: 0x1200:01, or the predefined one."""
+        return self._can_id(1, 0x600)
+
+    def _can_id(self, subindex: int, predefined: int) -> int:
+        entry = self._dictionary.get(SDO_SERVER_PARAMETER, subindex)
+        value = predefined + self._dictionary.node_id if entry is None else int(entry.value)
+        return value & 0x7FF
 
     def reset(self) -> None:
         """Drop the transfer under way and all answers not yet sent."""
+        self._answer_can_id = self._can_id(2, 0x580)
         self._transfer: _Transfer | None = None
         self._upload: _PendingUpload | None = None
         self._answers: list[bytes] = []
