@@ -34,7 +34,7 @@ def open_can_bus(settings: Mapping[str, object]) -> can.BusABC:
     """
     given: dict[str, Any] = dict(settings)
     interface = given.pop("interface", None)
-    if interface not in BACKENDS:
+    if not isinstance(interface, str) or interface not in BACKENDS:
         raise UserError(_unknown_interface(interface))
     _check_settings(interface, given)
     try:

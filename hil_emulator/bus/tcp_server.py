@@ -5,6 +5,7 @@ Every frame a client sends reaches the owner of the bus and all other clients, a
 Stock clients connect with `can.Bus(interface="socketcand", host=..., port=..., channel=...)`.
 """
 
+import contextlib
 import selectors
 import socket
 import sys
@@ -139,19 +140,15 @@ class SocketcandServerBus(can.BusABC):
             self._watch(client)
 
     def _accept(self) -> None:
-        try:
+        with contextlib.suppress(OSError):  # who has gone again already need not be served
             sock, _ = self._listener.accept()
-        except OSError:  # it has gone again
-            return
-        if len(self._clients) >= MAX_CLIENTS:
-            sock.setblocking(False)
-            sock.send(socketcand.format_error(f"{MAX_CLIENTS} clients are connected already"))
-            sock.close()
-            return
-        client = Connection(sock, self.channel)
-        self._selector.register(sock, selectors.EVENT_READ, client)
-        self._clients += (client,)
-        self._watch(client)
+            if len(self._clients) >= MAX_CLIENTS:
+                _turn_away(sock)
+                return
+            client = Connection(sock, self.channel)
+            self._selector.register(sock, selectors.EVENT_READ, client)
+            self._clients += (client,)
+            self._watch(client)
 
     def _read(self, client: Connection) -> None:
         was_raw = client.raw
@@ -202,6 +199,12 @@ class SocketcandServerBus(can.BusABC):
         self._silent = [c for c in self._silent if c.silent_until is not None and not c.gone]
         ends = [until - now for c in self._silent if (until := c.silent_until) is not None]
         return min(ends + ([] if timeout is None else [timeout]), default=timeout)
+
+
+def _turn_away(sock: socket.socket) -> None:
+    with sock:
+        sock.setblocking(False)
+        sock.send(socketcand.format_error(f"{MAX_CLIENTS} clients are connected already"))
 
 
 def _listen(host: str, port: int) -> socket.socket:

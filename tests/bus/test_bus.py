@@ -51,6 +51,15 @@ def test_frames_given_back_come_first(bus: Bus, peer: can.BusABC) -> None:
     assert bus.received == 4
 
 
+def test_frames_given_back_count_towards_the_bound(bus: Bus, peer: can.BusABC) -> None:
+    """A portion stays a portion, whether its frames are new or come back."""
+    bus.unread([Frame(1)] * (RECEIVE_LIMIT - 1))
+    for number in (2, 3):
+        peer.send(can.Message(arbitration_id=number, is_extended_id=False))
+    assert bus.receive() == [Frame(1)] * (RECEIVE_LIMIT - 1) + [Frame(2)]
+    assert bus.receive() == [Frame(3)]
+
+
 def test_errors_on_the_wire_are_counted_and_not_handed_on(bus: Bus, peer: can.BusABC) -> None:
     """Error frames and CAN FD frames, errors to a classical controller, never reach the device."""
     peer.send(can.Message(is_error_frame=True))

@@ -26,7 +26,8 @@ def test_an_unknown_interface_is_told_with_the_known_ones() -> None:
     assert "'virtaul'" in text
     for known in ("virtual", "socketcan", "socketcand_server"):
         assert f"'{known}'" in text
-    assert "interface" in told({"channel": "can0"})
+    assert "no interface" in told({"channel": "can0"})
+    assert "['can0']" in told({"interface": ["can0"]})
 
 
 @pytest.mark.parametrize("interface", ["virtual", "socketcan", "socketcand_server"])

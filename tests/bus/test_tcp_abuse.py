@@ -109,3 +109,5 @@ def test_a_client_that_stops_reading_loses_frames_and_nobody_else_does(
         assert {line.split()[3] for line in lines} == {FRAME.data.hex().encode()}
         server.send(message_of(FRAME))
         assert stalled.hear(1).startswith(b"< frame 181 ")
+    polled(server, lambda: server.clients == 0)
+    assert server.dropped == 10
