@@ -1,0 +1,101 @@
+"""Effective bulk modulus of the oil against pressure, by compression (S1 eq. 3.1, S2 eq. 1).
+
+The valve's ports are plugged and a press pushes the rod in, so chamber a holds a fixed mass of
+oil and air: beta = -V dp/dV from a laboratory gauge and the displacement of the press. It should
+give the exact expression for oil of constant modulus E with air of volume r_v at atmosphere,
+
+    beta = E (1 + w)/(1 + w E/(kappa p)),    w = r_v (p_0/p)^(1/kappa).
+"""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.stand import Bench
+from hil_emulator.model.constants import ATMOSPHERE
+
+_LOWEST, _HIGHEST = (
+    1.5e5,
+    250e5,
+)  # compression from just above atmosphere to the sensor's range [Pa]
+_DURATION = 4.0  # [s]
+_CHECKED = (10e5, 50e5, 100e5, 200e5)  # pressures of the comparison [Pa]
+
+
+def mixture(pressure: Series, modulus: float, fraction: float, exponent: float) -> Series:
+    """Return the bulk modulus of oil with entrained air [Pa] (S2 eq. 1, corrected).
+
+    The printed form divides by r_v and does not tend to E where there is no air.
+    """
+    gas = fraction * (ATMOSPHERE / pressure) ** (1.0 / exponent)
+    return np.asarray(modulus * (1.0 + gas) / (1.0 + gas * modulus / (exponent * pressure)))
+
+
+def _compress(bench: Bench) -> tuple[Series, Series]:
+    """Return pressure [Pa] and bulk modulus [Pa] between samples of one compression."""
+    plugged = bench.off("valve", "cylinder", "friction", "load", "supply") | {
+        "supply_pressure": 2.0 * _LOWEST,  # both chambers start near _LOWEST
+        "valve_gain": 1e-30,
+        "load_mass": 1.0,
+        "load_viscous_friction_coefficient": 1e5,  # of the press, so that nothing swings
+    }
+    stand = bench.stand(plugged)
+    area = bench.value("cylinder_piston_area")
+    time = np.arange(0.0, _DURATION, stand.period)
+    push = area * _LOWEST * (_HIGHEST / _LOWEST) ** (time / _DURATION)
+    seen = stand.drive(0.0, push - area * _LOWEST)
+    p, v = seen.signals["pressure_a"], seen.signals["volume_a"]
+    rising = (np.diff(p) > 1e-5 * p[1:]) & (p[1:] > _LOWEST)
+    beta = -(v[1:] + v[:-1]) / 2.0 * np.diff(p) / np.diff(v)
+    return ((p[1:] + p[:-1]) / 2.0)[rising], beta[rising]
+
+
+def run(bench: Bench) -> Result:
+    """Compress chamber a and differentiate."""
+    p, beta = _compress(bench)
+    order = np.argsort(p)
+    p, beta = p[order], beta[order]
+    modulus = bench.value("oil_bulk_modulus")
+    air = bench.value("entrained_air_fraction")
+    exact = mixture(p, modulus, air, bench.value("entrained_air_polytropic_exponent"))
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Ports plugged, a press pushes the rod in: chamber a is compressed from 1.5 to "
+            "250 bar; beta = -V dp/dV between samples of pressure and volume."
+        ),
+        columns={
+            "pressure": column("bar", p * 1e-5),
+            "bulk modulus": column("MPa", beta * 1e-6),
+            "exact expression": column("MPa", exact * 1e-6),
+        },
+        comparisons=[
+            Comparison(
+                f"effective bulk modulus at {at * 1e-5:.0f} bar", "MPa",
+                float(np.interp(at, p, exact)) * 1e-6, "S2 eq. 1, corrected",
+                float(np.interp(at, p, beta)) * 1e-6, 1e-3,
+            )
+            for at in _CHECKED
+        ],
+        notes=[f"{air:.2%} of air at atmosphere; {modulus * 1e-6:.0f} MPa without air (S1 3.1.1)."],
+    )  # fmt: skip
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw the bulk modulus against pressure."""
+    axes = figure.add_subplot()
+    axes.semilogx(result["pressure"], result["bulk modulus"], color=look.BLUE, linewidth=3,
+              label="emulated compression")  # fmt: skip
+    axes.plot(result["pressure"], result["exact expression"], "--", color=look.BLACK, linewidth=1,
+              label="oil with entrained air, exact")  # fmt: skip
+    axes.set_ylim(bottom=0)
+    look.decade_axis(axes)
+    look.label(axes, "absolute pressure [bar]", "effective bulk modulus [MPa]",
+               "Stiffness of the oil in chamber a")  # fmt: skip
+    look.legend(axes)
+
+
+TEST = Procedure("bulk-modulus", "Effective bulk modulus against pressure", run, draw)

@@ -1,0 +1,110 @@
+"""Frequency response of hydraulic force and load force about rest (S1 eq. 3.38, 3.40).
+
+Small sines of the current, much smaller than the underlap, about the current that holds the rod;
+f_h from the pressure sensors, f from the load cell. Dry friction is switched off, as in the linear
+model. Beside them stand both transfer functions of S1 and the exact linearisation of the model.
+"""
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.force_poles import rest_point
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Column, Comparison, Result, column
+from hil_emulator.characterise.sine import fundamental
+from hil_emulator.characterise.stand import Bench
+from hil_emulator.model import linear, linearise
+
+Response = NDArray[np.complex128]
+
+_HERTZ = np.geomspace(10.0, 200.0, 45)
+_AMPLITUDE = 1e-3  # of the sines, part of the rated current
+_FORCES = {"f_h": "hydraulic_force", "f": "load_force"}
+_PERIOD = 2e-4  # of the signal generator [s]
+_SETTLING, _MEASURED = 0.4, 1.0  # [s]
+
+
+def _responses(bench: Bench, hertz: float, rest: linearise.Linearisation) -> list[complex]:
+    """Return hydraulic force and load force over current at one frequency [N/A]."""
+    stroke, omega = bench.value("cylinder_stroke"), 2.0 * math.pi * hertz
+    dry = bench.off("friction", keep=("viscous_friction",))
+    stand = bench.stand(dry | {"initial_position": 0.5 * stroke}, _PERIOD)
+    stand.plant.state.pressure_a = rest.equilibrium["pressure_a"]
+    stand.plant.state.pressure_b = rest.equilibrium["pressure_b"]
+    middle = _PERIOD * (np.arange(round((_SETTLING + _MEASURED) / _PERIOD)) + 0.5)
+    amplitude = _AMPLITUDE * bench.rated_current
+    seen = stand.drive(rest.current + amplitude * np.sin(omega * middle)).after(_SETTLING)
+    area, alpha = bench.value("cylinder_piston_area"), bench.value("cylinder_area_ratio")
+    hydraulic = area * (seen.readings["pressure_a"] - alpha * seen.readings["pressure_b"])
+    forces = (hydraulic, seen.readings["load_force"])
+    return [fundamental(seen.time, force, omega) / amplitude for force in forces]
+
+
+def _columns(force: str, response: str, values: Response) -> dict[str, Column]:
+    return {
+        f"gain {force}, {response}": column("N/mA", np.abs(values) * 1e-3),
+        f"phase {force}, {response}": column("degree", np.degrees(np.unwrap(np.angle(values)))),
+    }
+
+
+def run(bench: Bench) -> Result:
+    """Measure both Bode plots and compare them with both linear models."""
+    position = 0.5 * bench.value("cylinder_stroke")
+    values = {**bench.values, **bench.off("friction", keep=("viscous_friction",))}
+    rest = linearise.rest(bench.kernel, values, position)
+    analytic = linear.reduced(linear.Machine.of(values), rest_point(rest))
+    seen = np.array([_responses(bench, f, rest) for f in _HERTZ]).T
+    omega = 2.0 * math.pi * _HERTZ
+    columns, comparisons = {"frequency": column("Hz", _HERTZ)}, []
+    for measured, (symbol, name) in zip(seen, _FORCES.items(), strict=True):
+        exact = rest.response("valve_current", name, omega)
+        printed = getattr(analytic, name).freqresp(omega)[1]
+        for kind, response in (("sensors", measured), ("S1", printed), ("exact", exact)):
+            columns |= _columns(symbol, kind, response)
+        peak = int(np.argmax(np.abs(measured)))
+        deviation = float(np.median(np.abs(measured / exact)))
+        comparisons += [
+            Comparison(f"gain {symbol}/u at {_HERTZ[peak]:.0f} Hz", "N/mA",
+                       float(abs(exact[peak])) * 1e-3, "exact linearisation",
+                       float(abs(measured[peak])) * 1e-3, 0.05),
+            Comparison(f"gain {symbol}/u over exact one, median", "1", 1.0,
+                       "exact linearisation", deviation, 0.05),
+        ]  # fmt: skip
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Sines of 0.1 % of the rated current about rest at mid-stroke, dry friction switched "
+            "off; force of both pressure sensors, and load cell, over current."
+        ),
+        columns=columns,
+        comparisons=comparisons,
+        notes=[f"The current that holds the rod is {rest.current * 1e6:+.1f} uA."],
+    )
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw both Bode plots."""
+    grid = figure.subplots(2, 2, sharex=True)
+    for (gain, phase), symbol in zip(grid.T, _FORCES, strict=True):
+        for axes, kind in ((gain, "gain"), (phase, "phase")):
+            plot = axes.loglog if kind == "gain" else axes.semilogx
+            plot(result["frequency"], result[f"{kind} {symbol}, exact"], color=look.BLUE,
+                 linewidth=3, label="exact linearisation")  # fmt: skip
+            plot(result["frequency"], result[f"{kind} {symbol}, S1"], "--", color=look.BLACK,
+                 linewidth=1, label="S1 eq. 3.38, 3.40")  # fmt: skip
+            plot(result["frequency"], result[f"{kind} {symbol}, sensors"], "o", color=look.ORANGE,
+                 markersize=3, label="from the sensors")  # fmt: skip
+        look.label(
+            gain, "", f"{symbol} / u [N/mA]", _FORCES[symbol].replace("_", " ") + " over current"
+        )
+        look.label(phase, "frequency [Hz]", "phase [degree]")
+        look.decade_axis(phase)
+    look.legend(grid[0, 0])
+
+
+TEST = Procedure("force-response", "Frequency response of hydraulic and load force", run, draw)

@@ -1,0 +1,114 @@
+"""Zeros of hydraulic force and load force, from sensors under sines of large stroke.
+
+Piston and load are a linear filter between both forces whatever the valve does:
+
+    f/f_h = (M_l s + B_l)/((M_l + m) s + B_l + B) = g (s - z_f)/(s - z_h)
+
+with the zeros z_f of df/du and z_h of df_h/du (S1 eq. 3.38-3.40). Dry friction is switched off, as
+in the linear model.
+"""
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.motion import Mover, sine
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.sine import fundamental
+from hil_emulator.characterise.stand import Bench
+
+DOCUMENT_ZEROS = (-10.0, -30.0)
+"""Zeros of load force and hydraulic force [rad/s] (S1 Fig. 3.14)."""
+_HERTZ = np.array([0.8, 1.2, 1.6, 2.4, 3.2, 4.8, 6.4, 9.6])
+_SPEED = 0.25  # largest speed of the sines [m/s]
+_PART = 0.3  # largest amplitude, part of the stroke
+_SECONDS = 8.0  # measured for each sine, after one second
+
+
+def _ratio(bench: Bench, hertz: float) -> complex:
+    """Return load force over hydraulic force at one frequency, from the sensors."""
+    stroke, omega = bench.value("cylinder_stroke"), 2.0 * math.pi * hertz
+    dry = bench.off("friction", keep=("viscous_friction",))
+    stand = bench.stand(dry | {"initial_position": 0.5 * stroke})
+    path = sine(
+        0.5 * stroke, min(_PART * stroke, _SPEED / omega), hertz, stand.period,
+        hertz * (_SECONDS + 1.0),
+    )  # fmt: skip
+    seen = Mover(bench, stand).follow(path).after(1.0)
+    area, alpha = bench.value("cylinder_piston_area"), bench.value("cylinder_area_ratio")
+    hydraulic = area * (seen.readings["pressure_a"] - alpha * seen.readings["pressure_b"])
+    load = fundamental(seen.time, seen.readings["load_force"], omega)
+    return load / fundamental(seen.time, hydraulic, omega)
+
+
+def fit_zeros(omega: Series, ratio: Series) -> tuple[float, float]:
+    """Return z_f and z_h [rad/s] by least squares on ratio (s - z_h) = g (s - z_f)."""
+    s = 1j * omega
+    # unknown: z_h, g, g z_f; each row is weighted to the error of the ratio itself
+    rows = np.column_stack([ratio, s, -np.ones_like(s)]) / np.abs(s)[:, None]
+    wanted = ratio * s / np.abs(s)
+    both = np.vstack([rows.real, rows.imag])
+    z_h, gain, product = np.linalg.lstsq(
+        both, np.concatenate([wanted.real, wanted.imag]), rcond=None
+    )[0]
+    return float(product / gain), float(z_h)
+
+
+def run(bench: Bench) -> Result:
+    """Measure the ratio of both forces and its zero and pole."""
+    ratio = np.array([_ratio(bench, f) for f in _HERTZ])
+    omega = 2.0 * math.pi * _HERTZ
+    found = fit_zeros(omega, ratio)
+    mass = bench.value("load_mass")
+    b_l, b = (
+        bench.value("load_viscous_friction_coefficient"),
+        bench.value("viscous_friction_coefficient"),
+    )
+    formula = (-b_l / mass, -(b_l + b) / (mass + bench.value("rod_mass_mass")))
+    names = ("zero of the load force f", "zero of the hydraulic force f_h")
+    s = 1j * omega
+    model = (s - formula[0]) * mass / (mass + bench.value("rod_mass_mass")) / (s - formula[1])
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Sines of the position at 0.8 to 9.6 Hz, dry friction switched off; load cell over "
+            "pressure force at each frequency, and the first-order filter through them."
+        ),
+        columns={
+            "frequency": column("Hz", _HERTZ),
+            "gain f/f_h": column("1", np.abs(ratio)),
+            "phase f/f_h": column("degree", np.degrees(np.angle(ratio))),
+            "gain, linear model": column("1", np.abs(model)),
+            "phase, linear model": column("degree", np.degrees(np.angle(model))),
+        },
+        comparisons=[
+            Comparison(f"{name}, {what}", "rad/s", expected, source, value, 0.01)
+            for what, source, pair in (
+                ("S1", "S1 Fig. 3.14", DOCUMENT_ZEROS),
+                ("formula", "-B_l/M_l and -(B_l + B)/(M_l + m), configured", formula),
+            )
+            for name, expected, value in zip(names, pair, found, strict=True)
+            if expected
+        ],
+    )
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw the Bode plot of f over f_h."""
+    gain, phase = figure.subplots(2, 1, sharex=True)
+    for axes, kind, colour in ((gain, "gain", look.BLUE), (phase, "phase", look.ORANGE)):
+        axes.semilogx(result["frequency"], result[f"{kind}, linear model"], color=look.BLACK,
+                      linewidth=1, label="linear model")  # fmt: skip
+        axes.semilogx(result["frequency"], result[f"{kind} f/f_h"], "o", color=colour,
+                      label="from the sensors")  # fmt: skip
+        look.legend(axes)
+    look.label(gain, "", "f / f_h", "Load force over hydraulic force: zero over zero")
+    look.label(phase, "frequency [Hz]", "phase [degree]")
+    look.decade_axis(phase)
+
+
+TEST = Procedure("force-zeros", "Zeros of hydraulic force and load force", run, draw)

@@ -1,0 +1,64 @@
+"""Friction under sines of several speeds, as S1 Fig. 3.9."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.friction_force import columns, comparisons, fit, speed_and_friction
+from hil_emulator.characterise.motion import Mover, sine
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Result, column
+from hil_emulator.characterise.stand import Bench
+
+_HERTZ = (0.1, 0.5, 1.0, 2.0)
+_PART = 0.3  # amplitude, part of the stroke: 0.3 m/s at 2 Hz and 80 mm
+_SHOWN = 400  # points per sine in the table
+
+
+def run(bench: Bench) -> Result:
+    """Move the rod on sines; friction is pressure force minus load cell."""
+    stroke = bench.value("cylinder_stroke")
+    centre = 0.5 * stroke
+    parts, speeds, forces = [], [], []
+    for hertz in _HERTZ:
+        stand = bench.stand({"initial_position": centre})
+        seen = Mover(bench, stand).follow(sine(centre, _PART * stroke, hertz, stand.period, 3.0))
+        velocity, force = speed_and_friction(bench, seen.after(1.0 / hertz))
+        keep = np.linspace(0, len(velocity) - 1, 4000).astype(int)  # the same weight for each sine
+        speeds.append(velocity[keep])
+        forces.append(force[keep])
+        parts.append(np.full(len(keep), hertz))
+    v, f, hertz_of = (np.concatenate(p) for p in (speeds, forces, parts))
+    found = fit(v, f, bench.value("stribeck_friction_excess") > 0.0)
+    shown = slice(None, None, len(v) // (_SHOWN * len(_HERTZ)))
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Sines of ±30 % of the stroke about its middle at 0.1 to 2 Hz. Friction is the force "
+            "of both pressure sensors minus the load cell, velocity the mean difference of the "
+            "position sensor over 10 ms; S1 eq. 3.18 is fitted above 3 mm/s."
+        ),
+        columns={"frequency": column("Hz", hertz_of[shown])} | columns(v[shown], f[shown], found),
+        comparisons=comparisons(bench, found),
+        notes=[f"Sensors show {found.zero:+.1f} N without motion; taken off."],
+    )
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw friction against velocity."""
+    axes = figure.add_subplot()
+    for hertz, colour in zip(_HERTZ, (look.SKY, look.GREEN, look.ORANGE, look.BLUE), strict=True):
+        v, f = (result.where("frequency", hertz, name) for name in ("velocity", "friction"))
+        axes.plot(v, f, ".", markersize=2, color=colour)
+        axes.plot([], [], "o", color=colour, label=f"{hertz:g} Hz")
+    order = np.argsort(result["velocity"])
+    axes.plot(result["velocity"][order], result["fit of S1 eq. 3.18"][order], color=look.BLACK,
+              linewidth=1, label="S1 eq. 3.18 fitted")  # fmt: skip
+    look.label(
+        axes, "velocity [m/s]", "friction [N]", "Friction from pressure sensors and load cell"
+    )
+    look.legend(axes)
+
+
+TEST = Procedure("friction", "Friction under sines of several speeds", run, draw)

@@ -1,0 +1,102 @@
+"""Friction from the sensors, and the coefficients of S1 eq. 3.18 from friction.
+
+friction = A_p (p_a - alpha p_b) - f: pressure sensors minus load cell. Velocity: mean difference
+of the position readings over a window (S2 eq. 9-10, with the 1/n_s that the print lost), which
+trails by half the window; the forces are taken from the middle of the same window.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.characterise.result import Column, Comparison, Series, column
+from hil_emulator.characterise.stand import Bench, Recording
+
+_WINDOW = 10  # ticks: 10 ms at 1 kHz, as n_s = 1000 at 100 kHz in S2
+_SLOWEST = 3e-3  # below, a regularised sign(v) is not yet 1 [m/s] (assumed)
+_STRIBECK = np.geomspace(4e-3, 0.1, 60)  # velocities C_s tried [m/s]
+
+
+def speed_and_friction(bench: Bench, seen: Recording) -> tuple[Series, Series]:
+    """Return velocity [m/s] and friction force [N] from readings."""
+    area = bench.value("cylinder_piston_area")
+    alpha = bench.value("cylinder_area_ratio")
+    read = seen.readings
+    hydraulic = area * (read["pressure_a"] - alpha * read["pressure_b"])
+    period = float(seen.time[1] - seen.time[0])
+    x = read["position"]
+    velocity = (x[_WINDOW:] - x[:-_WINDOW]) / (_WINDOW * period)
+    half = _WINDOW // 2
+    return velocity, (hydraulic - read["load_force"])[half:-half]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """F = zero + B v + sign(v) (F_c0 + F_s0 exp(-|v|/C_s)) (S1 eq. 3.18)."""
+
+    zero: float
+    """What the sensors show without motion [N]."""
+    viscous: float
+    coulomb: float
+    excess: float
+    stribeck_velocity: float
+
+    def __call__(self, velocity: Series) -> Series:
+        """Return the friction force [N] without the sensors' zero."""
+        fading = self.excess * np.exp(-np.abs(velocity) / self.stribeck_velocity)
+        return np.asarray(self.viscous * velocity + np.sign(velocity) * (self.coulomb + fading))
+
+
+def _linear(v: Series, force: Series, c_s: float, excess: bool) -> tuple[Series, float]:
+    """Fit everything but C_s; return coefficients and squared error."""
+    columns = [np.ones_like(v), v, np.sign(v)]
+    if excess:
+        columns.append(np.sign(v) * np.exp(-np.abs(v) / c_s))
+    basis = np.column_stack(columns)
+    coefficients = np.linalg.lstsq(basis, force, rcond=None)[0]
+    return coefficients, float(np.sum((basis @ coefficients - force) ** 2))
+
+
+def fit(velocity: Series, force: Series, excess: bool) -> Fit:
+    """Fit S1 eq. 3.18: linear but for C_s, which is searched.
+
+    Args:
+        velocity: [m/s], shape (n,); what is slower than 3 mm/s is left out.
+        force: friction [N], shape (n,).
+        excess: whether to look for a Stribeck excess.
+
+    """
+    moving = np.abs(velocity) > _SLOWEST
+    v, f = velocity[moving], force[moving]
+    tried = _STRIBECK if excess else _STRIBECK[:1]
+    errors = [_linear(v, f, c_s, excess)[1] for c_s in tried]
+    c_s = float(tried[int(np.argmin(errors))])
+    coefficients, _ = _linear(v, f, c_s, excess)
+    zero, viscous, coulomb, *rest = (float(c) for c in coefficients)
+    return Fit(zero, viscous, coulomb, rest[0] if rest else 0.0, c_s)
+
+
+def comparisons(bench: Bench, found: Fit) -> list[Comparison]:
+    """Compare what was found with what the machine was given."""
+    rows = [
+        ("viscous coefficient B", "N s/m", "viscous_friction_coefficient", found.viscous, 0.03,
+         "configured; S1 3.4.2: 1000"),
+        ("Coulomb friction F_c0", "N", "coulomb_friction_force", found.coulomb, 0.03,
+         "configured; S1 3.4.2: 100"),
+        ("Stribeck excess F_s0", "N", "stribeck_friction_excess", found.excess, 0.15,
+         "configured; S1 Fig. 3.8: 100"),
+    ]  # fmt: skip
+    return [
+        Comparison(quantity, unit, bench.value(name), source, measured, tolerance)
+        for quantity, unit, name, measured, tolerance, source in rows
+        if bench.value(name)
+    ]
+
+
+def columns(velocity: Series, friction: Series, found: Fit) -> dict[str, Column]:
+    """Return the table both friction tests share."""
+    return {
+        "velocity": column("m/s", velocity),
+        "friction": column("N", friction - found.zero),
+        "fit of S1 eq. 3.18": column("N", found(velocity)),
+    }

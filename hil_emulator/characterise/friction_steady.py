@@ -1,0 +1,64 @@
+"""Friction at constant speeds (the procedure of S2).
+
+At constant speed nothing accelerates, so S2 eq. 8 gives friction = driving force - load without a
+derivative. One mean per speed and direction.
+"""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.friction_force import columns, comparisons, fit, speed_and_friction
+from hil_emulator.characterise.motion import Mover, stroke
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.stand import Bench
+
+_SPEEDS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)  # [m/s]
+_FROM, _LENGTH = 0.15, 0.7  # start and length of a stroke, parts of the whole one
+_LONGEST = 4.0  # a slow stroke ends early [s]
+
+
+def _one_speed(bench: Bench, velocity: float) -> tuple[float, float]:
+    """Return mean velocity and friction over the second half of one stroke."""
+    whole = bench.value("cylinder_stroke")
+    start = whole * (_FROM if velocity > 0.0 else 1.0 - _FROM)
+    length = min(_LENGTH * whole, _LONGEST * abs(velocity))
+    stand = bench.stand({"initial_position": start})
+    seen = Mover(bench, stand).follow(stroke(start, velocity, length, stand.period))
+    v, force = speed_and_friction(bench, seen.after(0.5 * seen.time[-1]))
+    return float(np.mean(v)), float(np.mean(force))
+
+
+def run(bench: Bench) -> Result:
+    """Move the rod at constant speeds in both directions."""
+    points = [_one_speed(bench, sign * speed) for sign in (-1.0, 1.0) for speed in _SPEEDS]
+    v, f = np.array(sorted(points)).T
+    found = fit(v, f, bench.value("stribeck_friction_excess") > 0.0)
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Seven constant speeds in each direction; mean of pressure force minus load cell over "
+            "the second half of each stroke; S1 eq. 3.18 is fitted through the means."
+        ),
+        columns=columns(v, f, found),
+        comparisons=comparisons(bench, found),
+        notes=[f"Sensors show {found.zero:+.1f} N without motion; taken off."],
+    )
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw the mean friction at each speed."""
+    axes = figure.add_subplot()
+    axes.plot(
+        result["velocity"], result["friction"], "o", color=look.ORANGE, label="mean of a stroke"
+    )
+    v, fitted = result["velocity"], result["fit of S1 eq. 3.18"]
+    for side, text in ((v > 0.0, "S1 eq. 3.18 fitted"), (v < 0.0, None)):
+        axes.plot(v[side], fitted[side], color=look.BLACK, linewidth=1, label=text)
+    look.label(axes, "velocity [m/s]", "friction [N]", "Friction at constant speed")
+    look.legend(axes)
+
+
+TEST = Procedure("friction-steady", "Friction at constant speeds", run, draw)

@@ -1,0 +1,94 @@
+"""Leakage of valve and cylinder with a clamped rod.
+
+The current goes step by step through null, so that both chambers go from tank to supply pressure.
+The flow meters in supply and tank line show the valve's leakage: at null both ports sit at half the
+pressure and two lands pass K_v u_0 sqrt((p_s - p_t)/2) each. What flows into chamber a leaves it
+past the piston and outwards: q_a = C_i (p_a - p_b) + C_e (p_a - p_atm).
+"""
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.pressure_gain import find_null
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.stand import LOCKED, Bench
+from hil_emulator.model.constants import ATMOSPHERE
+
+_STEPS = np.linspace(-3.0, 3.0, 41)  # currents around null, in underlaps
+_HELD, _AVERAGED = 1.5, 0.3  # each step, and its end that counts [s]
+_TO_LITRES = 6e4  # m³/s -> l/min
+
+
+def _steady(bench: Bench, current: Series) -> tuple[Series, ...]:
+    """Return p_a, p_b [Pa], flow into a and through the valve [m³/s] at each current."""
+    stand = bench.stand(
+        bench.off("cylinder", keep=("internal_leakage", "external_leakage")) | LOCKED
+    )
+    rows = []
+    for value in current:
+        seen = stand.drive(np.full(round(_HELD / stand.period), value)).after(_HELD - _AVERAGED)
+        # what leaks outwards passes one of the two meters only: their mean is the lands' share
+        through = 0.5 * (seen.signals["supply_flow"] + seen.signals["tank_flow"])
+        columns = (seen.readings["pressure_a"], seen.readings["pressure_b"],
+                   seen.signals["flow_a"], through)  # fmt: skip
+        rows.append([float(np.mean(c)) for c in columns])
+    return tuple(np.array(rows).T)
+
+
+def _conductances(p_a: Series, p_b: Series, flow: Series) -> tuple[float, float]:
+    """Return conductance past the piston and outwards by least squares [m³/(s Pa)]."""
+    columns = np.column_stack([p_a - p_b, p_a - ATMOSPHERE])
+    inner, outer = np.linalg.lstsq(columns, flow, rcond=None)[0]
+    return float(inner), float(outer)
+
+
+def run(bench: Bench) -> Result:
+    """Measure leakage with flow meters in supply line, tank line and port a."""
+    lap, gain = bench.value("underlap_lap"), bench.value("valve_gain")
+    null = find_null(bench)
+    current = null + _STEPS * (lap or 1e-3 * bench.rated_current)
+    p_a, p_b, flow_a, through = _steady(bench, current)
+    inner, outer = _conductances(p_a, p_b, flow_a)
+    drop = bench.value("supply_pressure") - bench.value("tank_pressure")
+    at_null = float(np.interp(0.0, p_a - p_b, through))
+    lands = 2.0 * gain * lap * math.sqrt(drop / 2.0)
+    expected = [
+        ("valve leakage at null", "l/min", lands * _TO_LITRES, "2 K_v u_0 √((p_s - p_t)/2)",
+         at_null * _TO_LITRES, 0.02),
+        ("conductance past the piston", "m³/(s Pa)", bench.value("internal_leakage_conductance"),
+         "configured; HyQ scripts: 1.7e-13", inner, 0.02),
+        ("conductance outwards", "m³/(s Pa)", bench.value("external_leakage_conductance"),
+         "configured", outer, 0.02),
+    ]  # fmt: skip
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Rod clamped, the current held at 41 values around null for 1.5 s each; flow meters "
+            "in supply line, tank line and port a, chamber pressures from the sensors."
+        ),
+        columns={
+            "current": column("uA", current * 1e6),
+            "pressure difference": column("bar", (p_a - p_b) * 1e-5),
+            "flow a": column("l/min", flow_a * _TO_LITRES),
+            "valve flow": column("l/min", through * _TO_LITRES),
+        },
+        comparisons=[Comparison(*row) for row in expected if row[2] > 0.0],
+        notes=[f"No {row[0]} configured." for row in expected if row[2] == 0.0],
+    )
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw the leakage of the valve and that of the piston."""
+    valve, piston = figure.subplots(1, 2, sharey=True)
+    valve.plot(result["current"], result["valve flow"], ".-", color=look.BLUE)
+    look.label(valve, "current [uA]", "flow [l/min]", "Through the valve, rod clamped")
+    piston.plot(result["pressure difference"], result["flow a"], ".-", color=look.ORANGE)
+    look.label(piston, "p_a - p_b [bar]", "", "Into chamber a")
+
+
+TEST = Procedure("leakage", "Leakage of valve and cylinder", run, draw)

@@ -1,0 +1,59 @@
+"""A position controller that moves the rod along a path through its own valve.
+
+Proportional, with the current that the wanted speed needs fed forward. It sees the position
+sensor, as a controller on a real bench would.
+"""
+
+import math
+from collections.abc import Iterator
+
+from hil_emulator.characterise.stand import Bench, Recording, Stand
+
+_BANDWIDTH = 20.0  # of the position loop [rad/s], far below the hydraulic resonance (assumed)
+
+
+class Mover:
+    """Moves the rod of an actuator on its stand.
+
+    Args:
+        bench: the actuator; gives the gain from current to speed at half the supply pressure.
+        stand: the stand it is mounted on.
+
+    """
+
+    def __init__(self, bench: Bench, stand: Stand) -> None:
+        par = stand.plant.parameters
+        drop = 0.5 * float(par.supply_pressure - par.tank_pressure)
+        area = float(par.cylinder_piston_area)
+        self._speed_gain = bench.value("valve_gain") * math.sqrt(drop) / area
+        self._stand = stand
+        self._position = stand.sensors.names.index("position")
+
+    def follow(self, path: Iterator[tuple[float, float]]) -> Recording:
+        """Follow (position [m], velocity [m/s]), one pair per tick, and record."""
+        stand = self._stand
+        reading, rows = stand.tick(0.0), []
+        for position, velocity in path:
+            error = position - reading[self._position]
+            current = (velocity + _BANDWIDTH * error) / self._speed_gain
+            rows.append(stand.row(current))
+            reading = stand.sensors.reading
+        return stand.recording(rows)
+
+
+def sine(
+    centre: float, amplitude: float, hertz: float, period: float, cycles: float
+) -> Iterator[tuple[float, float]]:
+    """Yield a sine motion about a position [m], from its middle."""
+    omega = 2.0 * math.pi * hertz
+    for i in range(round(cycles / hertz / period)):
+        phase = omega * i * period
+        yield centre + amplitude * math.sin(phase), amplitude * omega * math.cos(phase)
+
+
+def stroke(
+    start: float, velocity: float, length: float, period: float
+) -> Iterator[tuple[float, float]]:
+    """Yield a motion at constant velocity from a position [m]."""
+    for i in range(round(length / abs(velocity) / period)):
+        yield start + velocity * i * period, velocity

@@ -1,0 +1,105 @@
+"""Chamber pressures of a free rod in both directions, and its speed (S1 eq. 3.9-3.12).
+
+Without load p_a = alpha p_b, and q_b = alpha q_a makes the drops at the two edges differ by
+alpha²; so the pressures follow from the areas alone and jump where the direction changes. With
+p_t = 0: alpha³ and alpha² over 1 + alpha³ of the supply pressure in extension, alpha and 1 over
+1 + alpha³ in retraction.
+"""
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.pressure_gain import find_null
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.stand import Bench, Recording
+
+_PART = 0.1  # current, part of the rated one
+_TRAVEL = 0.6  # part of the stroke
+_SETTLED = 0.4  # part of the record that is left out
+_FREE_MASS = 1.0  # of rod and piston with nothing attached, rounded up [kg] (assumed)
+
+
+def expected_pressures(
+    alpha: float, supply: float, tank: float, extends: bool
+) -> tuple[float, float]:
+    """Return p_a and p_b of a free rod [Pa]."""
+    source, sink = (supply, tank) if extends else (tank, supply)
+    p_a = (alpha**3 * source + alpha * sink) / (1.0 + alpha**3)
+    return p_a, p_a / alpha
+
+
+def _move(bench: Bench, sign: float, null: float) -> Recording:
+    """Extend or retract the free rod at constant current over most of the stroke."""
+    stroke, drop = bench.value("cylinder_stroke"), bench.value("supply_pressure")
+    current = _PART * bench.rated_current
+    speed = (
+        bench.value("valve_gain") * current * math.sqrt(drop) / bench.value("cylinder_piston_area")
+    )
+    free = bench.off("friction", "load") | {
+        "load_mass": _FREE_MASS,
+        "initial_position": 0.5 * stroke * (1.0 - sign * _TRAVEL),
+    }
+    stand = bench.stand(free)
+    return stand.drive(
+        np.full(round(_TRAVEL * stroke / speed / stand.period), null + sign * current)
+    )
+
+
+def run(bench: Bench) -> Result:
+    """Move the free rod in both directions and read the pressure sensors."""
+    alpha, supply, tank = (
+        bench.value(f) for f in ("cylinder_area_ratio", "supply_pressure", "tank_pressure")
+    )  # fmt: skip
+    null, parts, comparisons = find_null(bench), [], []
+    for sign, name in ((1.0, "extension"), (-1.0, "retraction")):
+        seen = _move(bench, sign, null)
+        late = seen.after(_SETTLED * seen.time[-1]).readings
+        wanted = expected_pressures(alpha, supply, tank, sign > 0.0)
+        for channel, value in zip(("pressure_a", "pressure_b"), wanted, strict=True):
+            comparisons.append(Comparison(
+                f"p_{channel[-1]} in free {name}", "bar", value * 1e-5,
+                "areas and supply pressure alone (S1 eq. 3.9-3.12)",
+                float(np.mean(late[channel])) * 1e-5, 5e-3,
+            ))  # fmt: skip
+        parts.append(_rows(seen, sign))
+    table = np.concatenate(parts, axis=1)
+    names = (("direction", ""), ("time", "s"), ("pressure a", "bar"), ("pressure b", "bar"),
+             ("position", "mm"))  # fmt: skip
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Load and friction taken away, 10 % of the rated current in each direction; mean of "
+            "the pressure sensors once the start has died out."
+        ),
+        columns={n: column(unit, v) for (n, unit), v in zip(names, table, strict=True)},
+        comparisons=comparisons,
+    )
+
+
+def _rows(seen: Recording, sign: float) -> Series:
+    read = seen.readings
+    return np.array([
+        np.full_like(seen.time, sign), seen.time, read["pressure_a"] * 1e-5,
+        read["pressure_b"] * 1e-5, read["position"] * 1e3,
+    ])  # fmt: skip
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw both pressures in both directions."""
+    for axes, sign, name in zip(
+        figure.subplots(1, 2, sharey=True), (1.0, -1.0), ("Extension", "Retraction"), strict=True
+    ):
+        for channel, colour in (("pressure a", look.BLUE), ("pressure b", look.ORANGE)):
+            time, pressure = (result.where("direction", sign, n) for n in ("time", channel))
+            axes.plot(time, pressure, color=colour, linewidth=1, label=channel)
+        look.label(axes, "time [s]", "pressure [bar]" if sign > 0.0 else "", name)
+        axes.set_ylim(bottom=0)
+    look.legend(axes)
+
+
+TEST = Procedure("no-load", "Pressures of a free rod", run, draw)

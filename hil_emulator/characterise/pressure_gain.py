@@ -1,0 +1,113 @@
+"""Pressure sensitivity of the valve: blocked ports, slow sine (S1 3.5.1).
+
+With underlap u_0 on all edges a blocked port sits at
+
+    p = p_t + (p_s - p_t) (u_0 + u)² / ((u_0 + u)² + (u_0 - u)²),
+
+whose slope at null is K_p = (p_s - p_t)/u_0. Both sweeps of the sine together cancel the lag of
+the 10 ms that the ports need; what is left between them is hysteresis of the valve.
+"""
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.stand import BLOCKED, Bench
+
+DOCUMENT_SENSITIVITY = 5.7e11
+"""K_pa, about the magnitude of K_pb [Pa/A] (S1 3.5.1)."""
+_SWEEP = 20.0  # period of the sine [s]
+_WIDE = 0.05  # amplitude of the sweep that looks for the null, part of the rated current
+_NARROW = 3.0  # amplitude of the sweep around null, in underlaps
+_NEAR_NULL = 0.3  # part of the underlap over which the slope is fitted
+_SMOOTHED = 51  # readings averaged before the null is read off
+_KEPT = slice(None, None, 10)  # of the readings, in the table
+
+
+def _sweep(bench: Bench, centre: float, amplitude: float) -> tuple[Series, Series, Series]:
+    """Return current [A] and the readings of both pressures [Pa] over one period."""
+    stand = bench.stand(bench.off("cylinder") | BLOCKED)
+    time = np.arange(0.0, 1.25 * _SWEEP, stand.period)
+    current = centre + amplitude * np.sin(2.0 * math.pi * time / _SWEEP)
+    seen = stand.drive(current).readings
+    whole = slice(round(0.25 * _SWEEP / stand.period), None)
+    return current[whole], seen["pressure_a"][whole], seen["pressure_b"][whole]
+
+
+def _slope(current: Series, pressure: Series, centre: float, width: float) -> float:
+    """Return the slope at `centre` of a cubic through the points around it [Pa/A]."""
+    near = np.abs(current - centre) < width
+    t = (current[near] - centre) / width
+    return float(np.polyfit(t, pressure[near], 3)[2] / width)
+
+
+def _crossing(current: Series, difference: Series) -> float:
+    """Return the current [A] at which a noisy pressure difference changes sign."""
+    order = np.argsort(current)
+    smooth = np.convolve(difference[order], np.ones(_SMOOTHED) / _SMOOTHED, mode="valid")
+    half = _SMOOTHED // 2
+    return float(np.interp(0.0, smooth, current[order][half:-half]))
+
+
+def find_null(bench: Bench) -> float:
+    """Return the current at which both blocked ports hold the same pressure [A]."""
+    current, p_a, p_b = _sweep(bench, 0.0, _WIDE * bench.rated_current)
+    return _crossing(current, p_a - p_b)
+
+
+def _comparisons(bench: Bench, k_pa: float, k_pb: float) -> list[Comparison]:
+    rows = [
+        Comparison("pressure sensitivity K_pa at 160 bar", "Pa/A", DOCUMENT_SENSITIVITY,
+                   "S1 3.5.1", k_pa, 0.05),
+    ]  # fmt: skip
+    lap = bench.value("underlap_lap")
+    if lap:
+        slope = (bench.value("supply_pressure") - bench.value("tank_pressure")) / lap
+        source = "(p_s - p_t)/u_0, configured"
+        rows += [
+            Comparison("pressure sensitivity K_pa", "Pa/A", slope, source, k_pa, 0.02),
+            Comparison("pressure sensitivity K_pb", "Pa/A", -slope, source, k_pb, 0.02),
+        ]
+    return rows
+
+
+def run(bench: Bench) -> Result:
+    """Measure both port pressures around null with the pressure sensors."""
+    lap = bench.value("underlap_lap")
+    width = lap or 1e-3 * bench.rated_current
+    current, p_a, p_b = _sweep(bench, find_null(bench), _NARROW * width)
+    null = _crossing(current, p_a - p_b)
+    k_pa, k_pb = (_slope(current, p, null, _NEAR_NULL * width) for p in (p_a, p_b))
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            f"Both ports blocked, the current on a sine of {1 / _SWEEP:.2f} Hz around null. "
+            "The slope is that of a cubic through the readings of both sweeps at null."
+        ),
+        columns={
+            "current": column("uA", current[_KEPT] * 1e6),
+            "pressure a": column("bar", p_a[_KEPT] * 1e-5),
+            "pressure b": column("bar", p_b[_KEPT] * 1e-5),
+        },
+        comparisons=_comparisons(bench, k_pa, k_pb),
+        notes=[f"Null of this valve: {null * 1e6:+.1f} uA."]
+        + ([] if lap else ["No underlap: the sensitivity has no finite value."]),
+    )
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw both port pressures against the current."""
+    axes = figure.add_subplot()
+    for name, colour in (("pressure a", look.BLUE), ("pressure b", look.ORANGE)):
+        axes.plot(result["current"], result[name], ".", markersize=2, color=colour)
+        axes.plot([], [], color=colour, label=name)
+    look.label(axes, "current [uA]", "pressure [bar]", "Pressure sensitivity, blocked ports")
+    look.legend(axes)
+
+
+TEST = Procedure("pressure-gain", "Pressure sensitivity with blocked ports", run, draw)

@@ -1,0 +1,103 @@
+"""Every bench test, and the function that performs some of them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from hil_emulator.characterise import (
+    bulk_modulus,
+    force_poles,
+    force_response,
+    force_zeros,
+    friction,
+    friction_steady,
+    leakage,
+    no_load,
+    pressure_gain,
+    sensors,
+    spool_response,
+    valve_flow,
+)
+from hil_emulator.characterise.page import write_page
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.stand import Bench
+from hil_emulator.characterise.writing import write_result
+from hil_emulator.errors import UserError
+from hil_emulator.model.declare import Effect
+from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.model.kernel import build
+
+TESTS: tuple[Procedure, ...] = (
+    valve_flow.TEST,
+    pressure_gain.TEST,
+    leakage.TEST,
+    spool_response.TEST,
+    bulk_modulus.TEST,
+    no_load.TEST,
+    friction.TEST,
+    friction_steady.TEST,
+    force_response.TEST,
+    force_zeros.TEST,
+    force_poles.TEST,
+    sensors.TEST,
+)
+"""In the order of the page: valve, oil, cylinder, dynamics, sensors."""
+
+
+def chosen(names: Sequence[str]) -> tuple[Procedure, ...]:
+    """Return the tests of these names in the page's order; "all" means every one.
+
+    Raises:
+        UserError: if a test is not known.
+
+    """
+    known = {test.name for test in TESTS}
+    for name in names:
+        if name != "all" and name not in known:
+            raise UserError(
+                f"there is no bench test '{name}'; there are: {', '.join(t.name for t in TESTS)}, "
+                "and 'all' for every one"
+            )
+    return tuple(test for test in TESTS if "all" in names or test.name in names)
+
+
+def characterise(
+    names: Sequence[str],
+    values: Mapping[str, float],
+    sensors: Mapping[str, Mapping[str, float]],
+    out: Path,
+    seed: int,
+    *,
+    effects: Sequence[Effect] = CATALOGUE,
+    cache: Path | None = None,
+    progress: Callable[[str], None] = lambda text: None,
+) -> list[Result]:
+    """Perform bench tests on an emulated actuator and write what they find.
+
+    For each test a table (CSV), everything (JSON) and a picture (PNG); for all of them together
+    `index.html`.
+
+    Args:
+        names: the tests, or "all".
+        values: parameters by field name, SI.
+        sensors: transducer parameters by channel and field, SI.
+        out: folder to write into; made where it is missing.
+        seed: of the sensors' noise.
+        effects: the effects the model knows.
+        cache: folder that keeps the compiled model.
+        progress: told one line before each test.
+
+    Raises:
+        UserError: if a test is not known or the folder cannot be written.
+
+    """
+    tests = chosen(names)
+    bench = Bench(build(effects, cache), values, sensors, seed)
+    results = []
+    for i, test in enumerate(tests, start=1):
+        progress(f"{i}/{len(tests)}  {test.title}")
+        result = test.run(bench)
+        write_result(result, test.draw, out)
+        results.append(result)
+    write_page(results, out)
+    return results

@@ -1,0 +1,99 @@
+"""Frequency response of the spool at small and full amplitude (S1 3.3.1).
+
+The valve's bandwidth is 250 Hz at ±25 % and 100 Hz at ±100 % of the rated current, at 210 bar.
+Bandwidth means here: the fundamental of the spool's motion falls 3 dB below its static value.
+"""
+
+import math
+from itertools import product
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.sine import crossing, fundamental
+from hil_emulator.characterise.stand import BLOCKED, Bench
+
+DOCUMENT_BANDWIDTH = {0.25: 250.0, 1.0: 100.0}
+"""-3 dB in Hz by amplitude in rated currents, at 210 bar (S1 3.3.1)."""
+_PRESSURES = (210e5, 160e5)
+_HERTZ = np.geomspace(10.0, 500.0, 30)
+_PERIOD = 1e-4  # of the signal generator and the recorder [s]
+_SETTLING, _MEASURED = 6, 8  # periods of the sine
+
+
+def _response(bench: Bench, pressure: float, amplitude: float, hertz: float) -> complex:
+    """Return spool over current at one frequency, from the spool's displacement transducer."""
+    changes = bench.off("supply", "cylinder") | BLOCKED | {"supply_pressure": pressure}
+    stand = bench.stand(changes, _PERIOD)
+    omega = 2.0 * math.pi * hertz
+    ticks = round((_SETTLING + _MEASURED) / hertz / _PERIOD)
+    middle = _PERIOD * (np.arange(ticks) + 0.5)  # a held value belongs to the middle of its tick
+    seen = stand.drive(amplitude * np.sin(omega * middle)).after(_SETTLING / hertz)
+    return fundamental(seen.time, seen.signals["spool_position"], omega) / amplitude
+
+
+def _decibel(response: Series) -> Series:
+    return np.asarray(20.0 * np.log10(np.abs(response)))
+
+
+def run(bench: Bench) -> Result:
+    """Sweep the frequency at two amplitudes and two supply pressures."""
+    rows, comparisons, notes = [], [], []
+    for pressure, part in product(_PRESSURES, DOCUMENT_BANDWIDTH):
+        amplitude = part * bench.rated_current
+        values = np.array([_response(bench, pressure, amplitude, f) for f in _HERTZ])
+        level, phase = _decibel(values), np.degrees(np.unwrap(np.angle(values)))
+        rows += [
+            (pressure * 1e-5, part * 100.0, *row) for row in zip(_HERTZ, level, phase, strict=True)
+        ]
+        width = crossing(_HERTZ, level, -3.0103)
+        quarter = crossing(_HERTZ, phase, -90.0)
+        where = f"±{part:.0%} at {pressure * 1e-5:.0f} bar"
+        notes.append(f"{where}: -3 dB at {width:.0f} Hz, -90 degrees at {quarter:.0f} Hz.")
+        if pressure == _PRESSURES[0]:
+            comparisons.append(Comparison(
+                f"spool bandwidth, {where}", "Hz", DOCUMENT_BANDWIDTH[part], "S1 3.3.1",
+                width, 0.05,
+            ))  # fmt: skip
+    names = (("supply pressure", "bar"), ("amplitude", "%"), ("frequency", "Hz"),
+             ("gain", "dB"), ("phase", "degree"))  # fmt: skip
+    table = np.array(rows).T
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Ports blocked, sines of ±25 % and ±100 % of the rated current at 210 and 160 bar; "
+            "gain and phase of the fundamental of the spool's displacement."
+        ),
+        columns={name: column(unit, v) for (name, unit), v in zip(names, table, strict=True)},
+        comparisons=comparisons,
+        notes=notes,
+    )
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw the Bode plot."""
+    gain, phase = figure.subplots(2, 1, sharex=True)
+    styles = zip((look.BLUE, look.ORANGE, look.SKY, look.PINK), ("-", "-", "--", "--"), strict=True)
+    for (pressure, part), (colour, line) in zip(
+        product(_PRESSURES, DOCUMENT_BANDWIDTH), styles, strict=True
+    ):
+        rows = (result["supply pressure"] == pressure * 1e-5) & (result["amplitude"] == part * 100)
+        text = f"±{part:.0%}, {pressure * 1e-5:.0f} bar"
+        gain.semilogx(
+            result["frequency"][rows], result["gain"][rows], line, color=colour, label=text
+        )
+        phase.semilogx(result["frequency"][rows], result["phase"][rows], line, color=colour)
+    gain.axhline(-3.0103, color=look.BLACK, linewidth=0.8, linestyle=":")
+    phase.axhline(-90.0, color=look.BLACK, linewidth=0.8, linestyle=":")
+    gain.set_ylim(-15, 3)
+    look.label(gain, "", "gain [dB]", "Spool position over current")
+    look.label(phase, "frequency [Hz]", "phase [degree]")
+    look.decade_axis(phase)
+    look.legend(gain)
+
+
+TEST = Procedure("spool-response", "Frequency response of the spool", run, draw)

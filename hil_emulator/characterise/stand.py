@@ -1,0 +1,146 @@
+"""The test stand: an emulated actuator, what it is fixed to, and the instruments around it.
+
+A test sees the actuator through its *sensors*. Where the documents put a laboratory instrument -
+a flow meter, a displacement transducer on the spool - it reads the model's signal instead; each
+test says which.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hil_emulator.characterise.result import Series
+from hil_emulator.model.kernel import Kernel
+from hil_emulator.model.plant import Plant, Sensors
+
+LOCKED = {"load_mass": 1e12}
+"""Clamps the rod: the largest force moves it by less than a micrometre in a minute."""
+
+BLOCKED = LOCKED | {
+    "cylinder_piston_area": 1e-6,
+    "cylinder_area_ratio": 1.0,
+    "cylinder_dead_volume_a": 1e-6,
+    "cylinder_dead_volume_b": 1e-6,
+}
+"""Takes the cylinder away and closes both ports of the valve, behind 1 ml of drillings each."""
+
+RATED_CURRENT = 0.01
+"""Rated current where the configuration limits none [A] (Moog E024 in public HyQ scripts)."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What was seen, tick by tick.
+
+    Attributes:
+        time: end of each tick [s], shape (ticks,).
+        readings: what the sensors reported, by channel; shape (ticks,) each.
+        signals: the quantities themselves, by name; for laboratory instruments.
+
+    """
+
+    time: Series
+    readings: Mapping[str, Series]
+    signals: Mapping[str, Series]
+
+    def after(self, time: float) -> "Recording":
+        """Leave out what came before a time [s]."""
+        late = self.time > time
+        return Recording(
+            self.time[late],
+            {name: values[late] for name, values in self.readings.items()},
+            {name: values[late] for name, values in self.signals.items()},
+        )
+
+
+class Stand:
+    """One actuator under test.
+
+    Args:
+        plant: the actuator.
+        sensors: its sensors.
+        period: time between two changes of the inputs, and between samples [s].
+
+    """
+
+    def __init__(self, plant: Plant, sensors: Sensors, period: float) -> None:
+        self.plant = plant
+        self.sensors = sensors
+        self.period = period
+        self._steps = round(period / plant.step_width)
+
+    def tick(self, current: float, force: float = 0.0) -> Series:
+        """Hold valve current [A] and external force [N] for one period; return the readings."""
+        self.plant.inputs.valve_current = current
+        self.plant.inputs.external_force = force
+        self.plant.step(self._steps)
+        self.sensors.sample(self.plant.signal_vector)
+        return self.sensors.reading
+
+    def drive(self, currents: ArrayLike, forces: ArrayLike = 0.0) -> Recording:
+        """Apply one current [A] and external force [N] per tick and record."""
+        pairs = np.broadcast_arrays(np.asarray(currents, float), np.asarray(forces, float))
+        rows = [self.row(float(u), float(f)) for u, f in zip(*pairs, strict=True)]
+        return self.recording(rows)
+
+    def row(self, current: float, force: float = 0.0) -> Series:
+        """Let one tick pass; return readings and signals, one after the other."""
+        reading = self.tick(current, force)
+        return np.concatenate([reading, self.plant.signal_vector])
+
+    def recording(self, rows: Iterable[Series]) -> Recording:
+        """Give names to rows of readings and signals."""
+        table = np.array(list(rows), dtype=np.float64)
+        channels = len(self.sensors.names)
+        signals = self.plant.kernel.signals.names or ()
+        return Recording(
+            np.asarray(self.period * np.arange(1, len(table) + 1), dtype=np.float64),
+            dict(zip(self.sensors.names, table[:, :channels].T, strict=True)),
+            dict(zip(signals, table[:, channels:].T, strict=True)),
+        )
+
+
+@dataclass(frozen=True)
+class Bench:
+    """An actuator's parameters and what is needed to put it on a stand.
+
+    Attributes:
+        kernel: the compiled model.
+        values: parameters by field name, SI; effects that are not named are off.
+        sensors: transducer parameters by channel and field.
+        seed: of the sensors' noise.
+        step: integration step [s].
+
+    """
+
+    kernel: Kernel
+    values: Mapping[str, float]
+    sensors: Mapping[str, Mapping[str, float]]
+    seed: int = 1
+    step: float = 2e-5
+
+    def stand(self, changes: Mapping[str, float], period: float = 1e-3) -> Stand:
+        """Set the actuator up anew with some parameters changed."""
+        plant = Plant(self.kernel, {**self.values, **changes}, self.step)
+        random = np.random.default_rng(self.seed)
+        return Stand(plant, Sensors(self.kernel, self.sensors, period, random), period)
+
+    def off(self, *tables: str, keep: Iterable[str] = ()) -> dict[str, float]:
+        """Return the changes that switch off every effect of some configuration tables."""
+        return {
+            effect.field_of(effect.knob): effect.off
+            for effect in self.kernel.effects
+            if effect.stage.table in tables and effect.name not in keep
+        }
+
+    def value(self, field: str) -> float:
+        """Return a parameter as the model takes it, its off value or default where not set."""
+        return float(Plant(self.kernel, self.values, self.step).parameters[field])
+
+    @property
+    def rated_current(self) -> float:
+        """Current that opens the valve fully [A]."""
+        limit = self.values.get("current_saturation_limit", np.inf)
+        return float(limit) if np.isfinite(limit) else RATED_CURRENT

@@ -1,0 +1,98 @@
+"""Flow of the valve against its current, in the circuit of S1 Fig. 3.4.
+
+Ports a and b are joined through a flow meter, so both metering edges share the pressure drop:
+dp_n2 = p_s - p_t = 2 dp_n1 (S1 eq. 3.7). The slope of the flow curve beyond the lap gives back
+the valve gain K_v = q_n/(u_n sqrt(dp_n1)) (S1 eq. 3.8).
+"""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.stand import LOCKED, Bench
+
+NOMINAL_DROP = 70e5
+"""Supply minus tank pressure of the data sheet [Pa] (public HyQ bench scripts)."""
+_METER_CONDUCTANCE = 1e-7  # of pipe and flow meter: 0.01 bar at the nominal flow [m³/(s Pa)]
+_PIPE_VOLUME = 1e-2  # makes the joined ports slow enough for the integration step [m³]
+_TO_LITRES = 6e4  # m³/s -> l/min
+
+
+def _flow_curve(bench: Bench) -> tuple[Series, Series]:
+    """Return current [A] and flow through the meter [m³/s] over one slow triangle."""
+    tank = bench.value("tank_pressure")
+    circuit = LOCKED | {
+        "supply_pressure": tank + NOMINAL_DROP,
+        "cylinder_area_ratio": 1.0,
+        "cylinder_dead_volume_a": _PIPE_VOLUME,
+        "cylinder_dead_volume_b": _PIPE_VOLUME,
+        "internal_leakage_conductance": _METER_CONDUCTANCE,
+    }
+    stand = bench.stand(bench.off("supply", "tank", "cylinder") | circuit)
+    rated = bench.rated_current
+    ramp = np.concatenate(
+        [np.linspace(0, 1, 1000), np.linspace(1, -1, 2000), np.linspace(-1, 0, 1000)]
+    )
+    seen = stand.drive(rated * ramp)
+    return seen.signals["spool_position"], seen.signals["leakage_flow"]
+
+
+def _gain(current: Series, flow: Series, rated: float, sign: float) -> float:
+    """Return K_v from the slope between 20 % and 90 % of the rated current on one side."""
+    share = sign * current / rated
+    used = (share > 0.2) & (share < 0.9)
+    slope = np.polyfit(current[used], flow[used], 1)[0]
+    return float(slope / np.sqrt(NOMINAL_DROP / 2.0))
+
+
+def run(bench: Bench) -> Result:
+    """Measure the flow curve."""
+    current, flow = _flow_curve(bench)
+    rated = bench.rated_current
+    both = [_gain(current, flow, rated, sign) for sign in (1.0, -1.0)]
+    gain = bench.value("valve_gain")
+    nominal = float(np.interp(0.99 * rated, *_rising(current, flow))) / 0.99
+    return Result(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Ports a and b joined through a flow meter, p_s - p_t = 70 bar, the current on a slow "
+            "triangle over the rated range. The valve gain is the slope of the flow curve between "
+            "20 % and 90 % of the rated current, mean of both directions."
+        ),
+        columns={
+            "current": column("mA", current * 1e3),
+            "flow": column("l/min", flow * _TO_LITRES),
+            "gain law": column("l/min", gain * current * np.sqrt(NOMINAL_DROP / 2.0) * _TO_LITRES),
+        },
+        comparisons=[
+            Comparison("valve gain K_v", "m³/(s A √Pa)", gain, "configured, S1 eq. 3.8",
+                       float(np.mean(both)), 1e-3),
+            Comparison("flow at rated current, 70 bar", "l/min", 7.5, "S1 3.3, HyQ bench scripts",
+                       nominal * _TO_LITRES, 0.01),
+        ],
+        notes=["The underlap adds its share to the flow: 0.3 % at the rated current."],
+    )  # fmt: skip
+
+
+def _rising(current: Series, flow: Series) -> tuple[Series, Series]:
+    order = np.argsort(current, kind="stable")
+    return current[order], flow[order]
+
+
+def draw(result: Result, figure: Figure) -> None:
+    """Draw flow against current."""
+    axes = figure.add_subplot()
+    axes.plot(
+        result["current"], result["flow"], color=look.BLUE, linewidth=3, label="emulated valve"
+    )
+    axes.plot(result["current"], result["gain law"], "--", color=look.BLACK, linewidth=1,
+              label="K_v u √(Δp/2)")  # fmt: skip
+    look.label(axes, "spool position as current [mA]", "flow a to b [l/min]",
+               "Flow curve at 70 bar valve pressure drop")  # fmt: skip
+    look.legend(axes)
+
+
+TEST = Procedure("valve-flow", "Flow of the valve against current", run, draw)

@@ -1,0 +1,76 @@
+"""A result as files: a table (CSV), everything (JSON), a picture (PNG)."""
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hil_emulator.characterise.figure import new_figure
+from hil_emulator.characterise.result import Result
+from hil_emulator.errors import UserError
+
+
+def _heading(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit else name
+
+
+def _write_table(result: Result, file: Path) -> None:
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        rows = csv.writer(stream)
+        rows.writerow([_heading(name, c.unit) for name, c in result.columns.items()])
+        table = np.column_stack([c.values for c in result.columns.values()])
+        rows.writerows([f"{value:.9g}" for value in row] for row in table)
+
+
+def as_json(result: Result) -> dict[str, object]:
+    """Return a result as JSON objects; not-a-number becomes null."""
+    return {
+        "name": result.name,
+        "title": result.title,
+        "procedure": result.procedure,
+        "notes": list(result.notes),
+        "comparisons": [
+            {
+                "quantity": c.quantity,
+                "unit": c.unit,
+                "expected": c.expected,
+                "source": c.source,
+                "measured": c.measured if np.isfinite(c.measured) else None,
+                "difference": c.difference if np.isfinite(c.difference) else None,
+                "tolerance": c.tolerance,
+                "agrees": c.agrees,
+            }
+            for c in result.comparisons
+        ],
+        "columns": {
+            name: {
+                "unit": c.unit,
+                "values": [float(f"{v:.9g}") if np.isfinite(v) else None for v in c.values],
+            }
+            for name, c in result.columns.items()
+        },
+    }
+
+
+def write_result(result: Result, draw: Callable[[Result, Figure], None], folder: Path) -> None:
+    """Write NAME.csv, NAME.json and NAME.png.
+
+    Raises:
+        UserError: if the folder cannot be written.
+
+    """
+    figure = new_figure()
+    draw(result, figure)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _write_table(result, folder / f"{result.name}.csv")
+        text = json.dumps(as_json(result), indent=1, ensure_ascii=False)
+        (folder / f"{result.name}.json").write_text(text, encoding="utf-8")
+        figure.savefig(folder / f"{result.name}.png")
+    except OSError as error:
+        raise UserError(
+            f"cannot write the results into {folder}: {error}; choose another folder"
+        ) from error
