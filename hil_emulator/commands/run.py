@@ -88,6 +88,7 @@ def provenance(config: Configuration) -> dict[str, str]:
 def _clock(name: str, config: Configuration, follow: FollowSync | None, rig: Rig) -> Clock:
     if follow is not None:
         follow.serve = rig.serve
+        rig.serve(())  # the boot-up messages: a node answers nothing before them
         return follow
     return LockStep() if name == "lockstep" else WallClock(config.tick_ns)
 

@@ -1,0 +1,141 @@
+"""The command line as a user meets it."""
+
+import csv
+import json
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.places import shipped
+
+REFERENCE = shipped("configs/hyq_knee.toml")
+
+Result = subprocess.CompletedProcess[str]
+
+
+def hil_emulator(*arguments: object, folder: Path | None = None) -> Result:
+    """Run a command in a process of its own."""
+    command = [sys.executable, "-m", "hil_emulator", *map(str, arguments)]
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=120, cwd=folder, check=False
+    )
+
+
+def refused(*arguments: object) -> str:
+    """Return the message of a command that ends with exit code 2, without a traceback."""
+    result = hil_emulator(*arguments)
+    assert result.returncode == 2, result.stdout + result.stderr
+    assert "Traceback" not in result.stderr
+    return result.stderr
+
+
+@pytest.fixture
+def layer(tmp_path: Path) -> Callable[[str], Path]:
+    """Return a function that writes a configuration file."""
+
+    def write(text: str) -> Path:
+        file = tmp_path / f"layer{len(list(tmp_path.iterdir()))}.toml"
+        file.write_text(text)
+        return file
+
+    return write
+
+
+def test_check_shows_binding_pdos_and_bus_load() -> None:
+    """The objects with their channels, the PDO map, and the share of 1 Mbit/s."""
+    text = hil_emulator("check", REFERENCE).stdout
+    assert "channel load_force" in text
+    assert "TPDO3" in text
+    assert "Bus load at most" in text
+
+
+def test_effects_lists_the_catalogue() -> None:
+    """Every effect stands in the table, and its declaration in the JSON."""
+    text = hil_emulator("effects").stdout
+    assert all(e.name in text for e in CATALOGUE)
+    rows = json.loads(hil_emulator("effects", "--json").stdout)
+    assert [r["name"] for r in rows] == [e.name for e in CATALOGUE]
+    wanted = {"stage", "knob", "unit", "off", "typical", "low", "high", "equation", "source"}
+    assert all(wanted <= row.keys() for row in rows)
+
+
+def test_demo_passes_and_draws(tmp_path: Path) -> None:
+    """The demonstration ends with PASS, a verdict in numbers, and a picture."""
+    result = hil_emulator("demo", folder=tmp_path)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "PASS: settling at most" in result.stdout
+    picture = tmp_path / "hil-emulator-demo.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert picture.stat().st_size > 50_000
+
+
+def test_bench_tells_what_the_machine_achieves() -> None:
+    """The JSON has every promised number, and they are consistent with each other."""
+    speeds = json.loads(hil_emulator("bench", "--duration", "0.2 s", "--json").stdout)
+    assert speeds["tick_us"]["p50"] <= speeds["tick_us"]["p99"]
+    assert speeds["lateness_us"].keys() == {"p50", "p99", "p999", "max"}
+    assert speeds["overruns"] >= 0
+    assert speeds["tick_us"]["p50"] > 50 * speeds["rk4_step_us"] * 0.9
+    assert speeds["lockstep_x"] > 0
+    assert speeds["tcp_frames_per_s"] > 0
+
+
+def test_run_records_what_it_did(tmp_path: Path) -> None:
+    """A run of 0.2 s leaves 200 rows with units and provenance, equal in CSV and NPZ."""
+    for ending in ("csv", "npz"):
+        result = hil_emulator(
+            "run", REFERENCE, "--bus", "virtual:t", "--clock", "lockstep", "--duration", "0.2 s",
+            "--record", tmp_path / f"run.{ending}",
+        )  # fmt: skip
+        assert result.returncode == 0, result.stderr
+        assert "200 ticks, 0 late" in result.stdout
+    lines = (tmp_path / "run.csv").read_text().splitlines()
+    comments = [line for line in lines if line.startswith("#")]
+    assert any(line.startswith("# digest: ") for line in comments)
+    header, *rows = csv.reader(lines[len(comments) :])
+    assert header[0] == "time [s]"
+    assert len(rows) == 200
+    with np.load(tmp_path / "run.npz") as stored:
+        column = header.index("pressure_a [Pa]")
+        values = [float(row[column]) for row in rows]
+        np.testing.assert_allclose(stored["pressure_a"], values, rtol=1e-8)
+
+
+def test_bad_input_ends_with_one_message(layer: Callable[[str], Path], tmp_path: Path) -> None:
+    """Wrong files, keys, units, buses and options: what, where, what to do, exit code 2."""
+    assert "no such file" in refused("run", tmp_path / "none.toml")
+    assert 'did you mean "stroke"' in refused(
+        "check", REFERENCE, layer('[cylinder]\nstrok = "1 m"')
+    )
+    assert "a length; a pressure" in refused("check", REFERENCE, layer('[supply]\npressure="1 m"'))
+    assert "nowhere.eds" in refused(
+        "check", REFERENCE, layer('[[node]]\nid = 5\neds = "nowhere.eds"')
+    )
+    assert "interface:channel" in refused("run", REFERENCE, "--bus", "vcan0")
+    assert "'nobus' is unknown" in refused("run", REFERENCE, "--bus", "nobus:x")
+    assert '"60 s"' in refused("run", REFERENCE, "--duration", "60")
+    assert "give it a --duration" in refused("run", REFERENCE, "--clock", "lockstep")
+    assert "unknown ending" in refused("run", REFERENCE, "--record", tmp_path / "x.xls")
+    assert "does not exist" in refused("run", REFERENCE, "--record", tmp_path / "no" / "x.csv")
+
+
+def test_a_port_in_use_is_named(layer: Callable[[str], Path]) -> None:
+    """Where another program listens already, the message says which port and what to do."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        over = layer(f'[bus]\ninterface = "socketcand_server"\nport = {port}')
+        assert str(port) in refused("run", REFERENCE, over, "--duration", "1 s")
+
+
+def test_a_kernel_without_can_is_named() -> None:
+    """An interface that is not there ends with what to do about it."""
+    message = refused("run", REFERENCE, "--bus", "socketcan:nocan7", "--duration", "1 s")
+    assert "SocketCAN" in message or "nocan7" in message
