@@ -18,6 +18,8 @@ SAMPLE_TIME = "sample_time"
 INTERNAL = (SAMPLE_COUNTER, SAMPLE_TIME)
 """Objects the device itself feeds, by ParameterName."""
 
+NS_PER_US = 1_000
+
 SAFE_SUFFIX = "_safe"
 """The object `<command>_safe`, where the EDS has one, holds the command's safe value."""
 
@@ -51,7 +53,9 @@ class Sensors:
         self._emergency = emergency
         self._inside = [0] * len(channels)
         self._overrange = self._inside
-        self._ticks = 0
+        self._shown: Measured | None = None
+        self._number = -1
+        self._time_us = 0
         self._integers: list[tuple[int, Entry, float, int, int]] = []
         self._reals: list[tuple[int, Entry, float, float, float]] = []
         for position, name in enumerate(channels):
@@ -62,11 +66,25 @@ class Sensors:
         self._time = self._internal(dictionary, SAMPLE_TIME)
 
     def reset(self) -> None:
-        """Report ranges anew, after the error memory was cleared."""
+        """Show the last sample again, and report ranges anew: a reset has cleared both."""
         self._overrange = self._inside
+        if self._shown is not None:
+            self._show(self._shown)
 
     def sample(self, now_ns: int, measured: Measured) -> None:
         """Bring every bound object up to date.
+
+        A sample that is published again, the same object, keeps its number and its time.
+        """
+        if measured is self._shown:
+            return
+        self._shown = measured
+        self._number += 1
+        self._time_us = now_ns // NS_PER_US
+        self._show(measured)
+
+    def _show(self, measured: Measured) -> None:
+        """Write a sample into the objects.
 
         An integer object holds round(SI / factor), saturated to its type; a value that is no
         number shows as the type's lowest.
@@ -79,10 +97,9 @@ class Sensors:
             real = values[position] / factor
             entry.value = real if least <= real <= most else most if real > most else least
         if self._counter is not None:
-            self._counter[0].value = self._ticks & self._counter[1]
+            self._counter[0].value = self._number & self._counter[1]
         if self._time is not None:
-            self._time[0].value = now_ns // 1000 & self._time[1]
-        self._ticks += 1
+            self._time[0].value = self._time_us & self._time[1]
 
     def check_ranges(self, overrange: list[int]) -> None:
         """Raise and clear the range error of each channel that crossed an end of its range."""

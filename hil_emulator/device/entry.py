@@ -116,9 +116,11 @@ class Entry:
         return low, high
 
     def check(self, value: Any) -> None:
-        """Refuse a number beyond the limits (0609 0031, 0609 0032)."""
+        """Refuse a number beyond the limits (0609 0031, 0609 0032) or no number (0609 0030)."""
         if not self.type.numeric:
             return
+        if not isinstance(value, int if self.type.kind == "integer" else (int, float)):
+            raise SdoAbort(AbortCode.INVALID_VALUE)
         low, high = self.bounds
         if value > high:
             raise SdoAbort(AbortCode.VALUE_TOO_HIGH)

@@ -31,7 +31,7 @@ def resolve(dictionary: Dictionary, word: int, *, receive: bool) -> Entry:
         entry = dictionary.get(index, subindex)
         if entry is None or not (entry.receivable if receive else entry.transmittable):
             raise SdoAbort(AbortCode.NOT_MAPPABLE)
-    if bits != entry.type.bits:
+    if bits == 0 or bits != entry.type.bits:  # strings have no length here, so no place
         raise SdoAbort(AbortCode.NOT_MAPPABLE)
     return entry
 

@@ -31,6 +31,7 @@ from hil_emulator.device.process_data import Handler, ProcessData
 from hil_emulator.device.sdo import SdoServer
 from hil_emulator.device.storage import MemoryStorage, ParameterStore, Storage
 from hil_emulator.device.sync import SyncConsumer
+from hil_emulator.device.time_stamp import TimeConsumer
 from hil_emulator.frame import Frame
 
 
@@ -80,6 +81,7 @@ class Node:
         self._guarding = NodeGuarding(dictionary, self._emergency)
         self._consumer = HeartbeatConsumer(dictionary, self._emergency, self._route)
         self._sync = SyncConsumer(dictionary, self._emergency, self._route)
+        self._time = TimeConsumer(dictionary, self._route)
         self._pdos = ProcessData(
             dictionary, self._emergency, self._set_points, self._sources, self._route
         )
@@ -127,7 +129,8 @@ class Node:
 
         Args:
             now_ns: the same time `receive` got.
-            measured: one value per channel, in the order of the channels' names.
+            measured: one value per channel, in the order of the channels' names. The sample
+                of the last tick, the same object, may be published again: it is no new one.
 
         """
         self._sensors.sample(now_ns, measured)
@@ -240,6 +243,8 @@ class Node:
             routes[self._sdo.request_can_id] = [self._sdo.request]
             if self._sync.can_id is not None:
                 routes.setdefault(self._sync.can_id, []).append(self._on_sync)
+            if self._time.can_id is not None:
+                routes.setdefault(self._time.can_id, []).append(self._time.receive)
         if self._state is State.OPERATIONAL:
             self._pdos.add_routes(routes, remote)
         self._routes, self._remote_routes = routes, remote

@@ -46,7 +46,7 @@ class SimulatedNetwork(canopen.Network):
     def tick(self, *frames: Frame, period_ns: int = NS_PER_MS) -> list[Frame]:
         """Let one tick pass in which the device receives `frames`; return what it sends."""
         self.commands = dict(self.node.receive(self.now_ns, frames))
-        answers = self.node.publish(self.now_ns, self.measured)
+        answers = self.node.publish(self.now_ns, Measured(*self.measured))
         self.log += [(self.now_ns, frame) for frame in answers]
         stamp = self.now_ns * 1e-9
         self.now_ns += period_ns

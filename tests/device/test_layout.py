@@ -20,7 +20,7 @@ def test_bindings_name_every_source(node: Node) -> None:
     assert table["valve_current"] == ("A", 1e-9, "command valve_current")
     assert table["valve_current_safe"] == ("A", 1e-9, "safe value of valve_current")
     assert table["sample_counter"] == ("", 1.0, "device")
-    assert len(table) == 9
+    assert len(table) == 10
 
 
 def test_pdo_map_shows_the_defaults(node: Node) -> None:

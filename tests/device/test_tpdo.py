@@ -202,3 +202,19 @@ def test_sample_time_is_the_ticks_time(node: Node, dictionary: Dictionary) -> No
     node.receive(now_ns, [])
     node.publish(now_ns, Measured([0.0] * 5, [0] * 5))
     assert dictionary.read(0x2041) == 1234
+
+
+def test_a_sample_shown_twice_keeps_its_number(node: Node, dictionary: Dictionary) -> None:
+    """A tick in which the plant stands still is no new sample, even over a reset."""
+    measured = Measured([1e6] * 5, [0] * 5)
+    for now_ns in (0, 1_000_000):
+        node.receive(now_ns, [])
+        node.publish(now_ns, Measured(*measured))
+    for now_ns, frames in ((2_000_000, []), (3_000_000, [Frame(0, bytes([129, 0]))])):
+        node.receive(now_ns, frames)
+        node.publish(now_ns, measured)
+        assert (dictionary.read(0x2040), dictionary.read(0x2041)) == (2, 2000)
+        assert dictionary.read(0x2010) == 1000
+    node.receive(4_000_000, [Frame(0, bytes([129, 0]))])
+    node.publish(4_000_000, measured)
+    assert dictionary.read(0x2010) == 1000

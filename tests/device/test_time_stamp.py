@@ -1,0 +1,41 @@
+"""The TIME consumer, told the time by the stock producer (CiA 301 7.2.6)."""
+
+import pytest
+from device_master import Master
+
+DAY_S = 86_400
+EPOCH_1984_S = 441_763_200
+"""1 January 1984 in Unix time, where TIME_OF_DAY begins."""
+
+
+def network_time(master: Master) -> tuple[int, int]:
+    """Return days since 1984 and milliseconds since midnight."""
+    data = master.remote.sdo.upload(0x2042, 0)
+    return int.from_bytes(data[4:], "little"), int.from_bytes(data[:4], "little")
+
+
+def test_stock_producer_sets_the_time(master: Master) -> None:
+    """The object shows the last TIME message."""
+    master.network.time.transmit(EPOCH_1984_S + 3 * DAY_S + 12.5)
+    assert network_time(master) == (3, 12_500)
+
+
+@pytest.mark.parametrize("data", [b"", bytes([1] * 5), bytes([1] * 7)])
+def test_other_lengths_are_ignored(master: Master, data: bytes) -> None:
+    """TIME has six bytes."""
+    master.send(0x100, data)
+    assert network_time(master) == (0, 0)
+
+
+def test_reserved_bits_do_not_count(master: Master) -> None:
+    """The upper four bits of the milliseconds are void."""
+    master.send(0x100, b"\x01\0\0\xf0\x02\0")
+    assert network_time(master) == (2, 1)
+
+
+def test_consuming_can_be_switched_off(master: Master) -> None:
+    """With bit 31 of 0x1012 clear TIME passes by; producing is refused."""
+    master.remote.sdo[0x1012].raw = 0x100
+    master.network.time.transmit(EPOCH_1984_S + DAY_S)
+    assert network_time(master) == (0, 0)
+    assert master.abort_code(0x1012, 0, (0xC000_0100).to_bytes(4, "little")) == 0x06090030
