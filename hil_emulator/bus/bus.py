@@ -1,8 +1,7 @@
 """`Bus`: frames in, frames out, and the loop never waits for them."""
 
 import time
-from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from types import TracebackType
 from typing import Any, Self
 
@@ -43,7 +42,7 @@ class Bus:
 
     def __init__(self, settings: Mapping[str, object]) -> None:
         self._bus = open_can_bus(settings)
-        self._kept: deque[Frame] = deque()  # arrived, but not handed on yet
+        self._kept: Frame | None = None  # arrived during a wait
         self.received = 0
         self.sent = 0
         self.dropped = 0
@@ -56,9 +55,9 @@ class Bus:
     def receive(self) -> list[Frame]:
         """Return what has arrived, oldest first, at most `RECEIVE_LIMIT` frames; never wait."""
         frames: list[Frame] = []
-        if self._kept:
-            while self._kept and len(frames) < RECEIVE_LIMIT:
-                frames.append(self._kept.popleft())
+        if self._kept is not None:
+            frames.append(self._kept)
+            self._kept = None
         for _ in range(RECEIVE_LIMIT - len(frames)):
             message = self._recv(0)
             if message is None:
@@ -72,20 +71,16 @@ class Bus:
 
         The frame is kept for the next `receive()`.
         """
-        if self._kept:
+        if self._kept is not None:
             return True
         deadline = time.monotonic() + timeout
         while True:
             message = self._recv(max(0.0, deadline - time.monotonic()))
             if message is not None and self._is_ours(message):
-                self._kept.append(_frame(message))
+                self._kept = _frame(message)
                 return True
             if time.monotonic() >= deadline:
                 return False
-
-    def unread(self, frames: Sequence[Frame]) -> None:
-        """Give received frames back: they come first, in this order, at the next `receive()`."""
-        self._kept.extendleft(reversed(frames))
 
     def send(self, frames: Iterable[Frame]) -> None:
         """Hand frames to the bus in this order; those it does not take at once are dropped."""

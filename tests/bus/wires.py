@@ -20,6 +20,7 @@ class Wire:
         self.bus = Bus(bus_settings)
         self._node_settings = node_settings or stock_settings(self.bus.client_command)
         self._nodes: list[can.BusABC] = []
+        self._seen: list[Frame] = []
 
     def join(self) -> can.BusABC:
         """Return a new stock node; polls the bus meanwhile, in case it is what serves the node."""
@@ -32,13 +33,13 @@ class Wire:
 
     def poll(self) -> None:
         """Keep the bus moving; what arrives stays for `arrived`."""
-        self.bus.unread(self.bus.receive())
+        self._seen += self.bus.receive()
 
     def arrived(self, count: int) -> list[Frame]:
         """Return the next `count` frames at the bus, or those that arrive at all."""
-        frames: list[Frame] = []
-        while len(frames) < count and self.bus.wait(PATIENCE_S):
-            frames += self.bus.receive()
+        while len(self._seen) < count and self.bus.wait(PATIENCE_S):
+            self.poll()
+        frames, self._seen = self._seen[:count], self._seen[count:]
         return frames
 
     def read(self, node: can.BusABC, count: int) -> list[Frame]:
