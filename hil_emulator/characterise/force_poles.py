@@ -2,7 +2,7 @@
 
 The oil columns make the actuator softest near the middle. Poles of the exact linearisation of the
 model beside those of S1 eq. 3.38, which ties both pressures together, and of its complete form,
-which does not. Dry friction and entrained air are switched off, as in the linear model.
+which does not. Dry friction, leakage and air are switched off, as in the linear model.
 """
 
 import math
@@ -26,7 +26,7 @@ _COMPARED = (0, 4, 9, 14, 18)  # five of them
 
 def rest_point(rest: linearise.Linearisation) -> linear.OperatingPoint:
     """Return the operating point of the analytic forms at rest."""
-    at = rest.equilibrium
+    at = rest.signals
     return linear.OperatingPoint(
         at["spool_position"], at["position"], at["pressure_a"], at["pressure_b"]
     )
@@ -55,7 +55,7 @@ def _resonance(poles: NDArray[np.complex128]) -> complex:
 
 def run(bench: Bench) -> Result:
     """Linearise at rest along the stroke."""
-    off = bench.off("friction", "oil", keep=("viscous_friction",))
+    off = bench.off("friction", "oil", "cylinder", keep=("viscous_friction",))
     values = {**bench.values, **off}
     machine = linear.Machine.of(values)
     rows = []
@@ -76,7 +76,7 @@ def run(bench: Bench) -> Result:
         name=TEST.name,
         title=TEST.title,
         procedure=(
-            "Exact linearisation at rest at 19 positions, dry friction and entrained air "
+            "Exact linearisation at rest at 19 positions, dry friction, leakage and air "
             "switched off; the pole pair of oil columns and load."
         ),
         columns=columns,

@@ -33,8 +33,8 @@ def _responses(bench: Bench, hertz: float, rest: linearise.Linearisation) -> lis
     stroke, omega = bench.value("cylinder_stroke"), 2.0 * math.pi * hertz
     dry = bench.off("friction", keep=("viscous_friction",))
     stand = bench.stand(dry | {"initial_position": 0.5 * stroke}, _PERIOD)
-    stand.plant.state.pressure_a = rest.equilibrium["pressure_a"]
-    stand.plant.state.pressure_b = rest.equilibrium["pressure_b"]
+    for name, value in rest.equilibrium.items():
+        stand.plant.state[name] = value
     middle = _PERIOD * (np.arange(round((_SETTLING + _MEASURED) / _PERIOD)) + 0.5)
     amplitude = _AMPLITUDE * bench.rated_current
     seen = stand.drive(rest.current + amplitude * np.sin(omega * middle)).after(_SETTLING)

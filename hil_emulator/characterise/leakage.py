@@ -15,7 +15,7 @@ from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.pressure_gain import find_null
 from hil_emulator.characterise.procedure import Procedure
 from hil_emulator.characterise.result import Comparison, Result, Series, column
-from hil_emulator.characterise.stand import LOCKED, Bench
+from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
 
 _STEPS = np.linspace(-3.0, 3.0, 41)  # currents around null, in underlaps
@@ -25,9 +25,7 @@ _TO_LITRES = 6e4  # m³/s -> l/min
 
 def _steady(bench: Bench, current: Series) -> tuple[Series, ...]:
     """Return p_a, p_b [Pa], flow into a and through the valve [m³/s] at each current."""
-    stand = bench.stand(
-        bench.off("cylinder", keep=("internal_leakage", "external_leakage")) | LOCKED
-    )
+    stand = bench.stand(bench.clamped(keep=("internal_leakage", "external_leakage")))
     rows = []
     for value in current:
         seen = stand.drive(np.full(round(_HELD / stand.period), value)).after(_HELD - _AVERAGED)

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
 from hil_emulator.characterise.result import Comparison, Result, Series, column
-from hil_emulator.characterise.stand import BLOCKED, Bench
+from hil_emulator.characterise.stand import Bench
 
 DOCUMENT_SENSITIVITY = 5.7e11
 """K_pa, about the magnitude of K_pb [Pa/A] (S1 3.5.1)."""
@@ -30,7 +30,7 @@ _KEPT = slice(None, None, 10)  # of the readings, in the table
 
 def _sweep(bench: Bench, centre: float, amplitude: float) -> tuple[Series, Series, Series]:
     """Return current [A] and the readings of both pressures [Pa] over one period."""
-    stand = bench.stand(bench.off("cylinder") | BLOCKED)
+    stand = bench.stand(bench.blocked())
     time = np.arange(0.0, 1.25 * _SWEEP, stand.period)
     current = centre + amplitude * np.sin(2.0 * math.pi * time / _SWEEP)
     seen = stand.drive(current).readings

@@ -14,7 +14,7 @@ from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
 from hil_emulator.characterise.result import Comparison, Result, Series, column
 from hil_emulator.characterise.sine import crossing, fundamental
-from hil_emulator.characterise.stand import BLOCKED, Bench
+from hil_emulator.characterise.stand import Bench
 
 DOCUMENT_BANDWIDTH = {0.25: 250.0, 1.0: 100.0}
 """-3 dB in Hz by amplitude in rated currents, at 210 bar (S1 3.3.1)."""
@@ -26,7 +26,7 @@ _SETTLING, _MEASURED = 6, 8  # periods of the sine
 
 def _response(bench: Bench, pressure: float, amplitude: float, hertz: float) -> complex:
     """Return spool over current at one frequency, from the spool's displacement transducer."""
-    changes = bench.off("supply", "cylinder") | BLOCKED | {"supply_pressure": pressure}
+    changes = bench.off("supply", "tank") | bench.blocked() | {"supply_pressure": pressure}
     stand = bench.stand(changes, _PERIOD)
     omega = 2.0 * math.pi * hertz
     ticks = round((_SETTLING + _MEASURED) / hertz / _PERIOD)

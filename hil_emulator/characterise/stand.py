@@ -15,16 +15,13 @@ from hil_emulator.characterise.result import Series
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant, Sensors
 
-LOCKED = {"load_mass": 1e12}
-"""Clamps the rod: the largest force moves it by less than a micrometre in a minute."""
-
-BLOCKED = LOCKED | {
+_CLAMPED = {"load_mass": 1e12}  # the largest force moves it by less than 1 um in a minute
+_NO_CYLINDER = {
     "cylinder_piston_area": 1e-6,
     "cylinder_area_ratio": 1.0,
     "cylinder_dead_volume_a": 1e-6,
     "cylinder_dead_volume_b": 1e-6,
 }
-"""Takes the cylinder away and closes both ports of the valve, behind 1 ml of drillings each."""
 
 RATED_CURRENT = 0.01
 """Rated current where the configuration limits none [A] (Moog E024 in public HyQ scripts)."""
@@ -134,6 +131,14 @@ class Bench:
             for effect in self.kernel.effects
             if effect.stage.table in tables and effect.name not in keep
         }
+
+    def clamped(self, keep: Iterable[str] = ()) -> dict[str, float]:
+        """Return the changes that clamp the rod; of the cylinder only some effects are kept."""
+        return self.off("cylinder", "load", keep=keep) | _CLAMPED
+
+    def blocked(self) -> dict[str, float]:
+        """Return the changes that close both ports of the valve, behind 1 ml of drillings each."""
+        return self.clamped() | _NO_CYLINDER
 
     def value(self, field: str) -> float:
         """Return a parameter as the model takes it, its off value or default where not set."""

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
 from hil_emulator.characterise.result import Comparison, Result, Series, column
-from hil_emulator.characterise.stand import LOCKED, Bench
+from hil_emulator.characterise.stand import Bench
 
 NOMINAL_DROP = 70e5
 """Supply minus tank pressure of the data sheet [Pa] (public HyQ bench scripts)."""
@@ -23,14 +23,14 @@ _TO_LITRES = 6e4  # m³/s -> l/min
 def _flow_curve(bench: Bench) -> tuple[Series, Series]:
     """Return current [A] and flow through the meter [m³/s] over one slow triangle."""
     tank = bench.value("tank_pressure")
-    circuit = LOCKED | {
+    circuit = {
         "supply_pressure": tank + NOMINAL_DROP,
         "cylinder_area_ratio": 1.0,
         "cylinder_dead_volume_a": _PIPE_VOLUME,
         "cylinder_dead_volume_b": _PIPE_VOLUME,
         "internal_leakage_conductance": _METER_CONDUCTANCE,
     }
-    stand = bench.stand(bench.off("supply", "tank", "cylinder") | circuit)
+    stand = bench.stand(bench.off("supply", "tank") | bench.clamped() | circuit)
     rated = bench.rated_current
     ramp = np.concatenate(
         [np.linspace(0, 1, 1000), np.linspace(1, -1, 2000), np.linspace(-1, 0, 1000)]

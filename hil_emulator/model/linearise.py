@@ -10,6 +10,7 @@ Beyond its validity: effects that make the balances depend strongly on the posit
 stiff load spring) know no steady motion but rest.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,10 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_emulator.model import actuator
-from hil_emulator.model.declare import is_on
 from hil_emulator.model.kernel import Kernel, Vector, zeros
 from hil_emulator.model.plant import Plant
-from hil_emulator.model.stages import CONTINUOUS
 
 Matrix = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -56,6 +55,7 @@ class Linearisation:
         d: y by u, shape (p, m).
         scales: a small deviation of each state; divides them for sound arithmetic.
         equilibrium: the state around which it holds, by name, SI.
+        signals: every signal there, by name, SI.
         current: the valve current that holds it [A].
 
     """
@@ -69,6 +69,7 @@ class Linearisation:
     d: Matrix
     scales: Vector
     equilibrium: Mapping[str, float]
+    signals: Mapping[str, float]
     current: float
 
     @property
@@ -116,6 +117,12 @@ class Linearisation:
         return self._scaled_a, b, c, float(self.d[i, j])
 
 
+def _units(kernel: Kernel) -> dict[str, str]:
+    """Return the unit of every state by field name."""
+    own = {effect.field_of(q): q.unit for effect in kernel.effects for q in effect.states}
+    return {q.name: q.unit for q in actuator.STATES} | own
+
+
 class _Model:
     """The compiled model as a function of its active states and the valve current."""
 
@@ -126,15 +133,11 @@ class _Model:
         self._signals = zeros(kernel.signals)
         self.state = plant.state_vector.copy()
         self.inputs = plant.input_vector
-        quantities = {q.name: q for q in actuator.STATES}
-        for effect in kernel.effects:
-            knob = effect.field_of(effect.knob)
-            if effect.stage in CONTINUOUS and is_on(effect, float(plant.parameters[knob])):
-                quantities |= {effect.field_of(q): q for q in effect.states}
         names = kernel.state.names or ()
-        self.active = [i for i, name in enumerate(names) if name in quantities]
+        self.active = np.flatnonzero(~np.isnan(self._all_rates())).tolist()
         self.names = [names[i] for i in self.active]
-        self.scales: Vector = np.array([_SCALES.get(quantities[n].unit, 1e-3) for n in self.names])
+        unit_of = _units(kernel)
+        self.scales: Vector = np.array([_SCALES.get(unit_of.get(n, ""), 1e-3) for n in self.names])
         self.input_names = kernel.inputs.names or ()
         units = [q.unit for q in actuator.INPUTS]
         self.input_scales = np.array([_SCALES.get(unit, 1e-3) for unit in units])
@@ -143,11 +146,16 @@ class _Model:
         """Set one state by name."""
         self.state[self.active[self.names.index(name)]] = value
 
+    def _all_rates(self) -> Vector:
+        """Return every state's rate; that of a state whose effect is off is not a number."""
+        rates = np.full(len(self.state), math.nan)
+        self._kernel.rate(self.state, rates, self._parameters, self.inputs, self._signals)
+        return rates
+
     def rates(self) -> Vector:
         """Return the rates of the active states, in scales per second."""
-        rates = zeros(self._kernel.state)
-        self._kernel.rate(self.state, rates, self._parameters, self.inputs, self._signals)
-        return rates[self.active] / self.scales
+        rates: Vector = self._all_rates()[self.active] / self.scales
+        return rates
 
     def signals(self) -> Vector:
         """Return every signal."""
@@ -215,6 +223,7 @@ def _linearise(model: _Model, outputs: Sequence[str], layout: Sequence[str]) -> 
         d=model.by_inputs(model.signals)[chosen] / u,
         scales=s,
         equilibrium=dict(zip(model.names, model.state[model.active].tolist(), strict=True)),
+        signals=dict(zip(layout, model.signals().tolist(), strict=True)),
         current=float(model.inputs[model.input_names.index("valve_current")]),
     )
 

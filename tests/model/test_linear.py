@@ -37,7 +37,7 @@ def nearest(poles: np.ndarray, wanted: complex) -> complex:
 
 def point_of(found: linearise.Linearisation) -> linear.OperatingPoint:
     """Return the operating point of the analytic forms at an equilibrium found."""
-    at = found.equilibrium
+    at = found.signals
     return linear.OperatingPoint(
         at["spool_position"], at["position"], at["pressure_a"], at["pressure_b"]
     )
@@ -53,7 +53,7 @@ def test_no_load_pressures_are_those_of_the_area_ratio(
     assert (closed_form.pressure_a, closed_form.pressure_b) == pytest.approx(
         (bar_a * 1e5, bar_b * 1e5), rel=5e-3
     )
-    found = linearise.steady_motion(kernel, free, current, 0.04).equilibrium
+    found = linearise.steady_motion(kernel, free, current, 0.04).signals
     assert found["pressure_a"] == pytest.approx(closed_form.pressure_a, rel=5e-3)
     assert found["pressure_b"] == pytest.approx(closed_form.pressure_b, rel=5e-3)
 

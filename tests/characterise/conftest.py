@@ -1,0 +1,56 @@
+"""The reference machine on the bench, every procedure performed once per session."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import hil_emulator
+from hil_emulator.characterise.registry import TESTS
+from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.stand import Bench
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.model.kernel import Kernel, build
+
+
+@pytest.fixture(scope="session")
+def cache() -> Path:
+    """Return the folder that keeps compiled models from one session to the next."""
+    return Path(tempfile.gettempdir()) / "hil_emulator_test_kernels"
+
+
+@pytest.fixture(scope="session")
+def reference() -> Configuration:
+    """Return the reference machine's configuration."""
+    return load([Path(hil_emulator.__file__).parents[1] / "configs" / "hyq_knee.toml"])
+
+
+@pytest.fixture(scope="session")
+def kernel(reference: Configuration, cache: Path) -> Kernel:
+    """Return the compiled model."""
+    return build(reference.effects, cache)
+
+
+@pytest.fixture(scope="session")
+def bench(reference: Configuration, kernel: Kernel) -> Callable[..., Bench]:
+    """Return a function that puts the reference machine, with changes, on the bench."""
+
+    def put(**changes: float) -> Bench:
+        return Bench(kernel, reference.plant | changes, reference.sensors, seed=1)
+
+    return put
+
+
+@pytest.fixture(scope="session")
+def results(bench: Callable[..., Bench]) -> Callable[[str], Result]:
+    """Return a function that gives a procedure's result, performed at most once."""
+    procedures = {test.name: test for test in TESTS}
+    done: dict[str, Result] = {}
+
+    def result(name: str) -> Result:
+        if name not in done:
+            done[name] = procedures[name].run(bench())
+        return done[name]
+
+    return result

@@ -1,0 +1,84 @@
+"""The formulas behind the procedures, on numbers made without the emulator."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hil_emulator.characterise.bulk_modulus import mixture
+from hil_emulator.characterise.force_zeros import fit_zeros
+from hil_emulator.characterise.friction_force import fit
+from hil_emulator.characterise.no_load import expected_pressures
+from hil_emulator.characterise.sine import crossing, fundamental
+
+
+def test_a_fundamental_is_found_under_offset_drift_and_harmonics() -> None:
+    """Amplitude and phase of a sine come back from 3.7 periods with offset and drift."""
+    time = np.arange(0.0, 3.7, 1e-3)
+    omega = 2.0 * math.pi
+    values = 5.0 + 0.3 * time + 2.0 * np.sin(omega * time + 0.5)
+    found = fundamental(time, values, omega)
+    assert abs(found) == pytest.approx(2.0)
+    assert np.angle(found) == pytest.approx(0.5)
+
+
+def test_a_first_order_lag_is_3_db_down_at_its_corner() -> None:
+    """The crossing is interpolated between the points of a sweep."""
+    hertz = np.geomspace(1.0, 1000.0, 40)
+    level = -10.0 * np.log10(1.0 + (hertz / 100.0) ** 2)
+    assert crossing(hertz, level, -3.0103) == pytest.approx(100.0, rel=0.01)
+    assert math.isnan(crossing(hertz, level, -100.0))
+
+
+def test_zeros_come_back_from_the_ratio_of_two_forces() -> None:
+    """(s + 10)/(s + 30) with a gain of 0.98 gives -10 and -30."""
+    s = 1j * np.geomspace(2.0, 100.0, 9)
+    assert fit_zeros(s.imag, 0.98 * (s + 10.0) / (s + 30.0)) == pytest.approx((-10.0, -30.0))
+
+
+def test_friction_coefficients_come_back_from_their_own_curve() -> None:
+    """S1 eq. 3.18 with the numbers of its Fig. 3.8 and an offset of the sensors."""
+    v = np.concatenate([np.linspace(-0.3, -0.004, 800), np.linspace(0.004, 0.3, 800)])
+    force = 7.0 + 1000.0 * v + np.sign(v) * (100.0 + 100.0 * np.exp(-np.abs(v) / 0.02))
+    found = fit(v, force, excess=True)
+    assert found.zero == pytest.approx(7.0, abs=0.1)
+    assert found.viscous == pytest.approx(1000.0, rel=0.01)
+    assert found.coulomb == pytest.approx(100.0, rel=0.02)
+    assert found.excess == pytest.approx(100.0, rel=0.03)
+    assert found.stribeck_velocity == pytest.approx(0.02, rel=0.05)
+
+
+@pytest.mark.parametrize("pressure", [0.5e5, 5e5, 50e5, 300e5])
+def test_the_modulus_of_the_mixture_is_minus_v_dp_dv(pressure: float) -> None:
+    """S2 eq. 1 as corrected is the derivative of oil volume plus gas volume."""
+    modulus, fraction, k = 1.3e9, 0.01, 1.4
+
+    def oil(p: float) -> float:
+        return math.exp(-p / modulus)
+
+    def volume(p: float) -> float:
+        return oil(p) + fraction * (101_325.0 / p) ** (1.0 / k)
+
+    step = 1e-4 * pressure
+    slope = (volume(pressure + step) - volume(pressure - step)) / (2.0 * step)
+    # the expression counts air by the volume that the oil has at this pressure
+    found = mixture(np.array([pressure]), modulus, fraction / oil(pressure), k)
+    assert found[0] == pytest.approx(-volume(pressure) / slope, rel=1e-6)
+
+
+def test_the_mixture_is_oil_without_air_and_gas_near_vacuum() -> None:
+    """Both limits of S2 eq. 1: E for no air, kappa p where gas fills the chamber."""
+    p = np.array([1.0, 1e5, 200e5])
+    assert mixture(p, 1.3e9, 0.0, 1.4) == pytest.approx([1.3e9] * 3)
+    assert mixture(p, 1.3e9, 0.2, 1.4)[0] == pytest.approx(1.4, rel=2e-3)
+
+
+def test_no_load_pressures_balance_forces_and_flows() -> None:
+    """p_a = alpha p_b on the rod, and the drops at the edges differ by alpha²."""
+    alpha, supply, tank = 0.61, 160e5, 1e5
+    p_a, p_b = expected_pressures(alpha, supply, tank, extends=True)
+    assert p_a == pytest.approx(alpha * p_b)
+    assert alpha * math.sqrt(supply - p_a) == pytest.approx(math.sqrt(p_b - tank))
+    p_a, p_b = expected_pressures(alpha, supply, tank, extends=False)
+    assert p_a == pytest.approx(alpha * p_b)
+    assert alpha * math.sqrt(p_a - tank) == pytest.approx(math.sqrt(supply - p_b))

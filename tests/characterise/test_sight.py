@@ -1,0 +1,97 @@
+"""A changed machine changes what the bench shows, and by the right amount."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil_emulator.characterise import (
+    bulk_modulus,
+    friction,
+    friction_steady,
+    leakage,
+    pressure_gain,
+    spool_response,
+    valve_flow,
+)
+from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.stand import Bench
+
+Put = Callable[..., Bench]
+
+
+def measured(result: Result, beginning: str) -> float:
+    """Return what was measured of the first quantity whose name begins so."""
+    return next(c.measured for c in result.comparisons if c.quantity.startswith(beginning))
+
+
+def test_a_worn_valve_loses_pressure_sensitivity(bench: Put) -> None:
+    """Twice the underlap halves the slope at null and doubles the leakage there."""
+    worn = bench(underlap_lap=56e-6)
+    assert measured(pressure_gain.run(worn), "pressure sensitivity K_pa") == pytest.approx(
+        159e5 / 56e-6, rel=0.02
+    )
+    assert measured(leakage.run(worn), "valve leakage") == pytest.approx(2 * 0.0633, rel=0.02)
+
+
+def test_the_null_is_found_where_it_is(bench: Put) -> None:
+    """A null bias of 0.1 mA moves the crossing of both pressures to -0.1 mA."""
+    assert pressure_gain.find_null(bench(null_bias_bias=1e-4)) == pytest.approx(-1e-4, abs=1e-6)
+
+
+def test_piston_leakage_is_told_from_valve_leakage(bench: Put) -> None:
+    """Conductances past the piston and outwards come back beside an unchanged valve."""
+    leaking = bench(internal_leakage_conductance=1.7e-13, external_leakage_conductance=2e-14)
+    found = leakage.run(leaking)
+    assert measured(found, "conductance past") == pytest.approx(1.7e-13, rel=0.02)
+    assert measured(found, "conductance outwards") == pytest.approx(2e-14, rel=0.02)
+    assert measured(found, "valve leakage") == pytest.approx(0.0633, rel=0.02)
+
+
+def test_a_gain_that_depends_on_direction_shows_in_the_flow_curve(bench: Put) -> None:
+    """±5 % of asymmetry make the flows at full current in both directions differ by 10 %."""
+    flow = valve_flow.run(bench(gain_asymmetry_asymmetry=0.05))["flow"]
+    assert flow.max() / -flow.min() == pytest.approx(1.05 / 0.95, rel=2e-3)
+
+
+def test_a_spool_without_rate_limit_has_one_bandwidth(bench: Put) -> None:
+    """It is the rate limit that makes the full-amplitude bandwidth smaller."""
+    notes = spool_response.run(bench(spool_rate_limit_rate=np.inf)).comparisons
+    assert [c.measured for c in notes] == pytest.approx([250.0, 250.0], rel=0.02)
+
+
+def test_more_air_softens_the_oil_at_low_pressure(bench: Put) -> None:
+    """Ten times the air: softer at 10 bar, hardly changed at 200 bar, still on the expression."""
+    foamy = bulk_modulus.run(bench(entrained_air_fraction=0.01))
+    assert measured(foamy, "effective bulk modulus at 10 bar") < 500.0
+    assert measured(foamy, "effective bulk modulus at 200 bar") > 1280.0
+    assert all(c.agrees for c in foamy.comparisons)
+
+
+@pytest.mark.parametrize("procedure", [friction, friction_steady])
+def test_another_friction_is_recovered(bench: Put, procedure: object) -> None:
+    """B = 700 N s/m and F_c0 = 60 N come back from the sensors within 3 %."""
+    other = bench(viscous_friction_coefficient=700.0, coulomb_friction_force=60.0)
+    result = procedure.run(other)  # type: ignore[attr-defined]
+    assert measured(result, "viscous") == pytest.approx(700.0, rel=0.03)
+    assert measured(result, "Coulomb") == pytest.approx(60.0, rel=0.03)
+
+
+def test_breakaway_shows_at_low_speed(bench: Put) -> None:
+    """The Stribeck excess comes back from the sines, and B and F_c0 beside it."""
+    result = friction.run(bench(stribeck_friction_excess=100.0))
+    assert measured(result, "Stribeck") == pytest.approx(100.0, rel=0.15)
+    assert measured(result, "viscous") == pytest.approx(1000.0, rel=0.03)
+    assert measured(result, "Coulomb") == pytest.approx(100.0, rel=0.03)
+
+
+def test_friction_is_seen_through_the_sensors(bench: Put) -> None:
+    """A load cell that reads 4 % low shows 4 % of the load's drag as viscous friction."""
+    honest = bench()
+    cell = dict(honest.sensors["load_force"]) | {"gain_error_relative": -0.04}
+    low = replace(honest, sensors=dict(honest.sensors) | {"load_force": cell})
+    added = measured(friction_steady.run(low), "viscous") - measured(
+        friction_steady.run(honest), "viscous"
+    )
+    assert added == pytest.approx(0.04 * 500.0, rel=0.3)

@@ -1,0 +1,113 @@
+"""What the bench tests leave behind in a folder."""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.characterise.registry import TESTS, characterise, chosen
+from hil_emulator.characterise.result import Comparison
+from hil_emulator.config.load import Configuration
+from hil_emulator.errors import UserError
+
+QUICK = ("bulk-modulus", "force-poles")
+
+
+@pytest.fixture(scope="module")
+def folder(reference: Configuration, cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the files of two quick tests."""
+    out = tmp_path_factory.mktemp("bench") / "made" / "by it"
+    told: list[str] = []
+    results = characterise(
+        QUICK, reference.plant, reference.sensors, out, 1,
+        effects=reference.effects, cache=cache, progress=told.append,
+    )  # fmt: skip
+    assert [r.name for r in results] == list(QUICK)
+    assert [line.split()[0] for line in told] == ["1/2", "2/2"]
+    return out
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_table_has_units_in_its_heading_and_numbers_below(folder: Path, name: str) -> None:
+    """A spreadsheet opens the CSV: one heading line, then rows of numbers of the same length."""
+    with (folder / f"{name}.csv").open(encoding="utf-8") as stream:
+        heading, *rows = csv.reader(stream)
+    assert all(re.fullmatch(r".+ \[.+\]", name) for name in heading)
+    assert rows
+    assert all(len([float(v) for v in row]) == len(heading) for row in rows)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_json_holds_table_and_comparisons(folder: Path, name: str) -> None:
+    """Strict JSON, without NaN, with the same numbers as the CSV."""
+
+    def refuse(text: str) -> float:
+        raise AssertionError(text)
+
+    found = json.loads((folder / f"{name}.json").read_text("utf-8"), parse_constant=refuse)
+    assert found["comparisons"][0].keys() >= {"quantity", "unit", "expected", "measured", "source"}
+    lengths = {len(column["values"]) for column in found["columns"].values()}
+    with (folder / f"{name}.csv").open(encoding="utf-8") as stream:
+        assert lengths == {len(list(csv.reader(stream))) - 1}
+
+
+def test_the_page_needs_no_other_file(folder: Path) -> None:
+    """Pictures are embedded; nothing is fetched; every comparison has its row."""
+    page = (folder / "index.html").read_text("utf-8")
+    sources = re.findall(r'(?:src|href)="([^"]{0,30})', page)
+    assert all(s.startswith(("data:image/png;base64,", "#")) for s in sources)
+    assert page.count("<img ") == len(QUICK)
+    rows = sum(
+        len(json.loads((folder / f"{n}.json").read_text("utf-8"))["comparisons"]) for n in QUICK
+    )
+    assert page.count("<tr>") == rows + 1
+    for name in QUICK:
+        assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_difference_beyond_tolerance_is_called_so() -> None:
+    """The verdict is about the relative difference, whatever the sign."""
+    near = Comparison("zero", "rad/s", -30.0, "S1", -30.2, 0.01)
+    far = Comparison("zero", "rad/s", -30.0, "S1", -31.0, 0.01)
+    assert near.agrees
+    assert not far.agrees
+    assert far.difference == pytest.approx(1.0 / 30.0)
+    assert not Comparison("x", "", 1.0, "", float("nan"), 0.01).agrees
+
+
+def test_an_unknown_test_is_refused_with_the_known_ones() -> None:
+    """The message lists what there is."""
+    with pytest.raises(UserError, match="valve-flow, pressure-gain"):
+        chosen(["valve-flux"])
+    assert chosen(["all"]) == TESTS
+    assert [t.name for t in chosen(["sensors", "valve-flow"])] == ["valve-flow", "sensors"]
+
+
+def test_a_folder_that_cannot_be_written_is_said(
+    reference: Configuration, cache: Path, tmp_path: Path
+) -> None:
+    """A file in the folder's place gives one message, not a traceback."""
+    taken = tmp_path / "taken"
+    taken.write_text("")
+    with pytest.raises(UserError, match="cannot write"):
+        characterise(
+            ["force-poles"], reference.plant, reference.sensors, taken, 1,
+            effects=reference.effects, cache=cache,
+        )  # fmt: skip
+
+
+def test_the_seed_decides_the_noise(reference: Configuration, cache: Path, tmp_path: Path) -> None:
+    """The same seed gives the same table, another one another."""
+
+    def table(seed: int) -> str:
+        characterise(
+            ["sensors"], reference.plant, reference.sensors, tmp_path, seed,
+            effects=reference.effects, cache=cache,
+        )  # fmt: skip
+        return (tmp_path / "sensors.csv").read_text("utf-8")
+
+    first = table(1)
+    assert table(1) == first
+    assert table(2) != first
