@@ -102,6 +102,7 @@ def draw(result: Result, figure: Figure) -> None:
         look.label(
             gain, "", f"{symbol} / u [N/mA]", _FORCES[symbol].replace("_", " ") + " over current"
         )
+        phase.set_yticks(np.arange(-180.0, 91.0, 90.0))
         look.label(phase, "frequency [Hz]", "phase [degree]")
         look.decade_axis(phase)
     look.legend(grid[0, 0])

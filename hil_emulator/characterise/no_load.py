@@ -98,7 +98,7 @@ def draw(result: Result, figure: Figure) -> None:
             time, pressure = (result.where("direction", sign, n) for n in ("time", channel))
             axes.plot(time, pressure, color=colour, linewidth=1, label=channel)
         look.label(axes, "time [s]", "pressure [bar]" if sign > 0.0 else "", name)
-        axes.set_ylim(bottom=0)
+    axes.set_ylim(bottom=0)  # of both: they share it, and scale with both
     look.legend(axes)
 
 

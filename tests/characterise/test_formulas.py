@@ -9,6 +9,7 @@ from hil_emulator.characterise.bulk_modulus import mixture
 from hil_emulator.characterise.force_zeros import fit_zeros
 from hil_emulator.characterise.friction_force import fit
 from hil_emulator.characterise.no_load import expected_pressures
+from hil_emulator.characterise.result import Series
 from hil_emulator.characterise.sine import crossing, fundamental
 
 
@@ -32,8 +33,9 @@ def test_a_first_order_lag_is_3_db_down_at_its_corner() -> None:
 
 def test_zeros_come_back_from_the_ratio_of_two_forces() -> None:
     """(s + 10)/(s + 30) with a gain of 0.98 gives -10 and -30."""
-    s = 1j * np.geomspace(2.0, 100.0, 9)
-    assert fit_zeros(s.imag, 0.98 * (s + 10.0) / (s + 30.0)) == pytest.approx((-10.0, -30.0))
+    omega: Series = np.geomspace(2.0, 100.0, 9)
+    s = 1j * omega
+    assert fit_zeros(omega, 0.98 * (s + 10.0) / (s + 30.0)) == pytest.approx((-10.0, -30.0))
 
 
 def test_friction_coefficients_come_back_from_their_own_curve() -> None:
@@ -57,7 +59,8 @@ def test_the_modulus_of_the_mixture_is_minus_v_dp_dv(pressure: float) -> None:
         return math.exp(-p / modulus)
 
     def volume(p: float) -> float:
-        return oil(p) + fraction * (101_325.0 / p) ** (1.0 / k)
+        gas: float = fraction * (101_325.0 / p) ** (1.0 / k)
+        return oil(p) + gas
 
     step = 1e-4 * pressure
     slope = (volume(pressure + step) - volume(pressure - step)) / (2.0 * step)
