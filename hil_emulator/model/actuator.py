@@ -1,113 +1,91 @@
-"""The balances of a valve-controlled asymmetric cylinder (S1 3.4, 3.6-3.19) and their integration.
+"""The balances of a valve-controlled asymmetric cylinder (S1 3.4, 3.6-3.19).
 
 Sign convention, said once for the whole project (S1): x = 0 at the cap end, extension positive;
 chamber a on the cap side, b on the rod side; q_a > 0 into a; q_b > 0 *out of* b; a positive spool
 position connects s-a and b-t; f > 0 pushes the load. Pressures are absolute.
 
 `kernel` compiles the functions of this file together with the effects of each stage; a stage is
-called here by its name.
+called here by its name. In every function:
+
+    par   parameters, constant
+    held  inputs and what follows from parameters, constant during a call of the integrator
+    x     state
+    dx    its rates, filled
+    y     signals, filled from top to bottom: what stands above may be read below
 """
 
 import math
 from typing import Any
 
-from hil_emulator.model.declare import Param, Quantity
+from hil_emulator.model.constants import ATMOSPHERE, LIGHTEST_ROD, SMALLEST_VOLUME
+from hil_emulator.model.quantities import (
+    COUPLING_STATES,
+    HELD,
+    INPUTS,
+    PARAMS,
+    SIGNALS,
+    STATES,
+    SUPPLY_STATES,
+)
 from hil_emulator.model.stages import (
+    capacity,
     command,
+    coupling,
+    coupling_acts,
     cross_leakage,
+    discharge,
     friction,
+    friction_scale,
+    gas_pressure,
     inertia,
+    line_flow,
+    line_rates,
     load,
+    load_inertia,
     metering,
     oil,
     outward_leakage,
+    pilot,
+    pilot_flow,
+    play,
+    pump_loss,
+    relief,
+    return_rates,
+    source,
+    source_acts,
     spool,
+    spool_force,
     stop,
+    supply,
+    tank,
+    travel,
+    vapour,
+    viscosity,
 )
 
-PARAMS: dict[str, tuple[Param, ...]] = {
-    "supply": (
-        Param("pressure", "Pa", "supply pressure, absolute", 160e5, 1e5, 400e5, "bar",
-              source="public HyQ bench scripts"),
-    ),
-    "tank": (
-        Param("pressure", "Pa", "return pressure, absolute", 1e5, 0.0, 50e5, "bar", default=1e5,
-              source="public HyQ bench script: 1 bar"),
-    ),
-    "valve": (
-        Param("gain", "m^3/(s*A*Pa^0.5)", "valve gain K_v (S1 eq. 3.8)", 6.68e-6, 1e-8, 1e-3,
-              source="7.5 l/min at 10 mA over 70 bar, the whole valve"),
-        Param("natural_frequency", "Hz", "natural frequency of the spool", 250.0, 1.0, 1000.0,
-              source="S1 3.3.1"),
-        Param("damping_ratio", "1", "damping ratio of the spool", 0.7, 0.1, 3.0, default=0.7,
-              source="0.5 to 0.9 in public HyQ scripts; 0.7 puts -3 dB at the natural frequency"),
-        Param("laminar_width", "Pa", "pressure difference below which an edge is laminar",
-              1e5, 1e3, 20e5, "bar", default=1e5),
-    ),
-    "cylinder": (
-        Param("piston_area", "m^2", "cap-side area A_p", 2.0106e-4, 1e-6, 1.0, "cm^2",
-              source="bore 16 mm"),
-        Param("area_ratio", "1", "annulus area over piston area (alpha)", 0.61, 0.05, 1.0,
-              source="S1 3.4"),
-        Param("stroke", "m", "stroke L_c", 0.08, 1e-3, 10.0, "mm",
-              source="Hoerbiger LB6 1610 0080"),
-        Param("dead_volume_a", "m^3", "volume of chamber a and its line at x = 0",
-              3e-6, 1e-8, 1e-1, "ml"),
-        Param("dead_volume_b", "m^3", "volume of chamber b and its line at x = L_c",
-              3e-6, 1e-8, 1e-1, "ml"),
-    ),
-    "oil": (
-        Param("bulk_modulus", "Pa", "bulk modulus of the oil without free air", 1.3e9, 1e8, 3e9,
-              "MPa", source="S1 3.1.1"),
-    ),
-    "load": (
-        Param("mass", "kg", "mass M_l moved by the rod", 50.0, 0.1, 1e5, source="S1 Fig. 3.14"),
-    ),
-    "initial": (
-        Param("position", "m", "position at the start", 0.04, 0.0, 10.0, "mm", default=0.04),
-    ),
-}  # fmt: skip
-"""Parameters that every actuator has, by configuration table."""
+__all__ = [
+    "BALANCES", "COUPLING_STATES", "HELD", "INPUTS", "PARAMS", "SIGNALS", "STATES", "SUPPLY_STATES",
+]  # fmt: skip
 
-STATES = (
-    Quantity("spool_position", "A", "spool position u_v as the current that holds it there"),
-    Quantity("spool_speed", "A/s", "its rate of change"),
-    Quantity("pressure_a", "Pa", "pressure in the cap-side chamber"),
-    Quantity("pressure_b", "Pa", "pressure in the rod-side chamber"),
-    Quantity("position", "m", "position of the rod"),
-    Quantity("velocity", "m/s", "velocity of the rod"),
-)
 
-INPUTS = (
-    Quantity("valve_current", "A", "set point of the coil current"),
-    Quantity("external_force", "N", "further force against the load"),
-)
+def hold(par: Any, inputs: Any, held: Any) -> None:
+    """Fill what stays constant during a call of the integrator."""
+    held.valve_current = inputs.valve_current
+    held.external_force = inputs.external_force
+    held.transverse_force = inputs.transverse_force
+    held.viscosity = viscosity(par, held, held, 1.0)
+    held.gas_pressure = gas_pressure(par, held, held)
 
-SIGNALS = (
-    *STATES,
-    Quantity("valve_current", "A", "current that drives the spool"),
-    Quantity("supply_pressure", "Pa", "pressure at the valve's port s"),
-    Quantity("tank_pressure", "Pa", "pressure at the valve's port t"),
-    Quantity("flow_a", "m^3/s", "flow q_a into chamber a"),
-    Quantity("flow_b", "m^3/s", "flow q_b out of chamber b"),
-    Quantity("supply_flow", "m^3/s", "flow out of the supply"),
-    Quantity("tank_flow", "m^3/s", "flow into the tank"),
-    Quantity("leakage_flow", "m^3/s", "flow past the piston from a to b"),
-    Quantity("bulk_modulus_a", "Pa", "effective bulk modulus in chamber a"),
-    Quantity("bulk_modulus_b", "Pa", "effective bulk modulus in chamber b"),
-    Quantity("volume_a", "m^3", "volume of chamber a"),
-    Quantity("volume_b", "m^3", "volume of chamber b"),
-    Quantity("pressure_rate_a", "Pa/s", "rate of change of pressure a"),
-    Quantity("pressure_rate_b", "Pa/s", "rate of change of pressure b"),
-    Quantity("acceleration", "m/s^2", "acceleration of the rod"),
-    Quantity("hydraulic_force", "N", "f_h = A_p (p_a - alpha p_b)"),
-    Quantity("friction_force", "N", "f_f, against the motion"),
-    Quantity("stop_force", "N", "force of the cylinder's ends on the rod"),
-    Quantity("load_force", "N", "f, what rod and load exchange"),
-    Quantity("resisting_force", "N", "force of the surroundings against the load"),
-    Quantity("valve_loss", "W", "power turned into heat at the metering edges"),
-    Quantity("leakage_loss", "W", "power lost through leakage"),
-)
+
+def derivative(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Evaluate every balance at one state."""
+    ports(x, dx, par, held, y)
+    move_spool(x, dx, par, held, y)
+    meter(x, dx, par, held, y)
+    fill_chambers(x, dx, par, held, y)
+    move_rod(x, dx, par, held, y)
+    feed(x, dx, par, held, y)
+    account(x, par, held, y)
 
 
 def pressure_root(difference: float, width: float) -> float:
@@ -119,100 +97,210 @@ def pressure_root(difference: float, width: float) -> float:
     return difference / math.sqrt(math.sqrt(difference * difference + width * width))
 
 
-def derivative(x: Any, dx: Any, par: Any, inputs: Any, y: Any) -> None:
-    """Evaluate every balance at one state: fills the rates `dx` and the signals `y`."""
-    p_a = x.pressure_a
-    p_b = x.pressure_b
-    position = x.position
-    velocity = x.velocity
-    p_s = par.supply_pressure
-    p_t = par.tank_pressure
+def chamber_pressure(state: float, gas: float) -> float:
+    """Return the pressure that belongs to a chamber's state [Pa], never negative.
 
-    # valve: a second-order spool, unity gain (S1 eq. 3.4)
-    current = command(par, x, dx, inputs.valve_current)
-    w = 2.0 * math.pi * par.valve_natural_frequency
+    s = p - g²/p: far above the gas pressure g the state is the pressure. Below, it goes on to
+    large negative values as gas expands, so that a step of any width leaves p > 0 and the volume
+    that opened must be filled again before the pressure rises. Without gas the corner is sharp.
+    """
+    if gas == 0.0:
+        return max(0.0, state)
+    root = math.sqrt(state * state + 4.0 * gas * gas)
+    return 0.5 * (state + root) if state > 0.0 else 2.0 * gas * gas / (root - state)
+
+
+def ports(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Pressures outside the valve and in the chambers, from the states alone."""
+    p_pump = max(0.0, par.supply_pressure + x.pump_pressure)
+    y.pump_pressure = p_pump
+    y.supply_pressure = supply(par, x, dx, p_pump)
+    y.tank_pressure = tank(par, x, dx, par.tank_pressure)
+    y.pressure_a = vapour(par, x, dx, chamber_pressure(x.pressure_a, held.gas_pressure))
+    y.pressure_b = vapour(par, x, dx, chamber_pressure(x.pressure_b, held.gas_pressure))
+
+
+def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Move a second-order spool with unity gain (S1 eq. 3.4)."""
+    current = command(par, x, dx, held.valve_current, y.supply_pressure)
+    vigour = pilot(par, x, dx, 1.0, y.supply_pressure)
     u_v = x.spool_position
     speed = x.spool_speed
-    dx.spool_position = spool(par, x, dx, speed)
-    dx.spool_speed = w * w * (current - u_v) - 2.0 * par.valve_damping_ratio * w * speed
+    difference = y.pressure_a - y.pressure_b if u_v > 0.0 else y.pressure_b - y.pressure_a
+    drop = y.supply_pressure - y.tank_pressure - difference
+    deviation = spool_force(par, x, dx, current - u_v, u_v, drop)
+    w = 2.0 * math.pi * par.valve_natural_frequency * vigour
+    dx.spool_position = spool(par, x, dx, speed, vigour)
+    dx.spool_speed = w * w * deviation - 2.0 * par.valve_damping_ratio * w * speed
+    y.valve_current = current
+    y.spool_position = u_v
+    y.spool_speed = dx.spool_position
 
-    # four metering edges (S1 eq. 3.9, 3.10, with flow in both directions through each)
-    opens = max(0.0, metering(par, x, dx, u_v, u_v))
-    closes = max(0.0, metering(par, x, dx, -u_v, u_v))
-    width = par.valve_laminar_width
-    gain = par.valve_gain
-    q_sa = gain * opens * pressure_root(p_s - p_a, width)
-    q_bt = gain * opens * pressure_root(p_b - p_t, width)
-    q_sb = gain * closes * pressure_root(p_s - p_b, width)
-    q_at = gain * closes * pressure_root(p_a - p_t, width)
-    q_a = q_sa - q_at
-    q_b = q_bt - q_sb
 
-    # chambers (S1 eq. 3.11-3.14)
+def edge_flow(x: Any, dx: Any, par: Any, held: Any, opening: float, drop: float) -> float:
+    """Flow through one metering edge (S1 eq. 3.6), in either direction [m³/s]."""
+    if opening <= 0.0:
+        return 0.0
+    # an orifice turns laminar at a Reynolds number, so at a drop that grows as viscosity squared
+    width = par.valve_laminar_width * held.viscosity * held.viscosity
+    coefficient = discharge(par, x, dx, 1.0, opening, drop, held.viscosity)
+    flow: float = coefficient * par.valve_gain * opening * pressure_root(drop, width)
+    return flow
+
+
+def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Four metering edges (S1 eq. 3.9, 3.10, with flow in both directions through each)."""
+    p_s = y.supply_pressure
+    p_t = y.tank_pressure
+    p_a = y.pressure_a
+    p_b = y.pressure_b
+    u = travel(par, x, dx, x.spool_position, y.spool_speed)
+    opens = metering(par, x, dx, u, u)
+    closes = metering(par, x, dx, -u, u)
+    q_sa = edge_flow(x, dx, par, held, opens, p_s - p_a)
+    q_bt = edge_flow(x, dx, par, held, opens, p_b - p_t)
+    q_sb = edge_flow(x, dx, par, held, closes, p_s - p_b)
+    q_at = edge_flow(x, dx, par, held, closes, p_a - p_t)
+    q_st = pilot_flow(par, x, dx, p_s, p_t)
+    y.flow_a = q_sa - q_at
+    y.flow_b = q_bt - q_sb
+    y.pilot_flow = q_st
+    y.supply_flow = q_sa + q_sb + q_st
+    y.tank_flow = q_at + q_bt + q_st
+    y.valve_loss = (
+        q_sa * (p_s - p_a) + q_bt * (p_b - p_t) + q_sb * (p_s - p_b) + q_at * (p_a - p_t)
+        + q_st * (p_s - p_t)
+    )  # fmt: skip
+
+
+def gas_factor(pressure: float, gas: float) -> float:
+    """Return ds/dp of `chamber_pressure`: how much faster the state moves than the pressure."""
+    ratio = gas / pressure if gas > 0.0 else 0.0
+    return 1.0 + ratio * ratio
+
+
+def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Continuity in both chambers (S1 eq. 3.11-3.14)."""
     area_a = par.cylinder_piston_area
     area_b = par.cylinder_area_ratio * area_a
-    v_a = par.cylinder_dead_volume_a + area_a * position
-    v_b = par.cylinder_dead_volume_b + area_b * (par.cylinder_stroke - position)
-    q_ab = cross_leakage(par, x, dx, p_a, p_b)
-    q_ea = outward_leakage(par, x, dx, p_a)
-    q_eb = outward_leakage(par, x, dx, p_b)
-    beta_a = oil(par, x, dx, par.oil_bulk_modulus, p_a)
-    beta_b = oil(par, x, dx, par.oil_bulk_modulus, p_b)
-    dp_a = beta_a / v_a * (q_a - q_ab - q_ea - area_a * velocity)
-    dp_b = beta_b / v_b * (q_ab - q_b - q_eb + area_b * velocity)
-    dx.pressure_a = dp_a
-    dx.pressure_b = dp_b
-
-    # forces (S1 eq. 3.15-3.19)
-    f_h = area_a * p_a - area_b * p_b
-    f_f = friction(par, x, dx, velocity, position, p_a, p_b)
-    f_stop = stop(par, x, dx, position, velocity)
-    f_load = load(par, x, dx, position, velocity) + inputs.external_force
-    m_rod = inertia(par, x, dx, position)
-    acceleration = (f_h - f_f + f_stop - f_load) / (par.load_mass + m_rod)
-    dx.position = velocity
-    dx.velocity = acceleration
-
-    y.spool_position = u_v
-    y.spool_speed = speed
-    y.pressure_a = p_a
-    y.pressure_b = p_b
-    y.position = position
-    y.velocity = velocity
-    y.valve_current = current
-    y.supply_pressure = p_s
-    y.tank_pressure = p_t
-    y.flow_a = q_a
-    y.flow_b = q_b
-    y.supply_flow = q_sa + q_sb
-    y.tank_flow = q_at + q_bt
+    dead_a = par.cylinder_dead_volume_a
+    dead_b = par.cylinder_dead_volume_b
+    v_a = max(SMALLEST_VOLUME * dead_a, dead_a + area_a * x.position)
+    v_b = max(SMALLEST_VOLUME * dead_b, dead_b + area_b * (par.cylinder_stroke - x.position))
+    gas = held.gas_pressure
+    p_a = chamber_pressure(x.pressure_a, gas)
+    p_b = chamber_pressure(x.pressure_b, gas)
+    q_ab = cross_leakage(par, x, dx, y.pressure_a, y.pressure_b, held.viscosity)
+    q_ea = outward_leakage(par, x, dx, y.pressure_a, held.viscosity)
+    q_eb = outward_leakage(par, x, dx, y.pressure_b, held.viscosity)
+    beta_a = oil(par, x, dx, par.oil_bulk_modulus, p_a, v_a)
+    beta_b = oil(par, x, dx, par.oil_bulk_modulus, p_b, v_b)
+    y.pressure_rate_a = beta_a / v_a * (y.flow_a - q_ab - q_ea - area_a * x.velocity)
+    y.pressure_rate_b = beta_b / v_b * (q_ab - y.flow_b - q_eb + area_b * x.velocity)
+    dx.pressure_a = y.pressure_rate_a * gas_factor(p_a, gas)
+    dx.pressure_b = y.pressure_rate_b * gas_factor(p_b, gas)
     y.leakage_flow = q_ab
+    y.outward_flow = q_ea + q_eb
     y.bulk_modulus_a = beta_a
     y.bulk_modulus_b = beta_b
     y.volume_a = v_a
     y.volume_b = v_b
-    y.pressure_rate_a = dp_a
-    y.pressure_rate_b = dp_b
+    y.leakage_loss = (
+        q_ab * (y.pressure_a - y.pressure_b)
+        + q_ea * (y.pressure_a - ATMOSPHERE) + q_eb * (y.pressure_b - ATMOSPHERE)
+    )  # fmt: skip
+
+
+def move_rod(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Sum the forces on rod and load (S1 eq. 3.15-3.19) into accelerations."""
+    position = x.position
+    velocity = x.velocity
+    area = par.cylinder_piston_area
+    f_h = area * (y.pressure_a - par.cylinder_area_ratio * y.pressure_b)
+    direction = math.tanh(velocity / par.friction_transition_velocity)
+    f_f = friction(
+        par, x, dx, velocity, direction, position, y.pressure_a, y.pressure_b, held.viscosity
+    ) * friction_scale(par, x, dx, 1.0, velocity, position)
+    f_stop = stop(par, x, dx, position, velocity)
+    x_l = position - x.stretch
+    v_l = velocity - x.stretch_speed
+    f_load = load(par, x, dx, x_l, v_l) + held.external_force
+    m_l = par.load_mass + load_inertia(par, x, dx, x_l)
+    m_rod = inertia(par, x, dx, position)
+    net = f_h - f_f + f_stop
+    if coupling_acts(par):
+        f = coupling_force(x, dx, par)
+        a_l = (f - f_load) / m_l
+        acceleration = (net - f) / max(m_rod, LIGHTEST_ROD)
+        dx.stretch = x.stretch_speed
+        dx.stretch_speed = acceleration - a_l
+    else:
+        acceleration = (net - f_load) / (m_l + m_rod)
+        a_l = acceleration
+        f = net - m_rod * acceleration
+    dx.position = velocity
+    dx.velocity = acceleration
+    y.position = position
+    y.velocity = velocity
     y.acceleration = acceleration
     y.hydraulic_force = f_h
     y.friction_force = f_f
     y.stop_force = f_stop
-    y.load_force = f_h - f_f + f_stop - m_rod * acceleration
+    y.load_force = f
     y.resisting_force = f_load
-    y.valve_loss = q_sa * (p_s - p_a) + q_bt * (p_b - p_t) + q_sb * (p_s - p_b) + q_at * (p_a - p_t)
-    y.leakage_loss = q_ab * (p_a - p_b) + q_ea * p_a + q_eb * p_b
+    y.load_position = x_l
+    y.load_velocity = v_l
+    y.load_acceleration = a_l
 
 
-def integrate(
-    rows: Any, memory: Any, par: Any, inputs: Any, y: Any, step: float, steps: int
-) -> None:
+def coupling_force(x: Any, dx: Any, par: Any) -> float:
+    """F = k d (1 + c d' sign(d)), never beyond zero: elastic, damped, continuous at contact [N]."""
+    stretch = play(par, x, dx, x.stretch)
+    growth = 1.0 + par.load_coupling_damping * math.copysign(1.0, stretch) * x.stretch_speed
+    force: float = stretch / coupling(par, x, dx) * max(0.0, growth)
+    return force
+
+
+def feed(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Continuity at the pump, and the rates of the lines."""
+    p_pump = y.pump_pressure
+    line_rates(par, x, dx, p_pump, y.supply_flow, held.viscosity)
+    return_rates(par, x, dx, y.tank_flow)
+    leaving = line_flow(par, x, dx, y.supply_flow)
+    leakage = pump_loss(par, x, dx, p_pump)
+    if source_acts(par):
+        y.pump_flow = source(par, x, dx, p_pump)
+        y.relief_flow = relief(par, x, dx, p_pump)
+        compliance = par.supply_volume / par.oil_bulk_modulus + capacity(par, x, dx, p_pump)
+        dx.pump_pressure = (y.pump_flow - leakage - y.relief_flow - leaving) / compliance
+    else:
+        y.pump_flow = leaving + leakage
+        y.relief_flow = 0.0
+    y.pump_leakage_flow = leakage
+
+
+def account(x: Any, par: Any, held: Any, y: Any) -> None:
+    """Power and efficiency (S1 3.2)."""
+    y.pump_power = y.pump_pressure * y.pump_flow
+    y.supply_power = y.supply_pressure * y.supply_flow
+    y.load_power = y.load_force * y.load_velocity
+    y.friction_loss = y.friction_force * y.velocity
+    y.efficiency = 0.0
+    if y.load_power > 0.0 and y.pump_power > y.load_power:
+        y.efficiency = y.load_power / y.pump_power
+    y.viscosity = par.oil_kinematic_viscosity * held.viscosity
+    y.gas_pressure = held.gas_pressure
+    y.transverse_force = held.transverse_force
+
+
+def integrate(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float, steps: int) -> None:
     """Take `steps` steps of classical Runge-Kutta with the inputs held.
 
     Args:
         rows: six state records: the state, a trial state, four rates.
         memory: the same memory as float64, shape (6 * states,).
         par: parameters.
-        inputs: commands and disturbances, constant over the call.
+        held: inputs and what follows from parameters, constant over the call.
         y: signals; they belong to the state reached.
         step: step width [s].
         steps: number of steps.
@@ -220,22 +308,22 @@ def integrate(
     """
     n = len(memory) // 6
     for _ in range(steps):
-        derivative(rows[0], rows[2], par, inputs, y)
-        for i in range(n):
-            memory[n + i] = memory[i] + 0.5 * step * memory[2 * n + i]
-        derivative(rows[1], rows[3], par, inputs, y)
-        for i in range(n):
-            memory[n + i] = memory[i] + 0.5 * step * memory[3 * n + i]
-        derivative(rows[1], rows[4], par, inputs, y)
-        for i in range(n):
-            memory[n + i] = memory[i] + step * memory[4 * n + i]
-        derivative(rows[1], rows[5], par, inputs, y)
+        # one call in a loop: the compiler then meets the balances once, not four times
+        for stage in range(4):
+            derivative(rows[min(stage, 1)], rows[2 + stage], par, held, y)
+            if stage < 3:
+                reach = step if stage == 2 else 0.5 * step
+                for i in range(n):
+                    memory[n + i] = memory[i] + reach * memory[(2 + stage) * n + i]
         for i in range(n):
             slope = memory[2 * n + i] + 2.0 * (memory[3 * n + i] + memory[4 * n + i])
             memory[i] += step / 6.0 * (slope + memory[5 * n + i])
     # the signals of a trial state are not those of the state reached
-    derivative(rows[0], rows[2], par, inputs, y)
+    derivative(rows[0], rows[2], par, held, y)
 
 
-BALANCES = (pressure_root, derivative, integrate)
+BALANCES = (
+    hold, pressure_root, chamber_pressure, gas_factor, ports, move_spool, edge_flow, meter,
+    fill_chambers, coupling_force, move_rod, feed, account, derivative, integrate,
+)  # fmt: skip
 """What `kernel` compiles, in the order of use."""

@@ -1,4 +1,14 @@
-"""Physical constants."""
+"""Physical constants and the few numbers that several parts of the model share."""
 
 ATMOSPHERE = 101_325.0
 """Standard atmosphere [Pa] (ISO 2533)."""
+
+REFERENCE_TEMPERATURE = 313.15
+"""Oil temperature at which every parameter is stated [K]: 40 °C, where ISO 3448 defines a
+viscosity grade and where HyQ's cooler switches on (S1 3.3.2)."""
+
+LIGHTEST_ROD = 0.1
+"""Smallest mass ahead of an elastic load cell [kg] (assumed): without any it has no dynamics."""
+
+SMALLEST_VOLUME = 0.01
+"""Part of its dead volume that a chamber keeps, wherever the rod is (assumed)."""

@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-Compose = Literal["sum", "chain"]
+Compose = Literal["sum", "chain", "rates"]
 
 # Attribute access on a record would find numpy's member instead of the field.
 _RESERVED = frozenset(dir(np.record))
@@ -40,12 +40,14 @@ class Quantity:
         name: what the equations call it.
         unit: SI unit.
         meaning: one line for the reader of a table.
+        length: how many values a sampled effect remembers under this name, newest first.
 
     """
 
     name: str
     unit: str
     meaning: str
+    length: int = field(default=1, kw_only=True)
 
     def __post_init__(self) -> None:
         _check_name(self.name)
@@ -99,7 +101,10 @@ class Stage:
         gives: what it computes.
         unit: SI unit of what it computes.
         compose: "sum" adds the effects up from zero; "chain" hands the first of `takes` through
-            them one after the other.
+            them one after the other; "rates" computes no value, only the rates of states whose
+            values another stage has handed out before.
+        repeated: whether the balances call it several times at one state, as for each chamber:
+            no place for states.
 
     """
 
@@ -109,6 +114,7 @@ class Stage:
     gives: str
     unit: str
     compose: Compose
+    repeated: bool = False
 
     def __call__(self, par: Any, x: Any, dx: Any, *takes: float) -> float:
         """Stand for the compiled stage where the balances call it."""
@@ -116,8 +122,41 @@ class Stage:
 
 
 @dataclass(frozen=True)
+class Acts:
+    """The question whether any effect of a stage is on: `source_acts(par)` for stage `source`."""
+
+    stage: Stage
+
+    def __call__(self, par: Any) -> bool:
+        """Stand for the compiled question where the balances ask it."""
+        raise TypeError(f"'{self.stage.name}_acts' runs only in the module that kernel.build makes")
+
+
+@dataclass(frozen=True)
+class Law:
+    """A function at a stage.
+
+    Attributes:
+        stage: where it acts.
+        function: its arguments are resolved by name among the stage's `takes`, the effect's
+            parameters and states, and the base parameters of the model.
+        returns: the states whose rates (or next values) it returns after its value.
+
+    """
+
+    stage: Stage
+    function: Callable[..., Any]
+    returns: tuple[Quantity, ...] = ()
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of the function's arguments."""
+        return tuple(inspect.signature(self.function).parameters)
+
+
+@dataclass(frozen=True)
 class Effect:
-    """One physical law at one stage.
+    """One physical law, at one stage or, where it must, at several.
 
     Attributes:
         name: name of the law.
@@ -131,6 +170,7 @@ class Effect:
         source: where the equation comes from.
         signature: which channel shows it, and where in the state space.
         not_modelled: where its validity ends.
+        also: functions of the same effect at further stages.
 
     """
 
@@ -144,15 +184,24 @@ class Effect:
     source: str
     signature: str
     not_modelled: str = ""
-    arguments: tuple[str, ...] = field(init=False)
+    also: tuple[tuple[Stage, Callable[..., Any]], ...] = ()
 
     def __post_init__(self) -> None:
-        names = tuple(inspect.signature(self.law).parameters)
-        object.__setattr__(self, "arguments", names)
         own = [p.name for p in (*self.params, *self.states)]
-        clash = set(own) & set(self.stage.takes)
-        if clash or len(set(own)) < len(own):
-            raise DeclarationError(f"{self.name}: a name is used twice: {sorted(clash or own)}")
+        if len(set(own)) < len(own):
+            raise DeclarationError(f"{self.name}: a name is used twice: {', '.join(sorted(own))}")
+        for law in self.laws:
+            clash = set(own) & set(law.stage.takes)
+            if clash:
+                raise DeclarationError(
+                    f"{self.name}: stage '{law.stage.name}' already offers "
+                    f"{', '.join(sorted(clash))}"
+                )
+            if law.returns and law.stage.repeated:
+                raise DeclarationError(
+                    f"{self.name}: stage '{law.stage.name}' is called several times at one state, "
+                    "so it has no room for states"
+                )
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Evaluate the law in plain Python."""
@@ -162,6 +211,16 @@ class Effect:
     def params(self) -> tuple[Param, ...]:
         """The knob, then the shape parameters."""
         return (self.knob, *self.shape)
+
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """The main law first; the rates of states come from a stage for rates if there is one."""
+        scalars = tuple(q for q in self.states if q.length == 1)
+        later = any(stage.compose == "rates" for stage, _ in self.also)
+        laws = [Law(self.stage, self.law, () if later else scalars)]
+        for stage, function in self.also:
+            laws.append(Law(stage, function, scalars if stage.compose == "rates" else ()))
+        return tuple(laws)
 
     @property
     def equation(self) -> str:
@@ -183,12 +242,18 @@ def effect(
     shape: Sequence[Param] = (),
     states: Sequence[Quantity] = (),
     not_modelled: str = "",
+    also: Sequence[tuple[Stage, Callable[..., Any]]] = (),
 ) -> Callable[[Callable[..., Any]], Effect]:
     """Declare the decorated function as the law of an effect.
 
     A law without states returns its contribution (stage "sum") or the new value (stage "chain").
     A law with states returns that and then one value per state: its rate of change or, in a
-    sampled stage, its next value.
+    sampled stage, its next value. A state of several values arrives as an array, newest first,
+    which the law shifts itself.
+
+    `also` gives further (stage, function) pairs that share knob, shape and states. A function at
+    a stage for rates returns the rates of the states, and the main law then returns its value
+    alone: so a state can act before the flow that drives it is known.
     """
 
     def declare(law: Callable[..., Any]) -> Effect:
@@ -196,7 +261,7 @@ def effect(
             raise DeclarationError(f"effect '{law.__name__}' has no docstring with its equation")
         return Effect(
             law.__name__, stage, knob, off, tuple(shape), tuple(states), law,
-            source, signature, not_modelled,
+            source, signature, not_modelled, tuple(also),
         )  # fmt: skip
 
     return declare

@@ -1,14 +1,12 @@
-"""From declarations to machine code: record types and one compiled function per stage.
+"""From declarations to machine code, kept for the next start.
 
-`build` writes one Python module - the stages composed of their effects, then the balances and the
-sensor chain as they stand in their files - and compiles it. The module is kept in a folder named
-by a digest of the model's sources: numba's own cache looks at the age of one file only and would
-go on computing the old physics after an edit elsewhere.
+`build` compiles the one module that `compose` writes. The module is kept in a folder named by a
+digest of the model's sources: numba's own cache looks at the age of one file only and would go on
+computing the old physics after an edit elsewhere.
 """
 
 import hashlib
 import inspect
-import math
 import os
 import sys
 import tempfile
@@ -21,63 +19,13 @@ from typing import Any
 import numba
 import numpy as np
 
-from hil_emulator.model import actuator, sensors
-from hil_emulator.model.declare import DeclarationError, Effect, Quantity, Stage
+from hil_emulator.model.compose import function_name, module_source
+from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
-from hil_emulator.model.stages import CONTINUOUS, SAMPLED
+from hil_emulator.model.layout import Vector, layouts, length, named, zeros
+from hil_emulator.model.sensors import wiring
 
-# Plain float arrays cross the border from Python: records would cost microseconds to unpack there.
-_ENTRIES = '''@entry
-def run(memory, par, inputs, signals, step, steps):
-    """Integrate: `actuator.integrate` on views of flat memory."""
-    integrate(
-        memory.view(STATE), memory, par.view(PARAMETERS)[0], inputs.view(INPUTS)[0],
-        signals.view(SIGNALS)[0], step, steps,
-    )
-
-
-@entry
-def rate(state, rates, par, inputs, signals):
-    """Evaluate: `actuator.derivative` on views of flat memory."""
-    derivative(
-        state.view(STATE)[0], rates.view(STATE)[0], par.view(PARAMETERS)[0],
-        inputs.view(INPUTS)[0], signals.view(SIGNALS)[0],
-    )
-
-
-@entry
-def read(signals, sources, par, memory, normal, period, reading, overrange):
-    """Sample: `sensors.sample` on views of flat memory."""
-    sample(
-        signals, sources, par.view(CHANNEL), memory.view(MEMORY), normal, period, reading,
-        overrange,
-    )
-'''
-
-Vector = np.ndarray[Any, np.dtype[np.float64]]
-
-_HEADER = '"""Stages, balances and sensor chain, composed by hil_emulator.model.kernel."""\n'
-
-
-def record_type(names: Sequence[str]) -> np.dtype[Any]:
-    """Return a record type of float64 fields.
-
-    Raises:
-        DeclarationError: if two fields have the same name.
-
-    """
-    twice = {n for n in names if names.count(n) > 1}
-    if twice:
-        raise DeclarationError(f"declared twice: {', '.join(sorted(twice))}")
-    return np.dtype((np.record, [(name, np.float64) for name in names]))
-
-
-def _names(quantities: Iterable[Quantity]) -> list[str]:
-    return [q.name for q in quantities]
-
-
-def _own_fields(effects: Iterable[Effect], kind: str) -> list[str]:
-    return [e.field_of(q) for e in effects for q in getattr(e, kind)]
+__all__ = ["Kernel", "Vector", "build", "named", "sources_digest", "zeros"]
 
 
 @dataclass(frozen=True)
@@ -88,104 +36,48 @@ class Kernel:
 
     Attributes:
         run: `run(memory, par, inputs, signals, step, steps)`, see `actuator.integrate`.
+        tick: `tick(memory, past, par, inputs, signals, step, steps)`: the same for one tick, with
+            the set point's delay.
         rate: `rate(state, rates, par, inputs, signals)`, see `actuator.derivative`.
-        read: `read(signals, sources, par, memory, normal, period, reading, overrange)`, see
-            `sensors.sample`.
+        sense: `sense(signals, sources, par, memory, past, normal, period, reading, overrange)`,
+            see `sensors.sample`.
+        read: the same without `past`, for channels that do not look back.
         parameters: the plant's parameters.
         state: what the plant integrates.
+        past: what the plant remembers from tick to tick.
         inputs: commands and disturbances.
+        held: what stays constant during a call.
         signals: what an evaluation computes.
         channel: the transducer parameters of one channel.
-        memory: what one channel remembers.
+        memory: numbers that one channel remembers.
+        channel_past: samples that one channel remembers.
         effects: the effects that were compiled in.
         source: text of the module.
 
     """
 
     run: Callable[..., None]
+    tick: Callable[..., None]
     rate: Callable[..., None]
+    sense: Callable[..., None]
     read: Callable[..., None]
     parameters: np.dtype[Any]
     state: np.dtype[Any]
+    past: np.dtype[Any]
     inputs: np.dtype[Any]
+    held: np.dtype[Any]
     signals: np.dtype[Any]
     channel: np.dtype[Any]
     memory: np.dtype[Any]
+    channel_past: np.dtype[Any]
     effects: tuple[Effect, ...]
     source: str
-
-
-def named(vector: Vector, layout: np.dtype[Any]) -> Any:
-    """Return the record that gives names to a flat vector's memory."""
-    return vector.view(layout)[0]
-
-
-def zeros(layout: np.dtype[Any], count: int = 1) -> Vector:
-    """Return flat memory for `count` records of a layout."""
-    return np.zeros(count * len(layout.names or ()))
-
-
-def base_fields() -> list[str]:
-    """Names of the parameters that every actuator has, as `table_name`."""
-    return [f"{table}_{p.name}" for table, params in actuator.PARAMS.items() for p in params]
-
-
-def _argument(name: str, effect: Effect, base: frozenset[str]) -> str:
-    """Say where the generated code finds an argument of a law."""
-    if name in effect.stage.takes:
-        return (
-            "value" if effect.stage.compose == "chain" and name == effect.stage.takes[0] else name
-        )
-    for kind, record in ((effect.params, "par"), (effect.states, "x")):
-        for quantity in kind:
-            if quantity.name == name:
-                return f"{record}.{effect.field_of(quantity)}"
-    if name in base:
-        return f"par.{name}"
-    raise DeclarationError(
-        f"effect '{effect.name}' asks for '{name}': stage '{effect.stage.name}' offers "
-        f"{', '.join(effect.stage.takes)}; its own are "
-        f"{', '.join(_names((*effect.params, *effect.states)))}"
-    )
-
-
-def _call_lines(effect: Effect, base: frozenset[str]) -> list[str]:
-    arguments = ", ".join(_argument(name, effect, base) for name in effect.arguments)
-    call = f"{effect.name}({arguments})"
-    own = [f"dx.{effect.field_of(s)}" for s in effect.states]
-    adds = effect.stage.compose == "sum"
-    off = "math.inf" if math.isinf(effect.off) else repr(effect.off)
-    lines = [f"    if par.{effect.field_of(effect.knob)} != {off}:"]
-    if own and adds:
-        return [*lines, f"        part, {', '.join(own)} = {call}", "        value += part"]
-    if own:
-        return [*lines, f"        value, {', '.join(own)} = {call}"]
-    return [*lines, f"        value {'+=' if adds else '='} {call}"]
-
-
-def stage_source(stage: Stage, effects: Iterable[Effect], base: frozenset[str]) -> str:
-    """Return the text of one stage's function."""
-    start = "0.0" if stage.compose == "sum" else stage.takes[0]
-    lines = [f"def {stage.name}(par, x, dx, {', '.join(stage.takes)}):", f"    value = {start}"]
-    for effect in effects:
-        if effect.stage == stage:
-            lines += _call_lines(effect, base)
-    return "\n".join([*lines, "    return value", ""])
-
-
-def module_source(effects: Sequence[Effect]) -> str:
-    """Return the text of the whole module."""
-    base = frozenset(base_fields())
-    parts = [_HEADER, "import math\nfrom typing import Any\n"]
-    parts += [f"@compiled\n{stage_source(s, effects, base)}" for s in (*CONTINUOUS, *SAMPLED)]
-    parts += [f"@compiled\n{inspect.getsource(f)}" for f in (*actuator.BALANCES, sensors.sample)]
-    return "\n\n".join([*parts, _ENTRIES])
 
 
 def sources_digest(effects: Iterable[Effect]) -> str:
     """Return a digest of everything the machine code depends on."""
     digest = hashlib.sha256(f"{numba.__version__} {np.__version__}".encode())
-    files = {Path(inspect.getfile(e.law)) for e in effects}
+    files = {Path(inspect.getfile(law.function)) for e in effects for law in e.laws}
     files |= set(Path(__file__).parent.rglob("*.py"))
     for file in sorted(files):
         digest.update(file.read_bytes())
@@ -221,19 +113,6 @@ def _compilers(compiled: bool, cached: bool) -> dict[str, Callable[[Any], Any]]:
     }
 
 
-def _layouts(effects: Iterable[Effect]) -> dict[str, np.dtype[Any]]:
-    continuous = [e for e in effects if e.stage in CONTINUOUS]
-    sampled = [e for e in effects if e.stage in SAMPLED]
-    return {
-        "parameters": record_type(base_fields() + _own_fields(continuous, "params")),
-        "state": record_type(_names(actuator.STATES) + _own_fields(continuous, "states")),
-        "inputs": record_type(_names(actuator.INPUTS)),
-        "signals": record_type(_names(actuator.SIGNALS)),
-        "channel": record_type(_own_fields(sampled, "params")),
-        "memory": record_type(_own_fields(sampled, "states")),
-    }
-
-
 def build(
     effects: Sequence[Effect] = CATALOGUE, cache: Path | None = None, compiled: bool = True
 ) -> Kernel:
@@ -254,16 +133,22 @@ def build(
     module = ModuleType(file.stem if file else "hil_emulator_kernel")
     sys.modules[module.__name__] = module
     decorators = _compilers(compiled, cached=file is not None)
-    layouts = _layouts(effects)
+    types = layouts(effects)
     module.__dict__.update(decorators)
-    module.__dict__.update({e.name: decorators["compiled"](e.law) for e in effects})
-    module.__dict__.update({name.upper(): layout for name, layout in layouts.items()})
+    for effect in effects:
+        for law in effect.laws:
+            module.__dict__[function_name(effect, law)] = decorators["compiled"](law.function)
+    module.__dict__.update({name.upper(): layout for name, layout in types.items()})
+    module.__dict__.update({f"{n.upper()}_LENGTH": length(layout) for n, layout in types.items()})
+    module.__dict__["WIRING"] = wiring(types["signals"].names or ())
     exec(compile(source, str(file or "<kernel>"), "exec"), module.__dict__)
     return Kernel(
         run=module.run,
+        tick=module.tick,
         rate=module.rate,
+        sense=module.sense,
         read=module.read,
         effects=tuple(effects),
         source=source,
-        **layouts,
+        **types,
     )

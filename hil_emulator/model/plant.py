@@ -1,39 +1,18 @@
 """The actuator and its sensors as objects with memory: what the loop steps and reads."""
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
-from hil_emulator.model import actuator
-from hil_emulator.model.declare import Effect
-from hil_emulator.model.kernel import Kernel, Vector, named, zeros
+from hil_emulator.model.effects.history import HISTORY
+from hil_emulator.model.kernel import Kernel
+from hil_emulator.model.layout import Vector, fill, length, named, zeros
 from hil_emulator.model.sensors import CHANNELS
 
+__all__ = ["Plant", "Sensors", "fill", "longest_delay"]
+
 _BLOCK = 256  # normal numbers are drawn for that many samples at once
-
-
-def fill(layout: np.dtype[Any], effects: Iterable[Effect], values: Mapping[str, float]) -> Vector:
-    """Return a parameter vector: `values` by field, each effect off where nothing is said.
-
-    Raises:
-        KeyError: if a value names no field, or a field has neither value nor default.
-
-    """
-    known = {f"{table}_{p.name}": p.default for table, ps in actuator.PARAMS.items() for p in ps}
-    for effect in effects:
-        known[effect.field_of(effect.knob)] = effect.off
-        known |= {effect.field_of(p): p.default for p in effect.shape}
-    fields = layout.names or ()
-    for name in values:
-        if name not in fields:
-            raise KeyError(f"no parameter '{name}'")
-    chosen = [values.get(name, known[name]) for name in fields]
-    missing = [name for name, value in zip(fields, chosen, strict=True) if value is None]
-    if missing:
-        raise KeyError(f"no value for {', '.join(missing)}")
-    return np.array(chosen, dtype=np.float64)
 
 
 class Plant:
@@ -57,6 +36,7 @@ class Plant:
         self.signal_vector = zeros(kernel.signals)
         self._input_index = {name: i for i, name in enumerate(kernel.inputs.names or ())}
         self._memory = zeros(kernel.state, count=6)
+        self._past = np.full(length(kernel.past), math.nan)
         self.state_vector = self._memory[: len(kernel.state.names or ())]
         self.parameters = named(self.parameter_vector, kernel.parameters)
         self.inputs = named(self.input_vector, kernel.inputs)
@@ -68,8 +48,16 @@ class Plant:
         par, state = self.parameters, self.state
         alpha = par.cylinder_area_ratio
         state.position = par.initial_position
-        state.pressure_a = alpha * par.supply_pressure / (1.0 + alpha)
-        state.pressure_b = par.supply_pressure / (1.0 + alpha)
+        self.set_pressures(
+            alpha * par.supply_pressure / (1.0 + alpha), par.supply_pressure / (1.0 + alpha)
+        )
+
+    def set_pressures(self, pressure_a: float, pressure_b: float) -> None:
+        """Put pressures [Pa] into the chambers, and evaluate the signals there."""
+        self.step(0)
+        gas = float(self.signals.gas_pressure)
+        self.state.pressure_a = pressure_a - gas * gas / pressure_a
+        self.state.pressure_b = pressure_b - gas * gas / pressure_b
         self.step(0)
 
     def command(self, commands: Mapping[str, float]) -> None:
@@ -78,9 +66,12 @@ class Plant:
             self.input_vector[self._input_index[name]] = value
 
     def step(self, steps: int) -> None:
-        """Integrate `steps` steps with the inputs held, and evaluate the signals there."""
-        self.kernel.run(
-            self._memory, self.parameter_vector, self.input_vector, self.signal_vector,
+        """Integrate `steps` steps with the inputs held, and evaluate the signals there.
+
+        One call is one tick: a delay of the set point counts calls.
+        """
+        self.kernel.tick(
+            self._memory, self._past, self.parameter_vector, self.input_vector, self.signal_vector,
             self.step_width, steps,
         )  # fmt: skip
 
@@ -104,15 +95,16 @@ class Sensors:
         random: np.random.Generator,
     ) -> None:
         self.names = tuple(c.name for c in CHANNELS)
-        self._read = kernel.read
+        self._sense = kernel.sense
         self._period = period
         self._random = random
-        signals = list(kernel.signals.names or ())
+        signals = kernel.signals.names or ()
         self._sources = np.array([signals.index(c.signal) for c in CHANNELS])
         self.parameters = np.concatenate(
             [fill(kernel.channel, kernel.effects, parameters.get(n, {})) for n in self.names]
         )
-        self._memory = np.full(len(CHANNELS) * len(kernel.memory.names or ()), math.nan)
+        self._memory = np.full(len(CHANNELS) * length(kernel.memory), math.nan)
+        self._past = np.full(len(CHANNELS) * length(kernel.channel_past), math.nan)
         self.reading = np.zeros(len(CHANNELS))
         self.overrange = np.zeros(len(CHANNELS), np.int64)
         self._normals = np.empty((_BLOCK, len(CHANNELS)))
@@ -123,8 +115,13 @@ class Sensors:
         if self._next == _BLOCK:
             self._random.standard_normal(out=self._normals)
             self._next = 0
-        self._read(
-            signals, self._sources, self.parameters, self._memory, self._normals[self._next],
-            self._period, self.reading, self.overrange,
+        self._sense(
+            signals, self._sources, self.parameters, self._memory, self._past,
+            self._normals[self._next], self._period, self.reading, self.overrange,
         )  # fmt: skip
         self._next += 1
+
+
+def longest_delay(period: float) -> float:
+    """Return the longest time that delays and windows can look back [s] at a tick `period`."""
+    return (HISTORY - 1) * period

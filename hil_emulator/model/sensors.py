@@ -1,7 +1,10 @@
 """Which quantity each sensor channel shows, and the transducer chain they share."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from hil_emulator.model.stages import transducer
 
@@ -16,6 +19,9 @@ class Channel:
         unit: SI unit.
         shown: the unit engineers write it in.
         span: width of a usual measuring range, in `unit`.
+        neighbour: the signal that cross-talk mixes in.
+        neighbour_span: its usual range, in its own unit.
+        differenced: the channel whose reading an estimator of a rate looks at.
 
     """
 
@@ -24,28 +30,52 @@ class Channel:
     unit: str
     shown: str
     span: float
+    neighbour: str
+    neighbour_span: float
+    differenced: str = ""
 
 
 CHANNELS = (
-    Channel("pressure_a", "pressure_a", "Pa", "bar", 250e5),
-    Channel("pressure_b", "pressure_b", "Pa", "bar", 250e5),
-    Channel("supply_pressure", "supply_pressure", "Pa", "bar", 250e5),
-    Channel("position", "position", "m", "mm", 0.08),
-    Channel("load_force", "load_force", "N", "N", 10000.0),
+    Channel("pressure_a", "pressure_a", "Pa", "bar", 250e5, "pressure_b", 250e5),
+    Channel("pressure_b", "pressure_b", "Pa", "bar", 250e5, "pressure_a", 250e5),
+    Channel("supply_pressure", "supply_pressure", "Pa", "bar", 250e5, "pressure_b", 250e5),
+    Channel("position", "position", "m", "mm", 0.08, "load_force", 10000.0),
+    Channel("load_force", "load_force", "N", "N", 10000.0, "transverse_force", 10000.0),
+    Channel("velocity", "velocity", "m/s", "m/s", 2.0, "load_force", 10000.0, "position"),
 )
 
 
+def wiring(signals: Sequence[str]) -> np.ndarray[Any, Any]:
+    """Return how the channels hang together, for a model with these signals.
+
+    Returns:
+        Per channel: its span, the index of the neighbour's signal, the neighbour's span, the index
+        of the differenced channel; shape (channels, 4).
+
+    """
+    names = [c.name for c in CHANNELS]
+    return np.array(
+        [
+            (c.span, signals.index(c.neighbour), c.neighbour_span,
+             names.index(c.differenced or c.name))
+            for c in CHANNELS
+        ]
+    )  # fmt: skip
+
+
 def sample(
-    signals: Any, sources: Any, par: Any, memory: Any, normal: Any, period: float, reading: Any,
-    overrange: Any,
+    signals: Any, sources: Any, wires: Any, par: Any, memory: Any, past: Any, normal: Any,
+    period: float, reading: Any, overrange: Any,
 ) -> None:  # fmt: skip
     """Read every channel once.
 
     Args:
         signals: the model's signals, shape (signals,).
         sources: index of each channel's signal, shape (channels,).
+        wires: see `wiring`, shape (channels, 4).
         par: records of the channels' transducer parameters, shape (channels,).
         memory: records of what the channels remember, shape (channels,).
+        past: records of the samples the channels remember, shape (channels,).
         normal: standard normal numbers, shape (channels,).
         period: time since the last sample [s].
         reading: what the sensors report, shape (channels,); overwritten.
@@ -53,7 +83,12 @@ def sample(
 
     """
     for i in range(len(sources)):
-        value = transducer(par[i], memory[i], memory[i], signals[sources[i]], period, normal[i])
+        neighbour = signals[int(wires[i, 1])] / wires[i, 2]
+        differenced = reading[int(wires[i, 3])]
+        value = transducer(
+            par[i], memory[i], memory[i], past[i], signals[sources[i]], wires[i, 0], neighbour,
+            differenced, period, normal[i],
+        )  # fmt: skip
         reading[i] = value
         overrange[i] = 0
         if value >= par[i].measuring_range_upper:

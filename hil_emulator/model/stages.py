@@ -1,97 +1,126 @@
 """The few places where physics composes, in the order in which the balances meet them."""
 
-from hil_emulator.model.declare import Stage
+from hil_emulator.model.declare import Acts, Stage
 
-command = Stage(
-    name="command",
-    table="valve",
-    takes=("current",),
-    gives="current that drives the spool",
-    unit="A",
-    compose="chain",
+# once per tick
+set_point = Stage(
+    "set_point", "valve", ("set_point", "period"), "set point that reaches the driver", "A", "chain"
 )
-spool = Stage(
-    name="spool",
-    table="valve",
-    takes=("spool_speed",),
-    gives="speed of the spool",
-    unit="A/s",
-    compose="chain",
+# once per call of the integrator
+viscosity = Stage(
+    "viscosity", "oil", ("viscosity",), "viscosity over that at the reference temperature", "1",
+    "chain",
+)  # fmt: skip
+gas_pressure = Stage(
+    "gas_pressure", "oil", (), "pressure below which gas makes a chamber softer than oil does",
+    "Pa", "sum",
+)  # fmt: skip
+
+# supply and tank
+supply = Stage(
+    "supply", "supply", ("pump_pressure",), "pressure at the valve's port s", "Pa", "chain"
+)
+tank = Stage("tank", "tank", ("port_pressure",), "pressure at the valve's port t", "Pa", "chain")
+pilot_flow = Stage(
+    "pilot_flow", "supply", ("port_s", "port_t"), "flow from s to t beside the edges", "m^3/s",
+    "sum",
+)  # fmt: skip
+line_flow = Stage(
+    "line_flow", "supply", ("drawn",), "flow out of the pump's node", "m^3/s", "chain"
+)
+line_rates = Stage(
+    "line_rates", "supply", ("pump_pressure", "drawn", "viscosity"), "rates of the supply line", "",
+    "rates",
+)  # fmt: skip
+source = Stage("source", "supply", ("pump_pressure",), "flow that pumps displace", "m^3/s", "sum")
+source_acts = Acts(source)
+relief = Stage("relief", "supply", ("pump_pressure",), "flow of relief valves", "m^3/s", "sum")
+pump_loss = Stage("pump_loss", "supply", ("pump_pressure",), "leakage of pumps", "m^3/s", "sum")
+capacity = Stage(
+    "capacity", "supply", ("pump_pressure",), "capacity of accumulators", "m^3/Pa", "sum"
+)
+return_rates = Stage("return_rates", "tank", ("returned",), "rates of the return line", "", "rates")
+
+# valve
+command = Stage(
+    "command", "valve", ("current", "port_s"), "current that drives the spool", "A", "chain"
+)
+pilot = Stage("pilot", "valve", ("vigour", "port_s"), "relative speed of the spool", "1", "chain")
+spool_force = Stage(
+    "spool_force", "valve", ("deviation", "spool_position", "valve_drop"),
+    "what drives the spool, as a deviation of current", "A", "chain",
+)  # fmt: skip
+spool = Stage("spool", "valve", ("spool_speed", "vigour"), "speed of the spool", "A/s", "chain")
+travel = Stage(
+    "travel", "valve", ("travel", "spool_speed"), "spool travel that the edges see", "A", "chain"
 )
 metering = Stage(
-    name="metering",
-    table="valve",
-    takes=("opening", "spool_position"),
-    gives="opening of one metering edge",
-    unit="A",
-    compose="chain",
-)
-cross_leakage = Stage(
-    name="cross_leakage",
-    table="cylinder",
-    takes=("pressure_a", "pressure_b"),
-    gives="flow from chamber a to b",
-    unit="m^3/s",
-    compose="sum",
-)
-outward_leakage = Stage(
-    name="outward_leakage",
-    table="cylinder",
-    takes=("pressure",),
-    gives="flow from one chamber outwards",
-    unit="m^3/s",
-    compose="sum",
+    "metering", "valve", ("opening", "travel"), "opening of one metering edge", "A", "chain",
+    repeated=True,
+)  # fmt: skip
+discharge = Stage(
+    "discharge", "valve", ("coefficient", "opening", "drop", "viscosity"),
+    "discharge coefficient of one edge over its turbulent value", "1", "chain", repeated=True,
+)  # fmt: skip
+
+# chambers
+vapour = Stage(
+    "vapour", "oil", ("pressure",), "pressure in a chamber", "Pa", "chain", repeated=True
 )
 oil = Stage(
-    name="oil",
-    table="oil",
-    takes=("bulk_modulus", "pressure"),
-    gives="effective bulk modulus in a chamber",
-    unit="Pa",
-    compose="chain",
-)
+    "oil", "oil", ("bulk_modulus", "pressure", "volume"), "effective bulk modulus in a chamber",
+    "Pa", "chain", repeated=True,
+)  # fmt: skip
+cross_leakage = Stage(
+    "cross_leakage", "cylinder", ("pressure_a", "pressure_b", "viscosity"),
+    "flow from chamber a to b", "m^3/s", "sum",
+)  # fmt: skip
+outward_leakage = Stage(
+    "outward_leakage", "cylinder", ("pressure", "viscosity"), "flow from one chamber outwards",
+    "m^3/s", "sum", repeated=True,
+)  # fmt: skip
+
+# rod and load
 friction = Stage(
-    name="friction",
-    table="friction",
-    takes=("velocity", "position", "pressure_a", "pressure_b"),
-    gives="friction force of the seals, against the motion",
-    unit="N",
-    compose="sum",
-)
+    "friction", "friction",
+    ("velocity", "direction", "position", "pressure_a", "pressure_b", "viscosity"),
+    "friction force of the seals, against the motion", "N", "sum",
+)  # fmt: skip
+friction_scale = Stage(
+    "friction_scale", "friction", ("scale", "velocity", "position"),
+    "factor on the friction force", "1", "chain",
+)  # fmt: skip
 stop = Stage(
-    name="stop",
-    table="cylinder",
-    takes=("position", "velocity"),
-    gives="force of the cylinder's ends on the rod",
-    unit="N",
-    compose="sum",
-)
+    "stop", "cylinder", ("position", "velocity"), "force of the cylinder's ends on the rod", "N",
+    "sum",
+)  # fmt: skip
 inertia = Stage(
-    name="inertia",
-    table="cylinder",
-    takes=("position",),
-    gives="mass that moves ahead of the load cell",
-    unit="kg",
-    compose="sum",
+    "inertia", "cylinder", ("position",), "mass that moves ahead of the load cell", "kg", "sum"
 )
+coupling = Stage("coupling", "load", (), "compliance between rod and load", "m/N", "sum")
+coupling_acts = Acts(coupling)
+play = Stage("play", "load", ("stretch",), "stretch that carries force", "m", "chain")
 load = Stage(
-    name="load",
-    table="load",
-    takes=("position", "velocity"),
-    gives="force of the surroundings against the load",
-    unit="N",
-    compose="sum",
-)
-transducer = Stage(
-    name="transducer",
-    table="sensors",
-    takes=("reading", "period", "normal"),
-    gives="reading of one channel",
-    unit="span",
-    compose="chain",
+    "load", "load", ("position", "velocity"), "force of the surroundings against the load", "N",
+    "sum",
+)  # fmt: skip
+load_inertia = Stage(
+    "load_inertia", "load", ("position",), "mass moved beside the constant one", "kg", "sum"
 )
 
-CONTINUOUS = (
-    command, spool, metering, cross_leakage, outward_leakage, oil, friction, stop, inertia, load,
+# sensors
+transducer = Stage(
+    "transducer", "sensors",
+    ("reading", "span", "neighbour", "differenced", "period", "normal"),
+    "reading of one channel", "span", "chain",
 )  # fmt: skip
+
+CONTINUOUS = (
+    viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates, source, relief,
+    pump_loss, capacity, return_rates, command, pilot, spool_force, spool, travel, metering,
+    discharge, vapour, oil, cross_leakage, outward_leakage, friction, friction_scale, stop, inertia,
+    coupling, play, load, load_inertia,
+)  # fmt: skip
+TICKED = (set_point,)
 SAMPLED = (transducer,)
+ACTS = (source_acts, coupling_acts)

@@ -75,13 +75,11 @@ def test_bore_and_rod_displace_the_areas_of_an_earlier_file(layer: Layer) -> Non
 
 def test_later_files_are_laid_over_earlier_ones(layer: Layer) -> None:
     """What a later file says holds; what it does not say stays, inside an effect too."""
-    over = layer(
-        '[load]\nmass = "30 kg"\n[friction]\ncoulomb_friction = {transition_velocity = "2 mm/s"}'
-    )
+    over = layer('[load]\nmass = "30 kg"\n[cylinder]\nend_stops = {damping = "5 s/m"}')
     plant = load([REFERENCE, over]).plant
     assert plant["load_mass"] == 30.0
-    assert plant["coulomb_friction_transition_velocity"] == pytest.approx(2e-3)
-    assert plant["coulomb_friction_force"] == 100.0
+    assert plant["end_stops_damping"] == 5.0
+    assert plant["end_stops_stiffness"] == 1e8
 
 
 def test_an_effect_can_be_switched_off(layer: Layer) -> None:

@@ -4,13 +4,26 @@ The tuple below is the order in which effects act at their stage.
 """
 
 from hil_emulator.model.declare import Effect
-from hil_emulator.model.effects import cylinder, friction, load, oil, transducer, valve
+from hil_emulator.model.effects import (
+    coupling,
+    cylinder,
+    edges,
+    friction,
+    load,
+    oil,
+    supply,
+    transducer,
+    valve,
+)
 
 CATALOGUE: tuple[Effect, ...] = (
+    *supply.EFFECTS,
     *valve.EFFECTS,
+    *edges.EFFECTS,
     *oil.EFFECTS,
     *cylinder.EFFECTS,
     *friction.EFFECTS,
+    *coupling.EFFECTS,
     *load.EFFECTS,
     *transducer.EFFECTS,
 )

@@ -1,4 +1,4 @@
-"""Leakage, end stops and the rod's own mass."""
+"""Leakage, ends of stroke and the rod's own mass."""
 
 from hil_emulator.model.constants import ATMOSPHERE
 from hil_emulator.model.declare import Param, effect
@@ -13,9 +13,11 @@ from hil_emulator.model.stages import cross_leakage, inertia, outward_leakage, s
     signature="pressures drift together with the valve closed under load",
     not_modelled="eccentric piston, turbulent leakage",
 )  # fmt: skip
-def internal_leakage(pressure_a: float, pressure_b: float, conductance: float) -> float:
-    """q_ab = C_i (p_a - p_b)."""
-    return conductance * (pressure_a - pressure_b)
+def internal_leakage(
+    pressure_a: float, pressure_b: float, viscosity: float, conductance: float
+) -> float:
+    """q_ab = C_i (p_a - p_b) nu_40/nu."""
+    return conductance * (pressure_a - pressure_b) / viscosity
 
 
 @effect(
@@ -26,9 +28,9 @@ def internal_leakage(pressure_a: float, pressure_b: float, conductance: float) -
     signature="both pressures decay with the valve closed",
     not_modelled="different leakage of the two chambers",
 )  # fmt: skip
-def external_leakage(pressure: float, conductance: float) -> float:
-    """q_e = C_e (p - p_atm), for each chamber."""
-    return conductance * (pressure - ATMOSPHERE)
+def external_leakage(pressure: float, viscosity: float, conductance: float) -> float:
+    """q_e = C_e max(0, p - p_atm) nu_40/nu, for each chamber: seals let no air in."""
+    return conductance * max(0.0, pressure - ATMOSPHERE) / viscosity
 
 
 @effect(
@@ -40,7 +42,7 @@ def external_leakage(pressure: float, conductance: float) -> float:
     ),
     source="Hunt and Crossley 1975; stiffness assumed, between 1e7 and 1e9 N/m",
     signature="the two ends of the stroke",
-    not_modelled="cushioning",
+    not_modelled="plastic deformation",
 )  # fmt: skip
 def end_stops(
     position: float, velocity: float, stiffness: float, damping: float, cylinder_stroke: float
@@ -58,6 +60,27 @@ def end_stops(
 
 
 @effect(
+    stop,
+    knob=Param("coefficient", "N*s^2/m^2", "braking force per speed squared at the end",
+               5000.0, 0.0, 1e6),
+    shape=(
+        Param("length", "m", "length of the cushion", 5e-3, 1e-4, 0.1, shown="mm", default=5e-3),
+    ),
+    source="orifice of a tapered cushion plunger: drop ~ flow squared; brakes the rod directly "
+           "instead of raising a trapped volume's pressure; sizes assumed",
+    signature="the rod slows before the ends, and leaves them freely",
+    not_modelled="pressure in the trapped volume",
+)  # fmt: skip
+def cushion(
+    position: float, velocity: float, coefficient: float, length: float, cylinder_stroke: float
+) -> float:
+    """F = -c v |v| d/l on the way into an end, d = depth in the cushion."""
+    depth = position - (cylinder_stroke - length) if velocity > 0.0 else length - position
+    inside = max(0.0, min(1.0, depth / length))
+    return -coefficient * velocity * abs(velocity) * inside
+
+
+@effect(
     inertia,
     knob=Param("mass", "kg", "mass of piston and rod", 0.286, 0.0, 20.0,
                source="formula in a public HyQ bench script"),
@@ -69,4 +92,4 @@ def rod_mass(mass: float) -> float:
     return mass
 
 
-EFFECTS = (internal_leakage, external_leakage, end_stops, rod_mass)
+EFFECTS = (internal_leakage, external_leakage, end_stops, cushion, rod_mass)

@@ -1,13 +1,64 @@
-"""The oil's stiffness."""
+"""The oil's stiffness, vapour and viscosity."""
 
-from hil_emulator.model.constants import ATMOSPHERE
+import math
+
+from hil_emulator.model.constants import ATMOSPHERE, REFERENCE_TEMPERATURE
 from hil_emulator.model.declare import Param, effect
-from hil_emulator.model.stages import oil
+from hil_emulator.model.stages import gas_pressure, oil, vapour, viscosity
 
-PRESSURE_FLOOR = 1.0
-"""Absolute pressure below which the mixture's stiffness falls no further [Pa] (assumed).
+LARGEST_GAS_PRESSURE = 1e5
+"""Bound of the gas pressure [Pa] (assumed): mixtures that are soft above it are not stiff, and
+a small value keeps the chamber's state close to its pressure."""
 
-Only a guard for the power: the bulk modulus there is 1.4 Pa."""
+
+@effect(
+    viscosity,
+    knob=Param("slope", "1", "slope m of log10 log10(nu + 0.7) against log10 T", 3.68, 0.0, 6.0,
+               source="46 mm²/s at 40 °C (ISO 3448) and 6.8 mm²/s at 100 °C, viscosity index 100"),
+    source="Walther's equation (ASTM D341) through the viscosity at 40 °C",
+    signature="damping, leakage and laminar flow move together with temperature",
+    not_modelled="viscosity under pressure; heating by losses",
+)  # fmt: skip
+def viscosity_temperature(
+    viscosity: float, slope: float, oil_temperature: float, oil_kinematic_viscosity: float
+) -> float:
+    """log10 log10(nu + 0.7) = Z_40 - m log10(T / 313.15 K), nu in mm²/s."""
+    at_reference = 1e6 * oil_kinematic_viscosity
+    level = math.log10(math.log10(at_reference + 0.7))
+    level -= slope * math.log10(oil_temperature / REFERENCE_TEMPERATURE)
+    # the equation holds above 0.21 mm²/s; no oil that flows is thinner
+    nu: float = max(0.21, 10.0 ** (10.0**level) - 0.7)
+    return viscosity * nu / at_reference
+
+
+@effect(
+    oil,
+    knob=Param("rise", "1", "rise of the modulus with pressure", 6.0, 0.0, 20.0),
+    source="linear secant modulus as in Simscape (gain 6)",
+    signature="pressure rates grow with pressure",
+)
+def modulus_pressure(bulk_modulus: float, pressure: float, rise: float) -> float:
+    """E = E + m p."""
+    return bulk_modulus + rise * pressure
+
+
+@effect(
+    oil,
+    knob=Param("fall", "1/K", "relative fall of the modulus with temperature", 0.004, 0.0, 0.01,
+               shown="%/K"),
+    source="mineral oil: 0.3 to 0.6 % per kelvin; assumed",
+    signature="pressure rates fall as the oil warms",
+)  # fmt: skip
+def modulus_temperature(bulk_modulus: float, fall: float, oil_temperature: float) -> float:
+    """E = E (1 - n (T - 40 °C))."""
+    return bulk_modulus * (1.0 - fall * (oil_temperature - REFERENCE_TEMPERATURE))
+
+
+def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus: float) -> float:
+    """Pressure where w E/(k p) = 1, w = r (p_0/p)^(1/k): gas is as soft as oil."""
+    k = polytropic_exponent
+    balance: float = (fraction * oil_bulk_modulus / k) ** k * ATMOSPHERE
+    return min(LARGEST_GAS_PRESSURE, math.pow(balance, 1.0 / (k + 1.0)))
 
 
 @effect(
@@ -20,7 +71,8 @@ Only a guard for the power: the bulk modulus there is 1.4 Pa."""
     source="S2 eq. 1, corrected: the printed one does not give E for vanishing air",
     signature="chambers get soft below some 50 bar; pressures end above vacuum",
     not_modelled="air going into and out of solution; see the cavitation floor for vapour",
-)  # fmt: skip
+    also=((gas_pressure, _gas_pressure),),
+)
 def entrained_air(
     bulk_modulus: float, pressure: float, fraction: float, polytropic_exponent: float
 ) -> float:
@@ -29,9 +81,39 @@ def entrained_air(
     From V = V_L (1 - p/E) + V_G (p_0/p)^(1/k) and E' = -V dp/dV, p absolute. E' tends to E at
     high pressure and to k p towards vacuum, so that a pressure cannot become negative.
     """
-    p = max(pressure, PRESSURE_FLOOR)
+    # the guard only keeps the power finite; p > 0 wherever there is air
+    p = max(pressure, 1e-9)
     gas: float = fraction * (ATMOSPHERE / p) ** (1.0 / polytropic_exponent)
     return bulk_modulus * (1.0 + gas) / (1.0 + gas * bulk_modulus / (polytropic_exponent * p))
 
 
-EFFECTS = (entrained_air,)
+@effect(
+    oil,
+    knob=Param("compliance", "m^3/Pa", "volume per pressure that hoses and walls of each chamber "
+               "give", 1e-15, 0.0, 1e-13),
+    source="1/beta_e = 1/beta + C/V, series of springs (Merritt 1967)",
+    signature="a capacity that does not change along the stroke; like dead volume",
+    not_modelled="creep of rubber hoses",
+)  # fmt: skip
+def line_compliance(bulk_modulus: float, volume: float, compliance: float) -> float:
+    """1/E' = 1/E + C/V."""
+    return bulk_modulus / (1.0 + compliance * bulk_modulus / volume)
+
+
+@effect(
+    vapour,
+    knob=Param("pressure_floor", "Pa", "pressure at which vapour and released air fill the chamber",
+               0.6e5, 0.0, 1e5, shown="bar", source="S2: 0.6 bar"),
+    source="S2; what opens at the floor is filled again before the pressure rises",
+    signature="flat bottom of a chamber's pressure while the rod runs ahead of the flow",
+    not_modelled="growth and collapse of bubbles take no time",
+)  # fmt: skip
+def cavitation_floor(pressure: float, pressure_floor: float) -> float:
+    """p = max(p, p_v), the volume below p_v counted as vapour."""
+    return max(pressure, pressure_floor)
+
+
+EFFECTS = (
+    viscosity_temperature, modulus_pressure, modulus_temperature, entrained_air, line_compliance,
+    cavitation_floor,
+)  # fmt: skip

@@ -1,12 +1,26 @@
-"""The servo valve between its coil current and its metering edges.
+"""The servo valve between the set point and its spool.
 
 The spool position is expressed in ampere: the current that holds the spool there (S1 eq. 3.4).
 """
 
 import math
 
-from hil_emulator.model.declare import Param, effect
-from hil_emulator.model.stages import command, metering, spool
+from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.effects.history import HISTORY, Array, past
+from hil_emulator.model.stages import command, pilot, set_point, spool, spool_force, travel
+
+
+@effect(
+    set_point,
+    knob=Param("time", "s", "age of the set point that acts", 1e-3, 0.0, 0.1, shown="ms"),
+    states=(Quantity("history", "A", "set points of the last ticks", length=HISTORY),),
+    source="dead time of a bus and a digital driver; 0 to 3 ms assumed",
+    signature="phase of everything against the set point, proportional to frequency",
+    not_modelled="jitter of the delay",
+)
+def transport_delay(set_point: float, period: float, time: float, history: Array) -> float:
+    """u(t) = u_set(t - T_d), linear between ticks."""
+    return past(history, set_point, time / period)
 
 
 @effect(
@@ -24,14 +38,93 @@ def current_saturation(current: float, limit: float) -> float:
 
 @effect(
     command,
+    knob=Param("time_constant", "s", "time constant of the closed current loop",
+               2e-4, 0.0, 0.01, shown="ms"),
+    states=(Quantity("coil_current", "A", "current in the coil"),),
+    source="inductance and resistance of the coil under a current loop: first order",
+    signature="phase of the pressures against the set point; like a slower spool",
+    not_modelled="back electromotive force of the moving armature",
+)  # fmt: skip
+def driver_lag(current: float, coil_current: float, time_constant: float) -> tuple[float, float]:
+    """di/dt = (u - i) / tau."""
+    return coil_current, (current - coil_current) / time_constant
+
+
+@effect(
+    command,
     knob=Param("bias", "A", "current that the null is off by", 1e-4, -2e-3, 2e-3, shown="mA"),
     source="standard servo-valve specification (null bias, up to 3 % of rated current)",
     signature="constant rate of both chamber pressures at zero command",
-    not_modelled="drift of the null with temperature and supply pressure",
+    not_modelled="ageing",
 )
 def null_bias(current: float, bias: float) -> float:
     """u = u + u_b."""
     return current + bias
+
+
+@effect(
+    command,
+    knob=Param("shift", "A", "null shift per relative change of supply pressure",
+               2e-4, -2e-3, 2e-3, shown="mA"),
+    shape=(
+        Param("rated_pressure", "Pa", "supply pressure at which the null is right", 210e5, 1e5,
+              400e5, shown="bar", default=210e5, source="S1 3.3.1"),
+    ),
+    source="standard servo-valve specification (null shift with supply pressure, below 2 %)",
+    signature="rate of both chamber pressures at zero command, moving with supply pressure",
+    not_modelled="shift with tank pressure and temperature",
+)  # fmt: skip
+def null_shift(current: float, port_s: float, shift: float, rated_pressure: float) -> float:
+    """u = u + s (p_s - p_n) / p_n."""
+    return current + shift * (port_s - rated_pressure) / rated_pressure
+
+
+@effect(
+    pilot,
+    knob=Param("share", "1", "share of the pilot stage's speed that supply pressure governs",
+               1.0, 0.0, 1.0),
+    shape=(
+        Param("rated_pressure", "Pa", "supply pressure at which spool data hold", 210e5, 1e5,
+              400e5, shown="bar", default=210e5, source="S1 3.3.1"),
+    ),
+    source="pilot flow grows as the square root of pressure (Merritt 1967); S1 3.3.1 for 210 bar",
+    signature="bandwidth and rate limit of the spool fall with supply pressure",
+)  # fmt: skip
+def pilot_supply(vigour: float, port_s: float, share: float, rated_pressure: float) -> float:
+    """w_v, R = (w_v, R) (1 + k (sqrt(p_s/p_n) - 1))."""
+    return vigour * (1.0 + share * (math.sqrt(port_s / rated_pressure) - 1.0))
+
+
+@effect(
+    spool_force,
+    knob=Param("stiffness", "1", "flow-force over restoring stiffness at the rated drop",
+               0.02, 0.0, 0.5, shown="%"),
+    shape=(
+        Param("rated_drop", "Pa", "pressure drop over both edges", 70e5, 1e5, 400e5, shown="bar",
+              default=70e5),
+    ),
+    source="steady flow force 2 C_d C_v w x dp cos(69°) (Merritt 1967); ratio assumed",
+    signature="the spool opens less at a high pressure drop",
+    not_modelled="transient flow force",
+)  # fmt: skip
+def flow_force(
+    deviation: float, spool_position: float, valve_drop: float, stiffness: float, rated_drop: float
+) -> float:
+    """e = e - k_f u_v dp / dp_n: closing, proportional to opening and pressure drop."""
+    return deviation - stiffness * spool_position * max(0.0, valve_drop) / rated_drop
+
+
+@effect(
+    spool_force,
+    knob=Param("current", "A", "current that must change before the spool moves",
+               2.5e-5, 0.0, 5e-4, shown="uA"),
+    source="standard servo-valve specification (threshold, below 0.5 % of rated current)",
+    signature="spool, so pressures and flow, rest while the command moves a little",
+    not_modelled="dither that dissolves it",
+)  # fmt: skip
+def threshold(deviation: float, current: float) -> float:
+    """e = e - max(-T, min(T, e)): dry friction holds the spool within ±T of its command."""
+    return deviation - max(-current, min(current, deviation))
 
 
 @effect(
@@ -40,48 +133,35 @@ def null_bias(current: float, bias: float) -> float:
     off=math.inf,
     source="S1 3.3.1: 250 Hz at ±25 %, 100 Hz at ±100 %; this one number gives both",
     signature="large, fast commands only: flow lags and turns triangular",
-    not_modelled="dependence on the supply pressure that feeds the pilot stage",
 )
-def spool_rate_limit(spool_speed: float, rate: float) -> float:
+def spool_rate_limit(spool_speed: float, vigour: float, rate: float) -> float:
     """du_v/dt = max(-R, min(R, du_v/dt))."""
-    return max(-rate, min(rate, spool_speed))
+    return max(-rate * vigour, min(rate * vigour, spool_speed))
 
 
 @effect(
-    metering,
-    knob=Param("lap", "A", "spool travel before an edge opens", 1e-4, 0.0, 2e-3, shown="mA"),
-    source="S1 Fig. 3.3",
-    signature="chamber pressures and velocity stay flat around null",
-    not_modelled="different laps on the four edges",
-)
-def overlap(opening: float, lap: float) -> float:
-    """u_i = u_i - u_lap, on each of the four edges."""
-    return opening - lap
-
-
-@effect(
-    metering,
-    knob=Param("lap", "A", "opening of every edge at null", 28e-6, 0.0, 1e-3, shown="uA"),
-    source="S1 3.5.1: K_p = p_s/u_0 = 5.7e11 Pa/A at 160 bar gives u_0 = 28 uA",
-    signature="slope of pressure against current at null, damping, leakage p -> t at null",
-    not_modelled="laminar flow in the clearance of a closed edge",
-)
-def underlap(opening: float, lap: float) -> float:
-    """u_i = u_i + u_0, on each of the four edges."""
-    return opening + lap
-
-
-@effect(
-    metering,
-    knob=Param("asymmetry", "1", "half the relative difference of both gains", 0.05, -0.3, 0.3),
-    source="servo-valve specification (symmetry, up to 10 % of the gain)",
-    signature="both chamber flows scale with the direction of the spool",
-)
-def gain_asymmetry(opening: float, spool_position: float, asymmetry: float) -> float:
-    """u_i = u_i (1 + k sign(u_v))."""
-    return opening * (1.0 + asymmetry * math.copysign(1.0, spool_position))
+    travel,
+    knob=Param("width", "A", "width of the loop between current and flow",
+               2e-4, 0.0, 2e-3, shown="mA"),
+    shape=(
+        Param("transition", "A", "travel within which the loop changes its side",
+              2e-4, 5e-5, 2e-3, shown="mA", default=2e-4),
+    ),
+    states=(Quantity("side", "1", "side of the loop, -1 to 1"),),
+    source="standard servo-valve specification (hysteresis, below 3 %); loop of Dahl 1968, chosen "
+           "over a play operator because it needs no event and no memory of extremes",
+    signature="slow ramps: pressures against current run on two branches",
+    not_modelled="minor loops of the magnetic circuit",
+)  # fmt: skip
+def hysteresis(
+    travel: float, spool_speed: float, side: float, width: float, transition: float
+) -> tuple[float, float]:
+    """u = u_v - (h/2) z,  dz/dt = (du_v/dt - |du_v/dt| z) / u_t."""
+    rate = (spool_speed - abs(spool_speed) * side) / transition
+    return travel - 0.5 * width * side, rate
 
 
 EFFECTS = (
-    current_saturation, null_bias, spool_rate_limit, gain_asymmetry, overlap, underlap,
+    transport_delay, current_saturation, driver_lag, null_bias, null_shift, pilot_supply,
+    flow_force, threshold, spool_rate_limit, hysteresis,
 )  # fmt: skip

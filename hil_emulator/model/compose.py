@@ -1,0 +1,171 @@
+"""The text of the module that is compiled: stages composed of their effects, then the balances."""
+
+import inspect
+import math
+from collections.abc import Iterable, Sequence
+
+from hil_emulator.model import actuator, sensors
+from hil_emulator.model.declare import DeclarationError, Effect, Law, Stage
+from hil_emulator.model.layout import base_fields
+from hil_emulator.model.stages import ACTS, CONTINUOUS, SAMPLED, TICKED
+
+_HEADER = '''"""Stages, balances and sensor chain, composed by hil_emulator.model.compose."""
+
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.model.constants import ATMOSPHERE, LIGHTEST_ROD, SMALLEST_VOLUME
+'''
+
+# Plain float arrays cross the border from Python: records would cost microseconds to unpack there.
+_ENTRIES = '''@entry
+def run(memory, par, inputs, signals, step, steps):
+    """Integrate: `actuator.integrate` on views of flat memory."""
+    parameters = par.view(PARAMETERS)[0]
+    held = np.empty(HELD_LENGTH).view(HELD)[0]
+    hold(parameters, inputs.view(INPUTS)[0], held)
+    integrate(
+        memory.view(STATE), memory, parameters, held, signals.view(SIGNALS)[0], step, steps
+    )
+
+
+@entry
+def tick(memory, past, par, inputs, signals, step, steps):
+    """Integrate one tick, its set point delayed."""
+    parameters = par.view(PARAMETERS)[0]
+    held = np.empty(HELD_LENGTH).view(HELD)[0]
+    hold(parameters, inputs.view(INPUTS)[0], held)
+    if steps > 0:
+        before = past.view(PAST)[0]
+        held.valve_current = set_point(
+            parameters, held, held, before, held.valve_current, step * steps
+        )
+    integrate(
+        memory.view(STATE), memory, parameters, held, signals.view(SIGNALS)[0], step, steps
+    )
+
+
+@entry
+def rate(state, rates, par, inputs, signals):
+    """Evaluate: `actuator.derivative` on views of flat memory."""
+    parameters = par.view(PARAMETERS)[0]
+    held = np.empty(HELD_LENGTH).view(HELD)[0]
+    hold(parameters, inputs.view(INPUTS)[0], held)
+    derivative(
+        state.view(STATE)[0], rates.view(STATE)[0], parameters, held, signals.view(SIGNALS)[0]
+    )
+
+
+@entry
+def sense(signals, sources, par, memory, past, normal, period, reading, overrange):
+    """Sample: `sensors.sample` on views of flat memory."""
+    sample(
+        signals, sources, WIRING, par.view(CHANNEL), memory.view(MEMORY),
+        past.view(CHANNEL_PAST), normal, period, reading, overrange,
+    )
+
+
+@entry
+def read(signals, sources, par, memory, normal, period, reading, overrange):
+    """Sample channels that cannot look back: delays and windows find the present alone."""
+    past = np.full(len(sources) * CHANNEL_PAST_LENGTH, np.nan)
+    sample(
+        signals, sources, WIRING, par.view(CHANNEL), memory.view(MEMORY),
+        past.view(CHANNEL_PAST), normal, period, reading, overrange,
+    )
+'''
+
+
+def function_name(effect: Effect, law: Law) -> str:
+    """Return the name of a law's function in the module."""
+    return effect.name if law.function is effect.law else f"{effect.name}_{law.stage.name}"
+
+
+def _argument(name: str, effect: Effect, law: Law, base: frozenset[str]) -> str:
+    """Say where the generated code finds an argument of a law."""
+    takes = law.stage.takes
+    if name in takes:
+        return "value" if law.stage.compose == "chain" and name == takes[0] else name
+    for param in effect.params:
+        if param.name == name:
+            return f"par.{effect.field_of(param)}"
+    for state in effect.states:
+        if state.name == name:
+            return f"{'past' if state.length > 1 else 'x'}.{effect.field_of(state)}"
+    if name in base:
+        return f"par.{name}"
+    own = ", ".join(q.name for q in (*effect.params, *effect.states))
+    raise DeclarationError(
+        f"effect '{effect.name}' asks for '{name}': stage '{law.stage.name}' offers "
+        f"{', '.join(takes) or 'nothing'}; its own are {own}"
+    )
+
+
+def _is_on(effect: Effect) -> str:
+    off = "math.inf" if math.isinf(effect.off) else repr(effect.off)
+    return f"par.{effect.field_of(effect.knob)} != {off}"
+
+
+def _call_lines(effect: Effect, law: Law, base: frozenset[str]) -> list[str]:
+    arguments = ", ".join(_argument(name, effect, law, base) for name in law.arguments)
+    call = f"{function_name(effect, law)}({arguments})"
+    compose = law.stage.compose
+    rates = [f"dx.{effect.field_of(s)}" for s in law.returns]
+    lines = [f"    if {_is_on(effect)}:"]
+    if compose == "rates":
+        return [*lines, f"        {', '.join(rates)} = {call}"]
+    if rates and compose == "sum":
+        return [*lines, f"        part, {', '.join(rates)} = {call}", "        value += part"]
+    if rates:
+        return [*lines, f"        value, {', '.join(rates)} = {call}"]
+    return [*lines, f"        value {'+=' if compose == 'sum' else '='} {call}"]
+
+
+def stage_source(stage: Stage, effects: Iterable[Effect], base: frozenset[str]) -> str:
+    """Return the text of one stage's function."""
+    takes = "".join(f", {name}" for name in stage.takes)
+    past = "" if stage in CONTINUOUS else ", past"
+    lines = [f"def {stage.name}(par, x, dx{past}{takes}):"]
+    start = "0.0" if stage.compose != "chain" else stage.takes[0]
+    lines += [f"    value = {start}"]
+    for effect in effects:
+        for law in effect.laws:
+            if law.stage == stage:
+                lines += _call_lines(effect, law, base)
+    return "\n".join([*lines, "    return value", ""])
+
+
+def acts_source(stage: Stage, effects: Iterable[Effect]) -> str:
+    """Return the text of the question whether any effect of a stage is on."""
+    asked = [_is_on(e) for e in effects if any(law.stage == stage for law in e.laws)]
+    return f"def {stage.name}_acts(par):\n    return {' or '.join(asked) or 'False'}\n"
+
+
+def _check_names(effects: Sequence[Effect], stages: Sequence[Stage]) -> None:
+    taken = {s.name for s in stages} | {f.__name__ for f in actuator.BALANCES}
+    for effect in effects:
+        if effect.name in taken:
+            raise DeclarationError(f"effect '{effect.name}' bears the name of a stage or balance")
+        for law in effect.laws:
+            if law.stage not in stages:
+                raise DeclarationError(f"effect '{effect.name}': no stage '{law.stage.name}'")
+
+
+def module_source(effects: Sequence[Effect]) -> str:
+    """Return the text of the whole module.
+
+    Raises:
+        DeclarationError: if an effect asks for something its stage does not offer.
+
+    """
+    stages = (*TICKED, *CONTINUOUS, *SAMPLED)
+    _check_names(effects, stages)
+    base = frozenset(base_fields())
+    parts = [_HEADER]
+    parts += [f"@compiled\n{stage_source(s, effects, base)}" for s in stages]
+    parts += [f"@compiled\n{acts_source(a.stage, effects)}" for a in ACTS]
+    parts += [f"@compiled\n{inspect.getsource(f)}" for f in (*actuator.BALANCES, sensors.sample)]
+    return "\n\n".join([*parts, _ENTRIES])

@@ -1,0 +1,34 @@
+"""The past of a sampled quantity, for laws that look back."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba.extending import register_jitable
+
+HISTORY = 128
+"""Number of samples a law can look back on."""
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@register_jitable
+def past(history: Array, newest: float, age: float) -> float:
+    """Remember a sample and return the one of `age` samples ago, linear between samples.
+
+    Args:
+        history: earlier samples, newest first, shape (HISTORY,); shifted here. NaN before the
+            first sample.
+        newest: sample of now.
+        age: at most HISTORY - 1.
+
+    """
+    if math.isnan(history[0]):
+        history[:] = newest
+    for i in range(len(history) - 1, 0, -1):
+        history[i] = history[i - 1]
+    history[0] = newest
+    whole = min(int(age), len(history) - 2)
+    part = min(1.0, age - whole)
+    value: float = history[whole] + part * (history[whole + 1] - history[whole])
+    return value

@@ -1,0 +1,196 @@
+"""Pumps, relief valve, accumulator and the lines to and from the valve.
+
+Without a pump the supply is ideal: whatever flows, the set pressure stays.
+"""
+
+import math
+
+from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.stages import (
+    capacity,
+    line_flow,
+    line_rates,
+    pilot_flow,
+    pump_loss,
+    relief,
+    return_rates,
+    source,
+    supply,
+    tank,
+)
+
+
+def relief_valve(
+    pump_pressure: float, flow: float, override: float, supply_pressure: float
+) -> float:
+    """q_r = q_0 max(0, 1 + (p - p_set)/dp_o)."""
+    return flow * max(0.0, 1.0 + (pump_pressure - supply_pressure) / override)
+
+
+@effect(
+    source,
+    knob=Param("flow", "m^3/s", "flow of the pump", 10e-3 / 60.0, 1e-6, math.inf, shown="l/min"),
+    off=math.inf,
+    shape=(
+        Param("override", "Pa", "pressure between opening and full flow of the relief valve",
+              10e5, 2e5, 100e5, shown="bar", default=10e5),
+    ),
+    source="S1 3.2: fixed displacement with relief valve; the whole flow passes it at set pressure",
+    signature="supply pressure falls as flow is drawn, and collapses beyond the pump's flow",
+    not_modelled="flow ripple; dynamics of the relief valve",
+    also=((relief, relief_valve),),
+)  # fmt: skip
+def fixed_pump(flow: float) -> float:
+    """V/beta dp/dt = q_0 - q - q_r,  q_r = q_0 max(0, 1 + (p - p_set)/dp_o)."""
+    return flow
+
+
+@effect(
+    source,
+    knob=Param("flow", "m^3/s", "largest flow of the pump", 10e-3 / 60.0, 1e-6, math.inf,
+               shown="l/min"),
+    off=math.inf,
+    shape=(
+        Param("droop", "Pa", "pressure between no and full stroke of the compensator",
+              10e5, 2e5, 100e5, shown="bar", default=10e5),
+        Param("time_constant", "s", "time constant of the compensator", 0.02, 1e-3, 1.0, shown="ms",
+              default=0.02),
+    ),
+    states=(Quantity("stroke", "m^3/s", "flow of the pump"),),
+    source="S1 3.2: pressure-compensated pump; first-order compensator assumed",
+    signature="supply pressure droops with flow and dips when the flow starts",
+    not_modelled="flow ripple; different times for opening and closing",
+)  # fmt: skip
+def variable_pump(
+    pump_pressure: float, stroke: float, flow: float, droop: float, time_constant: float,
+    supply_pressure: float,
+) -> tuple[float, float]:  # fmt: skip
+    """V/beta dp/dt = q_p - q,  tau dq_p/dt = q_max clip((p_set - p)/dp_d, 0, 1) - q_p."""
+    wanted = flow * max(0.0, min(1.0, (supply_pressure - pump_pressure) / droop))
+    return stroke, (wanted - stroke) / time_constant
+
+
+@effect(
+    pump_loss,
+    knob=Param("flow", "m^3/s", "leakage at 250 bar", 1e-3 / 60.0, 0.0, 1e-2, shown="l/min"),
+    source="S1 3.2: 99 % below 100 bar, 90 % at 250 bar; a square law passes both at 10 l/min",
+    signature="pump power over supply power grows with pressure",
+    not_modelled="dependence on speed and viscosity",
+)
+def pump_leakage(pump_pressure: float, flow: float) -> float:
+    """q_l = q_250 (p / 250 bar)²."""
+    ratio = pump_pressure / 250e5
+    return flow * ratio * ratio
+
+
+@effect(
+    capacity,
+    knob=Param("gas_volume", "m^3", "gas volume at pre-charge", 4e-5, 0.0, 0.1, shown="l",
+               source="0.04 l in a public HyQ bench script"),
+    shape=(
+        Param("precharge", "Pa", "pre-charge pressure, absolute", 100e5, 1e5, 300e5, shown="bar",
+              default=100e5, source="public HyQ bench script"),
+        Param("exponent", "1", "polytropic exponent", 1.4, 1.0, 1.4, default=1.4,
+              source="public HyQ bench script"),
+    ),
+    source="p V^n = const",
+    signature="a pump's pressure moves slowly above pre-charge; nothing on an ideal supply",
+    not_modelled="throttling at the port, heat exchange of the gas",
+)  # fmt: skip
+def accumulator(
+    pump_pressure: float, gas_volume: float, precharge: float, exponent: float
+) -> float:
+    """C = V_0/(n p) (p_0/p)^(1/n) above the pre-charge p_0, else 0."""
+    if pump_pressure <= precharge:
+        return 0.0
+    gas: float = gas_volume * (precharge / pump_pressure) ** (1.0 / exponent)
+    return gas / (exponent * pump_pressure)
+
+
+def _line_rates(
+    pump_pressure: float, drawn: float, viscosity: float, flow: float, excess: float,
+    length: float, diameter: float, wave_speed: float, supply_pressure: float, oil_density: float,
+    oil_kinematic_viscosity: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Rates of flow and pressure of the first mode of a line, one end held, one end closed."""
+    area = 0.25 * math.pi * diameter * diameter
+    inertance = oil_density * length / area
+    quarter_wave = 2.0 * length / (math.pi * wave_speed)
+    capacity = quarter_wave * quarter_wave / inertance
+    # Hagen-Poiseuille: 128 mu l / (pi d^4)
+    mu = oil_density * oil_kinematic_viscosity * viscosity
+    resistance = 8.0 * math.pi * mu * length / (area * area)
+    pressure = max(0.0, supply_pressure + excess)
+    return (
+        (pump_pressure - pressure - resistance * flow) / inertance,
+        (flow - drawn) / capacity,
+    )
+
+
+def _line_flow(drawn: float, flow: float) -> float:
+    """Flow that enters the line at the pump."""
+    return flow
+
+
+@effect(
+    supply,
+    knob=Param("length", "m", "length of the line between pump and valve", 2.0, 0.0, 50.0),
+    shape=(
+        Param("diameter", "m", "inner diameter", 8e-3, 1e-3, 0.1, shown="mm", default=8e-3),
+        Param("wave_speed", "m/s", "speed of pressure waves", 1237.0, 100.0, 1500.0,
+              default=1237.0, source="sqrt(1300 MPa / 850 kg/m³)"),
+    ),
+    states=(
+        Quantity("flow", "m^3/s", "flow in the line"),
+        Quantity("excess", "Pa", "pressure at the valve over the set pressure"),
+    ),
+    source="inertance rho l/A (Merritt 1967) with the capacity that puts the resonance on the "
+           "quarter wave c/(4 l): the first mode of the wave equation",
+    signature="supply pressure rings after steps of flow: 155 Hz for 2 m",
+    not_modelled="higher modes; friction that grows with frequency",
+    also=((line_flow, _line_flow), (line_rates, _line_rates)),
+)  # fmt: skip
+def supply_line(excess: float, supply_pressure: float) -> float:
+    """L dq/dt = p_0 - p_s - R q,  C dp_s/dt = q - q_s,  L C = (2 l/(pi c))²."""
+    return max(0.0, supply_pressure + excess)
+
+
+@effect(
+    pilot_flow,
+    knob=Param("conductance", "m^3/(s*Pa)", "conductance from s to t", 2.2e-13, 0.0, 1e-11,
+               source="public HyQ bench script: 0.28 l/min at 210 bar"),
+    source="flow of the pilot stage, taken as proportional to pressure",
+    signature="power alone: supply flow at rest",
+)  # fmt: skip
+def pilot_leakage(port_s: float, port_t: float, conductance: float) -> float:
+    """q_st = C_p (p_s - p_t)."""
+    return conductance * (port_s - port_t)
+
+
+def _return_rates(returned: float, flow: float, time_constant: float) -> float:
+    """dq_f/dt = (q_t - q_f) / tau."""
+    return (returned - flow) / time_constant
+
+
+@effect(
+    tank,
+    knob=Param("resistance", "Pa*s^2/m^6", "resistance of the return line", 3.2e13, 0.0, 1e16,
+               source="5 bar at 7.5 l/min, assumed"),
+    shape=(
+        Param("time_constant", "s", "time in which the line's flow follows the valve's",
+              1e-3, 1e-4, 0.1, shown="ms", default=1e-3),
+    ),
+    states=(Quantity("flow", "m^3/s", "flow in the return line"),),
+    source="turbulent line and filter: square law",
+    signature="the chamber on the tank side rises with speed squared",
+    not_modelled="waves in the return line",
+    also=((return_rates, _return_rates),),
+)  # fmt: skip
+def back_pressure(port_pressure: float, flow: float, resistance: float) -> float:
+    """p_t = p_t0 + R |q_f| q_f,  dq_f/dt = (q_t - q_f)/tau."""
+    return max(0.0, port_pressure + resistance * abs(flow) * flow)
+
+
+EFFECTS = (
+    fixed_pump, variable_pump, pump_leakage, accumulator, supply_line, pilot_leakage, back_pressure,
+)  # fmt: skip

@@ -1,0 +1,141 @@
+"""Every parameter, state, input and signal that all actuators share."""
+
+from hil_emulator.model.constants import REFERENCE_TEMPERATURE
+from hil_emulator.model.declare import Param, Quantity
+
+PARAMS: dict[str, tuple[Param, ...]] = {
+    "supply": (
+        Param("pressure", "Pa", "supply pressure, absolute", 160e5, 1e5, 400e5, "bar",
+              source="public HyQ bench scripts"),
+        Param("volume", "m^3", "volume of the pressure line at the pump", 1e-3, 1e-5, 1.0, "l",
+              default=1e-3),
+    ),
+    "tank": (
+        Param("pressure", "Pa", "return pressure, absolute", 1e5, 0.0, 50e5, "bar", default=1e5,
+              source="public HyQ bench script: 1 bar"),
+    ),
+    "valve": (
+        Param("gain", "m^3/(s*A*Pa^0.5)", "valve gain K_v (S1 eq. 3.8)", 6.68e-6, 1e-8, 1e-3,
+              source="7.5 l/min at 10 mA over 70 bar, the whole valve"),
+        Param("natural_frequency", "Hz", "natural frequency of the spool", 250.0, 1.0, 1000.0,
+              source="S1 3.3.1"),
+        Param("damping_ratio", "1", "damping ratio of the spool", 0.7, 0.1, 3.0, default=0.7,
+              source="0.5 to 0.9 in public HyQ scripts; 0.7 puts -3 dB at the natural frequency"),
+        Param("laminar_width", "Pa", "pressure difference below which an edge is laminar",
+              1e5, 1e3, 20e5, "bar", default=1e5),
+    ),
+    "cylinder": (
+        Param("piston_area", "m^2", "cap-side area A_p", 2.0106e-4, 1e-6, 1.0, "cm^2",
+              source="bore 16 mm"),
+        Param("area_ratio", "1", "annulus area over piston area (alpha)", 0.61, 0.05, 1.0,
+              source="S1 3.4"),
+        Param("stroke", "m", "stroke L_c", 0.08, 1e-3, 10.0, "mm",
+              source="Hoerbiger LB6 1610 0080"),
+        Param("dead_volume_a", "m^3", "volume of chamber a and its line at x = 0",
+              3e-6, 1e-8, 1e-1, "ml"),
+        Param("dead_volume_b", "m^3", "volume of chamber b and its line at x = L_c",
+              3e-6, 1e-8, 1e-1, "ml"),
+    ),
+    "oil": (
+        Param("bulk_modulus", "Pa", "bulk modulus of the oil without free air", 1.3e9, 1e8, 3e9,
+              "MPa", source="S1 3.1.1"),
+        Param("density", "kg/m^3", "density", 850.0, 500.0, 1500.0, default=850.0, source="S1 3.1"),
+        Param("kinematic_viscosity", "m^2/s", "kinematic viscosity at 40 °C", 46e-6, 1e-6, 1e-3,
+              "mm^2/s", default=46e-6, source="ISO 3448: VG 46"),
+        Param("temperature", "K", "temperature of the oil; every parameter holds at 40 °C",
+              REFERENCE_TEMPERATURE, 243.15, 393.15, "degC", default=REFERENCE_TEMPERATURE,
+              source="S1 3.3.2: the cooler switches on at some 40 °C"),
+    ),
+    "friction": (
+        Param("transition_velocity", "m/s", "width over which dry friction changes sign",
+              1e-3, 1e-5, 0.1, "mm/s", default=1e-3),
+    ),
+    "load": (
+        Param("mass", "kg", "mass M_l moved by the rod", 50.0, 0.1, 1e5, source="S1 Fig. 3.14"),
+        Param("coupling_damping", "s/m", "relative growth of the force between rod and load "
+              "with the speed of their stretch", 1.0, 0.0, 20.0, default=1.0),
+    ),
+    "initial": (
+        Param("position", "m", "position at the start", 0.04, 0.0, 10.0, "mm", default=0.04),
+    ),
+}  # fmt: skip
+"""Parameters that every actuator has, by configuration table."""
+
+STATES = (
+    Quantity("spool_position", "A", "spool position u_v as the current that holds it there"),
+    Quantity("spool_speed", "A/s", "its rate of change"),
+    Quantity("pressure_a", "Pa", "pressure in the cap-side chamber, continued below vapour"),
+    Quantity("pressure_b", "Pa", "pressure in the rod-side chamber, continued below vapour"),
+    Quantity("position", "m", "position of the rod"),
+    Quantity("velocity", "m/s", "velocity of the rod"),
+)
+
+SUPPLY_STATES = (Quantity("pump_pressure", "Pa", "pressure at the pump over the set pressure"),)
+"""Moves only where a pump feeds the supply."""
+
+COUPLING_STATES = (
+    Quantity("stretch", "m", "position of the rod over that of the load"),
+    Quantity("stretch_speed", "m/s", "its rate of change"),
+)
+"""Move only where something elastic or loose lies between rod and load."""
+
+INPUTS = (
+    Quantity("valve_current", "A", "set point of the coil current"),
+    Quantity("external_force", "N", "further force against the load"),
+    Quantity("transverse_force", "N", "force across the load cell, seen by its cross-talk alone"),
+)
+
+HELD = (
+    *INPUTS,
+    Quantity("viscosity", "1", "viscosity over that at the reference temperature"),
+    Quantity("gas_pressure", "Pa", "pressure below which gas governs a chamber's stiffness"),
+)
+"""What stays constant during a call of the integrator."""
+
+SIGNALS = (
+    Quantity("spool_position", "A", "spool position u_v as the current that holds it there"),
+    Quantity("spool_speed", "A/s", "rate of change of the spool position"),
+    Quantity("pressure_a", "Pa", "pressure in the cap-side chamber"),
+    Quantity("pressure_b", "Pa", "pressure in the rod-side chamber"),
+    Quantity("position", "m", "position of the rod"),
+    Quantity("velocity", "m/s", "velocity of the rod"),
+    Quantity("valve_current", "A", "current that drives the spool"),
+    Quantity("supply_pressure", "Pa", "pressure at the valve's port s"),
+    Quantity("tank_pressure", "Pa", "pressure at the valve's port t"),
+    Quantity("flow_a", "m^3/s", "flow q_a into chamber a"),
+    Quantity("flow_b", "m^3/s", "flow q_b out of chamber b"),
+    Quantity("supply_flow", "m^3/s", "flow into the valve's port s"),
+    Quantity("tank_flow", "m^3/s", "flow out of the valve's port t"),
+    Quantity("leakage_flow", "m^3/s", "flow past the piston from a to b"),
+    Quantity("bulk_modulus_a", "Pa", "effective bulk modulus in chamber a"),
+    Quantity("bulk_modulus_b", "Pa", "effective bulk modulus in chamber b"),
+    Quantity("volume_a", "m^3", "volume of chamber a"),
+    Quantity("volume_b", "m^3", "volume of chamber b"),
+    Quantity("pressure_rate_a", "Pa/s", "rate of change of pressure a"),
+    Quantity("pressure_rate_b", "Pa/s", "rate of change of pressure b"),
+    Quantity("acceleration", "m/s^2", "acceleration of the rod"),
+    Quantity("hydraulic_force", "N", "f_h = A_p (p_a - alpha p_b)"),
+    Quantity("friction_force", "N", "f_f, against the motion"),
+    Quantity("stop_force", "N", "force of the cylinder's ends on the rod"),
+    Quantity("load_force", "N", "f, what rod and load exchange"),
+    Quantity("resisting_force", "N", "force of the surroundings against the load"),
+    Quantity("valve_loss", "W", "power turned into heat in the valve"),
+    Quantity("leakage_loss", "W", "power turned into heat by the cylinder's leakage"),
+    Quantity("load_position", "m", "position of the load"),
+    Quantity("load_velocity", "m/s", "velocity of the load"),
+    Quantity("load_acceleration", "m/s^2", "acceleration of the load"),
+    Quantity("transverse_force", "N", "force across the load cell"),
+    Quantity("outward_flow", "m^3/s", "leakage out of both chambers"),
+    Quantity("pilot_flow", "m^3/s", "flow from s to t beside the edges"),
+    Quantity("pump_pressure", "Pa", "pressure at the pump"),
+    Quantity("pump_flow", "m^3/s", "flow that the pump displaces"),
+    Quantity("pump_leakage_flow", "m^3/s", "leakage inside the pump"),
+    Quantity("relief_flow", "m^3/s", "flow through the relief valve"),
+    Quantity("pump_power", "W", "power that displacing the pump's flow takes"),
+    Quantity("supply_power", "W", "power that enters the valve: P = q p (S1 eq. 3.2)"),
+    Quantity("load_power", "W", "power that the rod gives to the load"),
+    Quantity("friction_loss", "W", "power turned into heat by friction"),
+    Quantity("efficiency", "1", "load power over pump power while both are positive, else 0"),
+    Quantity("viscosity", "m^2/s", "kinematic viscosity of the oil"),
+    Quantity("gas_pressure", "Pa", "pressure below which gas governs a chamber's stiffness"),
+)

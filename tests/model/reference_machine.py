@@ -1,0 +1,21 @@
+"""The HyQ knee actuator that the tests of the model share."""
+
+from hil_emulator.model import actuator
+
+STEP = 20e-6
+"""Default step width [s]."""
+
+
+def machine(**changes: float) -> dict[str, float]:
+    """Return the HyQ knee actuator's parameters by field name, SI."""
+    base = {f"{t}_{p.name}": p.typical for t, ps in actuator.PARAMS.items() for p in ps}
+    effects = {
+        "viscous_friction_coefficient": 1000.0,
+        "coulomb_friction_force": 100.0,
+        "load_viscous_friction_coefficient": 500.0,
+        "entrained_air_fraction": 0.001,
+        "end_stops_stiffness": 1e8,
+        "spool_rate_limit_rate": 3.6,
+        "current_saturation_limit": 0.01,
+    }
+    return base | effects | changes
