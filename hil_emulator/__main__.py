@@ -109,6 +109,24 @@ def bench(files: tuple[Path, ...], duration: float, as_json: bool) -> None:
 
 
 @main.command()
+@click.argument("test")
+@_FILES
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default="characterisation",
+    show_default=True,
+    help="Folder for tables, pictures and the page.",
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Of the sensors' noise.")
+def characterise(test: str, files: tuple[Path, ...], out: Path, seed: int | None) -> None:
+    """Put the emulated actuator on a test bench; TEST is "all" or the name of one."""
+    from hil_emulator.commands import characterise as command
+
+    command.run(test, files, out, seed)
+
+
+@main.command()
 @click.option("--json", "as_json", is_flag=True, help="Everything, for programs.")
 def effects(as_json: bool) -> None:
     """Print the catalogue of physical effects."""

@@ -1,0 +1,48 @@
+"""`hil-emulator characterise`: bench tests on the emulated actuator."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from hil_emulator.characterise.registry import characterise
+from hil_emulator.commands.text_table import text_table
+from hil_emulator.config.load import load
+from hil_emulator.places import cache_folder, near
+
+
+def run(test: str, files: Sequence[Path], out: Path, seed: int | None) -> None:
+    """Perform one bench test, or all, and write tables, pictures and a page.
+
+    Raises:
+        UserError: for an unknown test, a wrong configuration or a folder that cannot be written.
+
+    """
+    config = load(files)
+    results = characterise(
+        [test],
+        config.plant,
+        config.sensors,
+        out,
+        config.seed if seed is None else seed,
+        effects=config.effects,
+        cache=cache_folder(),
+        progress=lambda text: click.echo(text, err=True),
+    )
+    rows = [
+        (
+            result.name,
+            c.quantity,
+            c.unit,
+            f"{c.expected:.5g}",
+            f"{c.measured:.5g}",
+            f"{c.difference:+.2%}",
+            "agrees" if c.agrees else "DIFFERS",
+        )
+        for result in results
+        for c in result.comparisons
+    ]
+    if rows:
+        header = ("test", "quantity", "unit", "document", "emulator", "difference", "verdict")
+        click.echo(text_table(header, rows))
+    click.echo(f"written to {near(out)}: open {near(out / 'index.html')}")
