@@ -1,0 +1,59 @@
+"""One experiment on a uniform time grid: what the predictor takes."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.model.sensors import CHANNELS
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+SPANS = {channel.name: channel.span for channel in CHANNELS}
+UNITS = {channel.name: channel.unit for channel in CHANNELS}
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Recorded set points and readings.
+
+    Attributes:
+        name: where it comes from.
+        period: sample period [s].
+        current: valve current that acts from each sample to the next [A]; empty if unknown.
+        readings: values by channel, SI, NaN where nothing was recorded.
+        notes: what was found and repaired on the way in.
+        digest: digest of the file.
+
+    """
+
+    name: str
+    period: float
+    current: Array
+    readings: dict[str, Array]
+    notes: tuple[str, ...] = ()
+    digest: str = ""
+    extras: dict[str, Array] = field(default_factory=dict)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(next(iter(self.readings.values()))) if self.readings else len(self.current)
+
+    def matrix(self, channels: tuple[str, ...]) -> Array:
+        """Return the readings, shape (samples, channels)."""
+        empty = np.full(self.samples, np.nan)
+        return np.column_stack([self.readings.get(name, empty) for name in channels])
+
+
+def noise_of(values: Array) -> float:
+    """Return the standard deviation of white noise on a smooth signal, from sixth differences.
+
+    The median deviates little where the signal is rough for a short time. A sixth difference of
+    white noise has 924 times its variance, and takes away what moves below a tenth of the rate.
+    """
+    finite = values[np.isfinite(values)]
+    if len(finite) < 16:
+        return 0.0
+    sixth = np.diff(finite, 6)
+    return float(np.median(np.abs(sixth)) / 0.6745 / np.sqrt(924.0))

@@ -1,0 +1,183 @@
+"""Maximum a posteriori Gauss-Newton on the frozen innovations."""
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.experiment import Array, Experiment
+from hil_emulator.identify.observer import Frozen, Observer
+from hil_emulator.identify.twin import Coordinate
+
+DIFFERENCE = 0.05
+"""Step of a derivative by an ordinary parameter, in prior standard deviations."""
+
+FINITE = 0.3
+"""Step of a derivative by an effect, in typical sizes: finite on purpose, since dead bands,
+hysteresis and stops have no slope at zero."""
+
+OUTLIER = 8.0
+"""Whitened innovations beyond this count as this: a fault of one sample is no physics."""
+
+
+@dataclass
+class Fit:
+    """Parameters that were fitted together.
+
+    Attributes:
+        coordinates: what was free.
+        at: their coordinates.
+        residual: weighted innovations of the training data, flat.
+        jacobian: its derivative, shape (residuals, coordinates).
+        chi2: sum of squares, priors included.
+
+    """
+
+    coordinates: list[Coordinate]
+    at: Array
+    residual: Array
+    jacobian: Array
+    chi2: float
+
+    def covariance(self) -> Array:
+        """Return the covariance of the coordinates, priors included."""
+        information = self.jacobian.T @ self.jacobian + np.diag(prior_rows(self.coordinates) ** 2)
+        return np.asarray(np.linalg.pinv(information), dtype=np.float64)
+
+
+def prior_rows(coordinates: Sequence[Coordinate]) -> Array:
+    """Return one over the prior's standard deviation of each coordinate."""
+    return np.array([1.0 / c.prior if np.isfinite(c.prior) else 0.0 for c in coordinates])
+
+
+class Fitter:
+    """Fits coordinates to frozen experiments.
+
+    Args:
+        observer: computes innovations.
+        experiments: the training data.
+        jobs: threads.
+
+    """
+
+    def __init__(self, observer: Observer, experiments: Sequence[Experiment], jobs: int) -> None:
+        self.observer = observer
+        self.experiments = list(experiments)
+        self.frozen: list[Frozen] = []
+        self._jobs = jobs
+
+    def freeze(self, coordinates: Sequence[Coordinate], at: Array) -> None:
+        """Compute the gains at a point, and weights that give each channel's innovations one."""
+        par, chan = self.observer.twin.memory(coordinates, at)
+        self.frozen = [self.observer.freeze(e, par, chan) for e in self.experiments]
+        for frozen in self.frozen:
+            weigh(self.observer, frozen, par, chan)
+
+    def residual(
+        self, coordinates: Sequence[Coordinate], at: Array | Sequence[float],
+        frozen: Sequence[Frozen] | None = None,
+    ) -> Array:  # fmt: skip
+        """Return the weighted innovations at a point, flat, of all experiments."""
+        par, chan = self.observer.twin.memory(coordinates, at)
+        chosen = self.frozen if frozen is None else frozen
+        parts = [self.observer.innovations(f, par, chan)[0].ravel() for f in chosen]
+        flat = np.concatenate(parts)
+        np.nan_to_num(flat, copy=False, nan=OUTLIER, posinf=OUTLIER, neginf=-OUTLIER)
+        return np.asarray(np.clip(flat, -OUTLIER, OUTLIER))
+
+    def map(self, function: Callable[[int], Array], items: Iterable[int]) -> list[Array]:
+        """Apply a function on threads: the compiled code does not hold the interpreter."""
+        if self._jobs <= 1:
+            return [function(i) for i in items]
+        with ThreadPoolExecutor(self._jobs) as pool:
+            return list(pool.map(function, items))
+
+    def column(self, coordinates: Sequence[Coordinate], at: Array, base: Array, i: int) -> Array:
+        """Return the derivative of the residual by one coordinate."""
+        coordinate = coordinates[i]
+        low, high = coordinate.bounds
+        size = DIFFERENCE if np.isfinite(coordinate.prior) else FINITE
+        if coordinate.inverse:
+            size = 1.0
+        elif not np.isfinite(coordinate.prior) and at[i] != 0.0:
+            size = max(0.05 * abs(float(at[i])), 0.01)
+        step = min(size, high - at[i]) if high - at[i] > at[i] - low else -min(size, at[i] - low)
+        if step == 0.0:
+            return np.zeros_like(base)
+        moved = np.array(at, dtype=np.float64)
+        moved[i] += step
+        return np.asarray((self.residual(coordinates, moved) - base) / step)
+
+    def jacobian(self, coordinates: Sequence[Coordinate], at: Array, base: Array) -> Array:
+        """Return the derivative of the residual, shape (residuals, coordinates)."""
+        columns = self.map(lambda i: self.column(coordinates, at, base, i), range(len(coordinates)))
+        return np.column_stack(columns) if columns else np.zeros((len(base), 0))
+
+    def fit(
+        self, coordinates: Sequence[Coordinate], start: Array, rounds: int = 3,
+        jacobian: Array | None = None,
+    ) -> Fit:  # fmt: skip
+        """Minimise innovations and priors from a start.
+
+        Args:
+            coordinates: what is free.
+            start: where from.
+            rounds: iterations.
+            jacobian: a Jacobian near by; only the last column is then refreshed.
+
+        """
+        free = list(coordinates)
+        at = np.array(start, dtype=np.float64)
+        weights = prior_rows(free)
+        bounds = np.array([c.bounds for c in free]).reshape(-1, 2)
+        residual = self.residual(free, at)
+        chi2 = float(residual @ residual + np.sum((weights * at) ** 2))
+        slope = jacobian
+        for i in range(rounds):
+            if slope is None or (jacobian is None and i):
+                slope = self.jacobian(free, at, residual)
+            elif i and len(free):
+                slope[:, -1] = self.column(free, at, residual, len(free) - 1)
+            step = _step(slope, residual, weights, at)
+            for _ in range(5):
+                trial = np.clip(at + step, bounds[:, 0], bounds[:, 1])
+                r = self.residual(free, trial)
+                new = float(r @ r + np.sum((weights * trial) ** 2))
+                if new < chi2:
+                    break
+                step = 0.4 * step
+            if new >= chi2 - 1e-3:
+                if new < chi2:
+                    at, residual, chi2 = trial, r, new
+                break
+            at, residual, chi2 = trial, r, new
+        if slope is None:
+            slope = self.jacobian(free, at, residual)
+        return Fit(free, at, residual, slope, chi2)
+
+
+def _step(slope: Array, residual: Array, weights: Array, at: Array) -> Array:
+    """Return the Gauss-Newton step with prior rows."""
+    normal = slope.T @ slope + np.diag(weights**2)
+    gradient = slope.T @ residual + weights**2 * at
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
+    scaled = normal / np.outer(scale, scale) + 1e-9 * np.eye(len(at))
+    return -np.linalg.solve(scaled, gradient / scale) / scale
+
+
+def weigh(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> None:
+    """Give each channel's innovations a standard deviation of one."""
+    frozen.weights = np.ones(len(frozen.channels))
+    raw = observer.innovations(frozen, par, chan)[0]
+    present = np.isfinite(frozen.measured)
+    spread = [_robust_rms(raw[present[:, j], j]) for j in range(raw.shape[1])]
+    frozen.weights = 1.0 / np.array([s if s > 1e-6 else 1.0 for s in spread])
+
+
+def _robust_rms(values: Array) -> float:
+    """Return the root mean square without the largest hundredth."""
+    finite = np.sort(np.abs(values[np.isfinite(values)]))
+    if not len(finite):
+        return 0.0
+    return float(np.sqrt(np.mean(finite[: max(1, int(0.99 * len(finite)))] ** 2)))

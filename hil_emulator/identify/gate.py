@@ -1,0 +1,75 @@
+"""What a name must pass: gain, robust against serial correlation, and on data not used."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.experiment import Array
+
+SMALLEST_GAIN = 10.0
+"""Added to the logarithm of the number of residuals."""
+
+SMALLEST_WALD = 16.0
+"""Healthy plants with coloured and threefold noise stay below 13."""
+
+SMALLEST_HELD_OUT = 5.0
+"""Gain in chi-square on data that took no part in the fit."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """For and against one candidate.
+
+    Attributes:
+        gain: gain in chi-square of the joint refit on the training data.
+        wald: squared estimate over its variance, serial correlation counted.
+        held_out: gain in chi-square on the validation data; NaN without any.
+        needed: gain that is needed.
+
+    """
+
+    gain: float
+    wald: float
+    held_out: float
+    needed: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether a name is justified."""
+        return not self.objections
+
+    @property
+    def objections(self) -> list[str]:
+        """What speaks against it, in words."""
+        found = []
+        if self.gain <= self.needed:
+            found.append(f"gain {self.gain:.0f} below {self.needed:.0f}")
+        if self.wald <= SMALLEST_WALD:
+            found.append(f"robust Wald statistic {self.wald:.1f} below {SMALLEST_WALD:.0f}")
+        if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
+            found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
+        return found
+
+
+def needed_gain(residuals: int) -> float:
+    """Return the gain in chi-square that a name needs."""
+    return SMALLEST_GAIN + float(np.log(max(residuals, 1)))
+
+
+def robust_variance(column: Array, residual: Array, length: int) -> float:
+    """Return the variance of an estimate, in the presence of serial correlation.
+
+    Args:
+        column: projected derivative of the residual.
+        residual: after the fit.
+        length: residuals in a stretch of 100 ms, within which anything may be correlated.
+
+    """
+    information = float(column @ column)
+    if information <= 0.0:
+        return float("inf")
+    products = column * residual
+    starts = np.arange(0, len(products), max(1, length))
+    stretches = np.add.reduceat(products, starts)
+    scatter = float(np.sum(stretches**2))
+    return max(scatter / information**2, 1.0 / information)

@@ -1,0 +1,190 @@
+"""Experiments seen through one model: gains frozen once, innovations for any parameters."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify import filter as predictor
+from hil_emulator.identify.experiment import SPANS, Array, Experiment, noise_of
+from hil_emulator.identify.linearised import linearise
+from hil_emulator.identify.probes import PROBES
+from hil_emulator.identify.twin import Twin
+
+NULL_DRIFT = 1e-3
+"""Standard deviation of the null's drift over the largest current (assumed)."""
+
+NULL_TIME = 4.0
+"""Time over which the null drifts [s] (assumed)."""
+
+SUPPLY_DRIFT = 5e4
+"""Standard deviation of what moves the supply beside the model [Pa] (assumed)."""
+
+SUPPLY_TIME = 0.02
+"""Time over which it does [s] (assumed: pump ripple at some 10 Hz)."""
+
+FLOW_DISTURBANCE = 5e-4
+"""Unmodelled flow over the flow at the largest current (assumed)."""
+
+FORCE_DISTURBANCE = 2e-3
+"""Unmodelled force over area times supply pressure (assumed)."""
+
+DISTURBANCE_TIME = 0.01
+"""Time over which both are correlated [s] (assumed)."""
+
+SMALLEST_NOISE = 2e-5
+"""Noise of a channel without any, over its span (assumed: rounding of a recording)."""
+
+
+@dataclass
+class Frozen:
+    """One experiment with the gains of one fit.
+
+    Attributes:
+        experiment: the data.
+        channels: measured channels, in the order of the columns.
+        measured: readings, shape (samples, channels).
+        start: state at the start, of all states.
+        z0: augmented state at the start.
+        active: indices of the states in z.
+        decay: what remains of the disturbances after a sample.
+        gains, whitening, maps, senses, drives, feeds: see `linearised.linearise`.
+        weights: one over the standard deviation of each channel's whitened innovations.
+        noise: standard deviation of each channel.
+
+    """
+
+    experiment: Experiment
+    channels: tuple[str, ...]
+    chosen: np.ndarray[tuple[int], np.dtype[np.int64]]
+    measured: Array
+    start: Array
+    z0: Array
+    active: np.ndarray[tuple[int], np.dtype[np.int64]]
+    decay: Array
+    gains: Array
+    whitening: Array
+    maps: Array
+    senses: Array
+    drives: Array
+    feeds: Array
+    weights: Array
+    noise: Array
+
+
+class Observer:
+    """Freezes gains and computes innovations.
+
+    Args:
+        twin: the model.
+        channels: the channels that take part.
+        step: largest integration step [s].
+
+    """
+
+    def __init__(self, twin: Twin, channels: tuple[str, ...], step: float = 2.5e-4) -> None:
+        self.twin = twin
+        self.channels = channels
+        self.largest_step = step
+        self.chosen = np.array([twin.names.index(c) for c in channels])
+
+    def _steps(self, period: float) -> int:
+        return max(1, int(np.ceil(period / self.largest_step - 1e-9)))
+
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
+        """Run the extended Kalman filter at given parameters and keep its gains."""
+        twin, n_m = self.twin, len(self.channels)
+        measured = experiment.matrix(self.channels)
+        noise = self.noise(experiment)
+        names = list(twin.kernel.state.names or ())
+        active_names = twin.active(par)
+        active = np.array([names.index(n) for n in active_names])
+        start = self._start(par, chan, measured)
+        top = max(float(np.nanmax(np.abs(experiment.current), initial=0.0)), 1e-6)
+        cov0, diffusion, decay, scales = self._tuning(
+            par, active_names, start[active], top, experiment.period
+        )
+        z0 = np.concatenate([start[active], [0.0, 0.0]])
+        count, n, q = len(measured), len(z0), len(PROBES)
+        arrays = [np.zeros((count, *s)) for s in
+                  ((n, n_m), (n_m, n_m), (n, n), (n_m, n), (n, q), (n_m, q))]  # fmt: skip
+        steps = self._steps(experiment.period)
+        linearise(
+            twin.kernel.run, twin.kernel.read, start, z0, cov0, scales, active, par, twin.supply,
+            twin.probes, twin.probe_sizes, chan, twin.remembered, twin.sources, self.chosen,
+            np.ones(n_m), len(twin.signal_names), experiment.current, measured, noise**2, diffusion,
+            decay, experiment.period, experiment.period / steps, steps, *arrays,
+        )  # fmt: skip
+        gains, whitening, maps, senses, drives, feeds = arrays
+        return Frozen(
+            experiment, self.channels, self.chosen, measured, start, z0, active, decay,
+            gains, whitening, maps, senses, drives, feeds, np.ones(n_m), noise,
+        )  # fmt: skip
+
+    def innovations(
+        self, frozen: Frozen, par: Array, chan: Array, track: bool = False
+    ) -> tuple[Array, Array]:
+        """Return weighted whitened innovations, and predicted signals where wanted."""
+        twin, experiment = self.twin, frozen.experiment
+        residual = np.empty_like(frozen.measured)
+        rows = len(residual) if track else 1
+        path = np.empty((rows, len(twin.signal_names)))
+        steps = self._steps(experiment.period)
+        predictor.predict(
+            twin.kernel.run, twin.kernel.read, frozen.start, frozen.z0, frozen.active, par,
+            twin.supply, chan, twin.remembered, twin.sources, frozen.chosen, experiment.current,
+            frozen.measured, frozen.gains, frozen.whitening, frozen.decay, experiment.period,
+            experiment.period / steps, steps, residual, path,
+        )  # fmt: skip
+        return residual * frozen.weights, path
+
+    def noise(self, experiment: Experiment) -> Array:
+        """Return the standard deviation of each channel's noise, from the data themselves."""
+        return np.array(
+            [
+                max(noise_of(experiment.readings.get(c, np.zeros(0))), SMALLEST_NOISE * SPANS[c])
+                for c in self.channels
+            ]
+        )
+
+    def _start(self, par: Array, chan: Array, measured: Array) -> Array:
+        """Return the state at rest with what was measured at first put in."""
+        start = self.twin.start(par, self.largest_step)
+        names = list(self.twin.kernel.state.names or ())
+        for i, channel in enumerate(self.channels):
+            first = measured[:10, i]
+            if channel in names and np.isfinite(first).any():
+                start[names.index(channel)] = float(np.nanmean(first))
+        return start
+
+    def _tuning(
+        self, par: Array, names: Sequence[str], start: Array, top: float, period: float
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return initial covariance, diffusion per sample, decay, and steps of differences."""
+        p = dict(zip(self.twin.kernel.parameters.names or (), par.tolist(), strict=True))
+        area, supply = p["cylinder_piston_area"], p["supply_pressure"]
+        flow = FLOW_DISTURBANCE * p["valve_gain"] * top * np.sqrt(supply / 2.0)
+        volume = p["cylinder_dead_volume_a"] + 0.5 * area * p["cylinder_stroke"]
+        colour = 2.0 * DISTURBANCE_TIME
+        force = FORCE_DISTURBANCE * area * supply / p["load_mass"]
+        pressure = p["oil_bulk_modulus"] / volume * flow
+        # (initial deviation, diffusion per square root of a second, step of the difference)
+        table = {
+            "spool_position": (0.01 * top, 0.0, 1e-6),
+            "spool_speed": (top, top, 1e-3),
+            "pressure_a": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
+            "pressure_b": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
+            "position": (1e-3, 0.0, 1e-6),
+            "velocity": (0.1, force * np.sqrt(colour), 1e-5),
+        }
+        rows = [table.get(n, (1e-3 * abs(s), 0.0, 1e-4 * max(abs(s), 1e-3)))
+                for n, s in zip(names, start, strict=True)]  # fmt: skip
+        drift = NULL_DRIFT * top
+        times = np.array([NULL_TIME, SUPPLY_TIME])
+        levels = np.array([drift, SUPPLY_DRIFT])
+        decay = np.exp(-period / times)
+        spread = np.array([r[0] for r in rows] + [10.0 * drift, SUPPLY_DRIFT])
+        growth = np.array([r[1] for r in rows]) ** 2 * period
+        diffusion = np.concatenate([growth, levels**2 * (1.0 - decay**2)])
+        scales = np.array([r[2] for r in rows] + [1e-6, 1e4])
+        return np.diag(spread**2), diffusion, decay, scales

@@ -1,0 +1,47 @@
+"""Constant terms that can be put into each balance, to see what a small one does there.
+
+They are effects like any other, known to the kernel of identification alone: so the same
+mechanism that adds physics adds an unknown term.
+"""
+
+from hil_emulator.model.declare import Effect, Param, effect
+from hil_emulator.model.stages import command, cross_leakage, friction, load, outward_leakage
+
+
+def _knob(unit: str, size: float) -> Param:
+    return Param("term", unit, "constant term", size, -1e30, 1e30, source="identification")
+
+
+@effect(friction, knob=_knob("N", 1.0), source="identification", signature="force on the piston")
+def probe_friction(term: float) -> float:
+    """Add a constant: F = F + c."""
+    return term
+
+
+@effect(load, knob=_knob("N", 1.0), source="identification", signature="force on the load")
+def probe_load(term: float) -> float:
+    """Add a constant: F = F + c."""
+    return term
+
+
+@effect(cross_leakage, knob=_knob("m^3/s", 1e-9), source="identification", signature="a to b")
+def probe_cross(term: float) -> float:
+    """Add a constant: q = q + c."""
+    return term
+
+
+@effect(outward_leakage, knob=_knob("m^3/s", 1e-9), source="identification", signature="outwards")
+def probe_outward(term: float) -> float:
+    """Add a constant: q = q + c."""
+    return term
+
+
+@effect(command, knob=_knob("A", 1e-7), source="identification", signature="spool")
+def probe_spool(current: float, term: float) -> float:
+    """Add a constant: u = u + c."""
+    return current + term
+
+
+PROBES: tuple[Effect, ...] = (
+    probe_friction, probe_load, probe_cross, probe_outward, probe_spool,
+)  # fmt: skip

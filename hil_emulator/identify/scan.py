@@ -1,0 +1,87 @@
+"""Score every candidate at once, with what ordinary parameters could explain projected out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.experiment import Array
+from hil_emulator.identify.fit import Fit, Fitter, prior_rows
+from hil_emulator.identify.twin import Coordinate
+
+SEEN = 9.0
+"""Least expected gain in chi-square of an effect at its typical size that counts as visible."""
+
+FAR = 10.0
+"""Typical sizes beyond which an estimate from a hardly visible effect is nonsense (assumed)."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """What the linearised data say about one candidate.
+
+    Attributes:
+        coordinate: the candidate.
+        statistic: gain in chi-square that the linear model expects.
+        estimate: its linear estimate, in typical sizes.
+        information: squared norm of its projected column: the gain of the effect at typical size.
+        column: derivative of the residual, ordinary parameters projected out.
+
+    """
+
+    coordinate: Coordinate
+    statistic: float
+    estimate: float
+    information: float
+    column: Array
+
+    @property
+    def visible(self) -> bool:
+        """Whether these data would show the effect at its typical size."""
+        return self.information > SEEN
+
+    @property
+    def sensible(self) -> bool:
+        """Whether the estimate is a size in which the effect occurs, or the data show it well."""
+        return self.visible or abs(self.estimate) < FAR
+
+
+class Projection:
+    """Takes out of a column what the free parameters, within their priors, can explain."""
+
+    def __init__(self, fit: Fit) -> None:
+        rows = np.diag(prior_rows(fit.coordinates))
+        stacked = np.vstack([fit.jacobian, rows[:, : fit.jacobian.shape[1]]])
+        keep = np.linalg.norm(stacked, axis=0) > 1e-9
+        self._q = np.linalg.qr(stacked[:, keep])[0]
+        self._rows = len(rows)
+        weights = prior_rows(fit.coordinates)
+        self.residual = np.concatenate([fit.residual, weights * fit.at])
+
+    def __call__(self, column: Array) -> Array:
+        """Return the projected column, with its part in the prior rows at the end."""
+        long = np.concatenate([column, np.zeros(self._rows)])
+        return np.asarray(long - self._q @ (self._q.T @ long))
+
+
+def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Score]:
+    """Return the candidates' scores, best first."""
+    project = Projection(fit)
+
+    def column(i: int) -> Array:
+        free = [*fit.coordinates, candidates[i]]
+        at = np.append(fit.at, 0.0)
+        return project(fitter.column(free, at, fit.residual, len(fit.at))).astype(np.float32)
+
+    columns = fitter.map(column, range(len(candidates)))
+    scores = [_score(c, s, project.residual) for c, s in zip(candidates, columns, strict=True)]
+    return sorted(scores, key=lambda s: -s.statistic)
+
+
+def _score(candidate: Coordinate, column: Array, residual: Array) -> Score:
+    information = float(np.sum(column.astype(np.float64) ** 2))
+    slope = float(column @ residual)
+    low, high = candidate.bounds
+    estimate = float(np.clip(-slope / information, low, high)) if information > 1e-9 else 0.0
+    gain = -2.0 * estimate * slope - estimate**2 * information
+    return Score(candidate, max(gain, 0.0), estimate, information, column)

@@ -1,0 +1,200 @@
+"""Greedy search with joint refits, re-examination and a gate in front of every name."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hil_emulator.identify import gate, parameters
+from hil_emulator.identify.blocks import BlockScore, score_blocks
+from hil_emulator.identify.experiment import Array, Experiment
+from hil_emulator.identify.fit import Fit, Fitter, weigh
+from hil_emulator.identify.observer import Frozen, Observer
+from hil_emulator.identify.scan import Projection, Score, scan
+from hil_emulator.identify.twin import Coordinate
+
+REFITTED = 4
+"""Candidates that are refitted together with everything else."""
+
+SEVERAL = 5
+"""Most effects that are looked for."""
+
+OUT_EXPLAINED = 1.10
+"""A block that explains this much more than the best effect says that its law is another one."""
+
+UNKNOWN = 1.6
+"""And this much more: that the effect is not in the catalogue (assumed, between the two)."""
+
+
+@dataclass
+class Trial:
+    """One candidate, refitted."""
+
+    score: Score
+    fit: Fit
+    evidence: gate.Evidence
+    deviation: float
+
+
+@dataclass
+class Round:
+    """One pass over the catalogue."""
+
+    base: Fit
+    scores: list[Score]
+    trials: list[Trial]
+    blocks: list[BlockScore]
+    accepted: bool = False
+    form_differs: bool = False
+    unknown: bool = False
+
+
+@dataclass
+class Search:
+    """Where a search stands: rounds so far, and the effects in the model."""
+
+    nuisances: list[Coordinate]
+    effects: list[Coordinate] = field(default_factory=list)
+    at: Array = field(default_factory=lambda: np.zeros(0))
+    rounds: list[Round] = field(default_factory=list)
+    form_differs: set[str] = field(default_factory=set)
+    final: Fit | None = None
+
+
+class Searcher:
+    """Runs a search.
+
+    Args:
+        observer: the predictor.
+        training: experiments for the fit.
+        validation: experiments for the gate.
+        candidates: effects that may be named.
+        jobs: threads.
+        tell: takes progress in words.
+
+    """
+
+    def __init__(
+        self, observer: Observer, training: Sequence[Experiment],
+        validation: Sequence[Experiment], candidates: Sequence[Coordinate], jobs: int = 1,
+        tell: Callable[[str], None] = lambda _: None,
+    ) -> None:  # fmt: skip
+        self.observer = observer
+        self.fitter = Fitter(observer, training, jobs)
+        self.validation = list(validation)
+        self.candidates = list(candidates)
+        self.tell = tell
+        period = training[0].period
+        self._stretch = max(1, round(0.1 / period)) * len(observer.channels)
+
+    def run(self) -> Search:
+        """Search until nothing more is justified."""
+        search = Search(parameters.ordinary(self.observer.twin))
+        search.at = np.zeros(len(search.nuisances))
+        while len(search.effects) < SEVERAL:
+            found = self._round(search)
+            search.rounds.append(found)
+            if not found.accepted:
+                break
+            best = found.trials[0]
+            search.effects.append(best.score.coordinate)
+            search.at = best.fit.at
+            if found.form_differs:
+                search.form_differs.add(best.score.coordinate.name)
+            self._re_examine(search)
+        return search
+
+    def settle(self, search: Search, passes: int = 3) -> Fit:
+        """Refit everything in the model, with gains refreshed."""
+        free = [*search.nuisances, *search.effects]
+        for _ in range(passes):
+            self.fitter.freeze(free, search.at)
+            fit = self.fitter.fit(free, search.at, 2)
+            moved = float(np.max(np.abs(fit.at - search.at), initial=0.0))
+            search.at = fit.at
+            if moved < 0.05:
+                break
+        self.fitter.freeze(free, search.at)
+        fit = self.fitter.fit(free, search.at, 1)
+        search.at = fit.at
+        search.final = fit
+        return fit
+
+    def _round(self, search: Search) -> Round:
+        self.tell(f"refitting {len(search.nuisances)} ordinary parameters")
+        base = self.settle(search, 3)
+        names = {c.name for c in search.effects}
+        rest = [c for c in self.candidates if c.name not in names]
+        self.tell(f"screening {len(rest)} effects")
+        scores = scan(self.fitter, base, rest)
+        held = self._held_out(base)
+        likely = [s for s in scores if s.statistic > 4.0 and s.sensible]
+        trials = [self._trial(base, s, held) for s in likely[:REFITTED]]
+        trials.sort(key=lambda t: -t.evidence.gain)
+        self.tell("looking for what no effect explains")
+        project = Projection(base)
+        blocks = score_blocks(self.fitter, base.coordinates, base.at, project, project.residual)
+        found = Round(base, scores, trials, blocks)
+        self._judge(found)
+        return found
+
+    def _judge(self, found: Round) -> None:
+        strongest = next((b for b in found.blocks if b.significant), None)
+        best = found.trials[0] if found.trials else None
+        if best is None or not best.evidence.passed:
+            found.unknown = strongest is not None
+            return
+        found.accepted = True
+        if strongest is None:
+            return
+        ratio = (
+            max(b.statistic for b in found.blocks if b.significant) - 15.0
+        ) / best.evidence.gain
+        found.form_differs = ratio > OUT_EXPLAINED
+        found.unknown = ratio > UNKNOWN
+        found.accepted = not found.unknown
+
+    def _trial(self, base: Fit, score: Score, held: Sequence[Frozen]) -> Trial:
+        free = [*base.coordinates, score.coordinate]
+        at = np.append(base.at, 0.0)
+        column = self.fitter.column(free, at, base.residual, len(base.at))
+        slope = np.column_stack([base.jacobian, column])
+        fit = self.fitter.fit(free, at, 4, jacobian=slope)
+        gain = base.chi2 - fit.chi2
+        project = Projection(Fit(base.coordinates, fit.at[:-1], fit.residual, slope[:, :-1], 0.0))
+        fresh = self.fitter.column(free, fit.at, fit.residual, len(base.at))
+        projected = project(fresh)[: len(fit.residual)]
+        variance = gate.robust_variance(projected, fit.residual, self._stretch)
+        wald = float(fit.at[-1] ** 2 / variance)
+        held_out = float("nan")
+        if held:
+            before = self.fitter.residual(base.coordinates, base.at, held)
+            after = self.fitter.residual(free, fit.at, held)
+            held_out = float(before @ before - after @ after)
+        needed = gate.needed_gain(len(fit.residual))
+        evidence = gate.Evidence(gain, wald, held_out, needed)
+        return Trial(score, fit, evidence, float(np.sqrt(variance)))
+
+    def _held_out(self, base: Fit) -> list[Frozen]:
+        par, chan = self.observer.twin.memory(base.coordinates, base.at)
+        held = [self.observer.freeze(e, par, chan) for e in self.validation]
+        for frozen in held:
+            weigh(self.observer, frozen, par, chan)
+        return held
+
+    def _re_examine(self, search: Search) -> None:
+        """Drop an earlier effect that a later one has made superfluous."""
+        if len(search.effects) < 2:
+            return
+        full = self.settle(search, 1)
+        for coordinate in list(search.effects[:-1]):
+            i = [c.name for c in full.coordinates].index(coordinate.name)
+            rest = [c for c in full.coordinates if c is not coordinate]
+            without = self.fitter.fit(
+                rest, np.delete(full.at, i), 2, jacobian=np.delete(full.jacobian, i, axis=1)
+            )
+            if without.chi2 - full.chi2 < gate.needed_gain(len(full.residual)):
+                search.effects.remove(coordinate)
+                search.at = without.at
+                self.tell(f"{coordinate.name} is no longer needed")
+                return

@@ -1,0 +1,172 @@
+"""The configured actuator as identification sees it: its memory and what may change in it."""
+
+import inspect
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.config.load import Configuration
+from hil_emulator.identify.experiment import SPANS, Array
+from hil_emulator.identify.probes import PROBES
+from hil_emulator.model import actuator, kernel
+from hil_emulator.model.declare import Effect, Param, is_on
+from hil_emulator.model.kernel import Kernel
+from hil_emulator.model.plant import Plant, fill
+from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.model.stages import transducer
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One number of the model that a fit may change, on an engineering scale.
+
+    Attributes:
+        name: what people call it, `effect` or `channel.effect` or `table_param`.
+        field: its field in the parameter record.
+        channel: the sensor channel, or "" for the plant.
+        unit: SI unit.
+        shown: the unit for people.
+        scale: one engineering unit of it, in `unit` (of the inverse where `inverse`).
+        neutral: the value in the configuration; `inverse` measures 1/value from zero.
+        inverse: whether it is off at infinity, so that 1/value is what grows from zero.
+        low: smallest value.
+        high: largest value.
+        prior: standard deviation of an ordinary parameter, in `scale`; infinite for an effect.
+        effect: the declaration, or None for a parameter that every actuator has.
+
+    """
+
+    name: str
+    field: str
+    channel: str
+    unit: str
+    shown: str
+    scale: float
+    neutral: float
+    inverse: bool
+    low: float
+    high: float
+    prior: float
+    effect: Effect | None
+
+    def value(self, coordinate: float) -> float:
+        """Return the parameter [unit] at a coordinate; 0 is the configuration."""
+        if self.inverse:
+            return 1.0 / (coordinate * self.scale) if coordinate > 0.0 else math.inf
+        return self.neutral + coordinate * self.scale
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Smallest and largest coordinate."""
+        if self.inverse:
+            return 0.0, 1.0 / (max(self.low, 1e-300) * self.scale)
+        return (self.low - self.neutral) / self.scale, (self.high - self.neutral) / self.scale
+
+
+class Twin:
+    """Parameter memory of one configuration, with every effect's shape at its default.
+
+    Args:
+        config: the configuration that should describe the machine.
+        cache: folder for compiled models.
+
+    """
+
+    def __init__(self, config: Configuration, cache: Path | None) -> None:
+        self.config = config
+        self.effects = config.effects
+        self.kernel: Kernel = kernel.build((*config.effects, *PROBES), cache=cache)
+        self.plant_values = self._with_shapes(config.plant)
+        self.par = fill(self.kernel.parameters, self.kernel.effects, self.plant_values)
+        self.names = tuple(c.name for c in CHANNELS)
+        rows = [self._channel(name, config.sensors.get(name, {})) for name in self.names]
+        self.chan = np.concatenate(rows)
+        self.remembered = len(CHANNELS) * len(self.kernel.memory.names or ())
+        self._par_at = {n: i for i, n in enumerate(self.kernel.parameters.names or ())}
+        self._chan_at = {n: i for i, n in enumerate(self.kernel.channel.names or ())}
+        self.signal_names = tuple(self.kernel.signals.names or ())
+        self.sources = np.array([self.signal_names.index(c.signal) for c in CHANNELS])
+        self.supply = self._par_at["supply_pressure"]
+        self.probes = np.array([self._par_at[p.field_of(p.knob)] for p in PROBES])
+        self.probe_sizes = np.array([p.knob.typical for p in PROBES])
+
+    def _with_shapes(self, values: dict[str, float]) -> dict[str, float]:
+        shapes = {e.field_of(p): p.typical if p.default is None else p.default
+                  for e in self.effects if e.stage != transducer for p in e.shape}  # fmt: skip
+        return shapes | values
+
+    def _channel(self, name: str, values: dict[str, float]) -> Array:
+        """Return a channel's deterministic part: a predictor knows neither noise nor steps."""
+        chosen: dict[str, float] = {}
+        for effect in self.effects:
+            if effect.stage != transducer:
+                continue
+            for p in effect.shape:
+                scale = SPANS[name] if p.unit == "span" else 1.0
+                chosen[effect.field_of(p)] = p.typical * scale if p.default is None else p.default
+            if predictable(effect):
+                chosen |= {effect.field_of(p): values[effect.field_of(p)]
+                           for p in effect.params if effect.field_of(p) in values}  # fmt: skip
+        return fill(self.kernel.channel, self.kernel.effects, chosen)
+
+    def index(self, coordinate: Coordinate) -> tuple[bool, int]:
+        """Return whether a coordinate belongs to the sensors, and its index in that memory."""
+        if not coordinate.channel:
+            return False, self._par_at[coordinate.field]
+        row = self.names.index(coordinate.channel)
+        return True, row * len(self._chan_at) + self._chan_at[coordinate.field]
+
+    def memory(
+        self, coordinates: Sequence[Coordinate], at: Sequence[float] | Array
+    ) -> tuple[Array, Array]:
+        """Return the plant's and the sensors' parameters with coordinates moved."""
+        par, chan = self.par.copy(), self.chan.copy()
+        for coordinate, value in zip(coordinates, at, strict=True):
+            sensor, i = self.index(coordinate)
+            (chan if sensor else par)[i] = coordinate.value(float(value))
+        return par, chan
+
+    def start(self, par: Array, step: float) -> Array:
+        """Return the state at rest of a parameter set, before anything was measured."""
+        names = list(self.kernel.parameters.names or ())
+        plant = Plant(self.kernel, dict(zip(names, par.tolist(), strict=True)), step)
+        return plant.state_vector.copy()
+
+    def active(self, par: Array) -> list[str]:
+        """Return the states that move: those of every actuator and of the effects that act."""
+        states = [q.name for q in actuator.STATES]
+        for effect in self.kernel.effects:
+            if effect.stage == transducer or effect.field_of(effect.knob) not in self._par_at:
+                continue
+            if is_on(effect, float(par[self._par_at[effect.field_of(effect.knob)]])):
+                states += [effect.field_of(q) for q in effect.states]
+        known = self.kernel.state.names or ()
+        return [name for name in states if name in known]
+
+    def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
+        """Return the knob of an effect as a coordinate."""
+        knob: Param = effect.knob
+        span = SPANS[channel] if channel and knob.unit == "span" else 1.0
+        field = effect.field_of(knob)
+        table = self.chan if channel else self.par
+        at = (self.names.index(channel) * len(self._chan_at) + self._chan_at[field]
+              if channel else self._par_at[field])  # fmt: skip
+        inverse = math.isinf(effect.off)
+        unit = next(c.unit for c in CHANNELS if c.name == channel) if span != 1.0 else knob.unit
+        return Coordinate(
+            name=f"{channel}.{effect.name}" if channel else effect.name,
+            field=field, channel=channel, unit=unit,
+            shown="" if span != 1.0 else knob.shown,
+            scale=1.0 / (knob.typical * span) if inverse else abs(knob.typical - effect.off) * span,
+            neutral=float(table[at]), inverse=inverse,
+            low=knob.low * span, high=knob.high * span, prior=prior, effect=effect,
+        )  # fmt: skip
+
+
+def predictable(effect: Effect) -> bool:
+    """Whether a transducer effect changes what is expected, rather than scatter or round it."""
+    arguments = inspect.signature(effect.law).parameters
+    return "normal" not in arguments and effect.knob.name != "step"

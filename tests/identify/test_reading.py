@@ -1,0 +1,102 @@
+"""Recorded tables: units, order, and everything that can be wrong with them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.data import load_experiments
+from hil_emulator.identify.experiment import Experiment
+
+
+def written(folder: Path, header: str, columns: list[np.ndarray]) -> Path:
+    """Write a table."""
+    file = folder / "log.csv"
+    rows = np.column_stack(columns)
+    lines = [header, *(",".join(f"{v:.9g}" for v in row) for row in rows)]
+    file.write_text("\n".join(lines))
+    return file
+
+
+def only(file: Path) -> Experiment:
+    """Read one experiment."""
+    return load_experiments([file])[0]
+
+
+TIME = np.arange(200) * 1e-3
+
+
+def test_units_and_order_do_not_matter(tmp_path: Path) -> None:
+    """A position in mm in any column becomes metres."""
+    file = written(tmp_path, "position [mm],time [ms]", [TIME * 1e3, TIME * 1e3])
+    read = only(file)
+    assert read.period == pytest.approx(1e-3)
+    assert read.readings["position"][-1] == pytest.approx(0.199)
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("time [s],position [bar]", "a unit of m is wanted"),
+        ("time [s],position", "has no unit"),
+        ("time [s],positon [mm]", "did you mean position"),
+        ("tim [s],position [mm]", 'no column "time [s]"'),
+    ],
+)
+def test_a_wrong_header_is_named_with_its_remedy(tmp_path: Path, header: str, words: str) -> None:
+    """A wrong dimension, a missing unit, a misspelt channel and a missing time say so."""
+    with pytest.raises(UserError, match="log.csv") as caught:
+        only(written(tmp_path, header, [TIME, TIME]))
+    assert words in str(caught.value)
+
+
+def test_ten_samples_are_too_few(tmp_path: Path) -> None:
+    """Ten samples end in a message, not in a name."""
+    with pytest.raises(UserError, match="10 usable samples"):
+        only(written(tmp_path, "time [s],position [mm]", [TIME[:10], TIME[:10]]))
+
+
+def test_a_gap_is_reported_and_not_filled(tmp_path: Path) -> None:
+    """Half a second without samples stays empty on the grid."""
+    time = np.concatenate([TIME, TIME + 0.7])
+    read = only(written(tmp_path, "time [s],position [mm]", [time, time]))
+    inside = read.readings["position"][300:600]
+    assert not np.isfinite(inside).any()
+    assert any("1 gaps" in note for note in read.notes)
+
+
+def test_repeated_and_reversed_time_is_put_right_and_reported(tmp_path: Path) -> None:
+    """Rows out of order are sorted; of repeated times the first stays."""
+    time = TIME.copy()
+    time[50], time[51] = time[51], time[50]
+    time[101] = time[100]
+    read = only(written(tmp_path, "time [s],position [mm]", [time, time * 1e3]))
+    assert any("backwards" in note for note in read.notes)
+    assert any("repeat" in note for note in read.notes)
+    np.testing.assert_allclose(np.diff(read.readings["position"]), 1e-3, atol=1e-9)
+
+
+def test_a_dead_channel_is_reported_and_left_out(tmp_path: Path) -> None:
+    """A position that never moves is no data."""
+    table = [TIME, TIME * 0.0, TIME * 100.0]
+    read = only(written(tmp_path, "time [s],position [mm],load_force [N]", table))
+    assert "position" not in read.readings
+    assert any("position: constant" in note for note in read.notes)
+
+
+def test_missing_cells_are_counted(tmp_path: Path) -> None:
+    """Cells that hold no number become missing values."""
+    file = written(tmp_path, "time [s],position [mm]", [TIME, TIME * 1e3])
+    file.write_text(file.read_text().replace("0.1,100", "0.1,error"))
+    read = only(file)
+    assert any("position: 1 values are missing" in note for note in read.notes)
+
+
+def test_an_irregular_clock_is_resampled_and_reported(tmp_path: Path) -> None:
+    """Samples every 9 to 11 ms become a uniform grid of about 10 ms."""
+    time = np.cumsum(np.random.default_rng(1).uniform(9e-3, 11e-3, 400))
+    read = only(written(tmp_path, "time [s],position [mm]", [time, time * 1e3]))
+    assert any("irregular" in note for note in read.notes)
+    assert read.period == pytest.approx(0.01, rel=0.02)
+    np.testing.assert_allclose(np.diff(read.readings["position"]), read.period, rtol=1e-6)
