@@ -118,3 +118,13 @@ def test_sync_of_wrong_length_is_reported(master: Master, data: bytes) -> None:
     assert master.data(0x480 + NODE_ID) == []
     master.send(SYNC)
     assert [code for code, _, _ in received(master)] == [0x8240, 0x0000]
+
+
+def test_held_back_messages_are_bounded(master: Master) -> None:
+    """However often a sensor leaves its range in STOPPED, only the newest 64 reports are kept."""
+    master.nmt(2)
+    for count in range(200):
+        master.measure(overrange=(count % 2, 0, 0, 0, 0))
+        master.run(1)
+    master.nmt(128)
+    assert len(master.data(EMCY)) == 64

@@ -107,3 +107,11 @@ def test_sdo_requests_before_a_reset_die_with_it(master: Master) -> None:
     request = bytes.fromhex("4000100000000000")
     master.network.tick(Frame(0x600 + NODE_ID, request), Frame(0, bytes([RESET_NODE, 0])))
     assert master.data(SDO_ANSWER) == []
+
+
+def test_answers_not_sent_before_stopped_are_dropped(master: Master) -> None:
+    """A request that STOPPED overtakes is not answered when the node may speak again."""
+    request = bytes.fromhex("4000100000000000")
+    master.network.tick(Frame(0x600 + NODE_ID, request), Frame(0, bytes([STOP, 0])))
+    master.nmt(PRE_OPERATIONAL)
+    assert master.data(SDO_ANSWER) == []

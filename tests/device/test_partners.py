@@ -132,3 +132,22 @@ def test_lost_master_is_reported(master: Master) -> None:
     assert codes(master) == [LOST]
     guard(master)
     assert codes(master) == [LOST, GOOD]
+
+
+def test_each_partner_has_its_own_time(master: Master) -> None:
+    """A slow partner that is heard last does not excuse a fast one."""
+    watch(master, 50)
+    master.remote.sdo[0x1016][2].raw = 10 << 16 | 500
+    master.send(PARTNER, b"\x05")
+    master.send(0x700 + 10, b"\x05")
+    master.run(60)
+    assert [data[3] for data in master.data(EMCY)] == [PARTNER_ID]
+
+
+def test_reset_ends_monitoring(master: Master) -> None:
+    """Reset communication clears 0x1016, and with it whom to miss."""
+    watch(master, 50)
+    master.send(PARTNER, b"\x05")
+    master.nmt(130)
+    master.run(100)
+    assert codes(master) == []

@@ -1,9 +1,14 @@
 """Changing PDOs by SDO: a stock client that keeps the rules, and raw writes that break them."""
 
 import struct
+from pathlib import Path
 
 import pytest
-from device_master import NODE_ID, RPDO1, SYNC, TPDO1, TPDO2, Master
+from device_master import CHANNELS, NODE_ID, RPDO1, SYNC, TPDO1, TPDO2, Master, booted
+from edited_eds import edited
+
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.node import Node
 
 NO_SUCH_OBJECT, NOT_MAPPABLE, TOO_LONG = 0x06020000, 0x06040041, 0x06040042
 INVALID_VALUE, WRONG_STATE = 0x06090030, 0x08000022
@@ -199,3 +204,29 @@ def test_bit_dummies_are_possible(master: Master) -> None:
 def test_identifiers_follow_the_node_id(master: Master) -> None:
     """$NODEID of the EDS is the node's number."""
     assert master.remote.sdo[0x1803][1].raw == 0x480 + NODE_ID
+
+
+def test_faulty_mapping_of_an_unused_pdo_keeps_it_unused(tmp_path: Path) -> None:
+    """A PDO that is off by default may map nonsense; it then cannot be switched on."""
+    eds = edited(
+        tmp_path,
+        ("DefaultValue=$NODEID+0x180\n", "DefaultValue=$NODEID+0x80000180\n"),
+        ("DefaultValue=0x20100010\n", "DefaultValue=0x2FFF0010\n"),
+    )
+    dictionary = Dictionary.from_eds(eds, NODE_ID)
+    master = booted(Node(dictionary, CHANNELS, {"valve_current": 0.0}), eds)
+    assert master.abort_code(0x1800, 1, u32(TPDO1)) == NO_SUCH_OBJECT
+    master.start()
+    master.run(3)
+    assert master.data(TPDO1) == []
+
+
+def test_strings_cannot_be_mapped(tmp_path: Path) -> None:
+    """An object without a fixed length has no place in a PDO, whatever the EDS says."""
+    old = "DataType=0x0009\nAccessType=const\nDefaultValue=Hydraulic actuator emulator\n"
+    eds = edited(tmp_path, (old + "PDOMapping=0", old + "PDOMapping=1"))
+    dictionary = Dictionary.from_eds(eds, NODE_ID)
+    master = booted(Node(dictionary, CHANNELS, {"valve_current": 0.0}), eds)
+    switch_off(master, 0x1800)
+    master.abort_code(0x1A00, 0, b"\0")
+    assert master.abort_code(0x1A00, 1, u32(0x10080000)) == NOT_MAPPABLE

@@ -1,7 +1,15 @@
 """RPDOs: set points from the bus, their deadline and their errors (CiA 301 7.2.2)."""
 
+import math
+import struct
+from pathlib import Path
+
 import pytest
-from device_master import EMCY, RPDO1, SAFE_CURRENT, SYNC, Master
+from device_master import CHANNELS, EMCY, NODE_ID, RPDO1, SAFE_CURRENT, SYNC, Master, booted
+from edited_eds import edited
+
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.node import Node
 
 TOO_SHORT, TOO_LONG, TIMEOUT, RESET = 0x8210, 0x8220, 0x8250, 0x0000
 
@@ -162,3 +170,38 @@ def test_deadline_can_be_switched_off(master: Master) -> None:
     master.run(1000)
     assert master.commands == {"valve_current": pytest.approx(0.005)}
     assert codes(master) == []
+
+
+def test_old_set_point_does_not_outlive_operational(master: Master) -> None:
+    """A set point of the last run is gone with the next start, until a new RPDO comes."""
+    for command in (2, 128, 129, 130):
+        master.nmt(1)
+        master.send(RPDO1, current(0.005))
+        master.nmt(command)
+        master.run(1)
+        master.nmt(1)
+        assert master.commands == {"valve_current": pytest.approx(SAFE_CURRENT)}
+
+
+def test_reset_forgets_a_preset(master: Master) -> None:
+    """A set point written in PRE-OPERATIONAL does not survive reset communication."""
+    master.remote.sdo.download(0x2000, 0, current(0.002))
+    master.nmt(130)
+    master.nmt(1)
+    assert master.commands == {"valve_current": pytest.approx(SAFE_CURRENT)}
+
+
+def test_real_set_points_must_be_finite(tmp_path: Path) -> None:
+    """A REAL32 set point takes no infinity and no NaN: by RPDO ignored, by SDO 0609 0030."""
+    old = "ParameterName=valve_current\nObjectType=0x7\nDataType=0x0004\nAccessType=rww\n"
+    limits = "LowLimit=-10000000\nHighLimit=10000000\n"
+    new = old.replace("0004", "0008")
+    eds = edited(tmp_path, (old + limits, new), ("Unit=A\nFactor=1e-9", "Unit=A\nFactor=1"))
+    dictionary = Dictionary.from_eds(eds, NODE_ID)
+    master = booted(Node(dictionary, CHANNELS, {"valve_current": SAFE_CURRENT}), eds)
+    master.start()
+    master.send(RPDO1, struct.pack("<f", 0.25))
+    for bad in (math.nan, math.inf, -math.inf):
+        master.send(RPDO1, struct.pack("<f", bad))
+        assert master.commands == {"valve_current": 0.25}
+        assert master.abort_code(0x2000, 0, struct.pack("<f", bad)) == 0x06090030

@@ -98,6 +98,7 @@ def test_process_data_is_not_stored() -> None:
     master = switched_on(storage)
     master.remote.sdo.download(0x2000, 0, (5_000_000).to_bytes(4, "little"))
     master.abort_code(0x1010, 1, b"save")
+    assert {(0x2000, 0), (0x2001, 0)} & set(storage.load()) == {(0x2001, 0)}
     master = switched_on(storage)
     master.nmt(1)
     assert master.commands["valve_current"] == pytest.approx(0.001)
@@ -114,3 +115,16 @@ def test_stored_value_of_another_device_is_refused() -> None:
     storage.save({(0x1017, 0): b"\1"})
     with pytest.raises(UserError, match="0x1017:00"):
         switched_on(storage)
+
+
+def test_stored_safe_value_holds_from_the_start() -> None:
+    """A stored safe value, not the configured one, is in force from power-up on."""
+    storage = MemoryStorage()
+    master = switched_on(storage)
+    master.remote.sdo["valve_current_safe"].raw = 3_000_000
+    master.abort_code(0x1010, 1, b"save")
+    for device in (master, switched_on(storage)):
+        device.nmt(RESET_NODE)
+        device.run(1)
+        device.nmt(1)
+        assert device.commands["valve_current"] == pytest.approx(0.003)

@@ -218,3 +218,16 @@ def test_a_sample_shown_twice_keeps_its_number(node: Node, dictionary: Dictionar
     node.receive(4_000_000, [Frame(0, bytes([129, 0]))])
     node.publish(4_000_000, measured)
     assert dictionary.read(0x2010) == 1000
+
+
+def test_long_ticks_leave_no_backlog(node: Node) -> None:
+    """After one tick of 10 ms a TPDO of 1 ms goes on at its own pace."""
+    measured = Measured([0.0] * 5, [0] * 5)
+    times_us = [0, 1000, 11_000, *range(11_100, 15_100, 100)]
+    fired = []
+    for now_us in times_us:
+        frames = [Frame(0, bytes([1, NODE_ID]))] if now_us == 1000 else []
+        node.receive(now_us * 1000, frames)
+        sent = node.publish(now_us * 1000, measured)
+        fired += [now_us for frame in sent if frame.can_id == TPDO1]
+    assert fired == [11_000, 12_000, 13_000, 14_000, 15_000]
