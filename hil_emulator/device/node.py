@@ -5,12 +5,12 @@ its sample. Within `publish` frames come in this order, which is that of their p
 bus with the predefined connection set: EMCY, TPDOs by number, SDO answers, error control.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 
 from hil_emulator.device import bus_load, layout, nmt
 from hil_emulator.device.binding import Sensors, SetPoints
 from hil_emulator.device.dictionary import ALL_OBJECTS, COMMUNICATION_OBJECTS, Dictionary
-from hil_emulator.device.emergency import Emergency
+from hil_emulator.device.emergency import Emergency, ErrorBit
 from hil_emulator.device.error_control import (
     ERROR_CONTROL_COB_ID,
     PRODUCER_HEARTBEAT_TIME,
@@ -150,6 +150,21 @@ class Node:
         self._guarding.publish(self._state, frames)
         self._heartbeat.publish(now_ns, self._state, frames)
         return frames
+
+    def raise_error(self, key: Hashable, code: int, bit: ErrorBit) -> None:
+        """Let the node report an error of its hardware, until it is cleared.
+
+        Args:
+            key: names the condition.
+            code: emergency error code (CiA 301 table 26).
+            bit: its bit in the error register, besides the generic one.
+
+        """
+        self._emergency.raise_error(key, code, bit)
+
+    def clear_error(self, key: Hashable) -> None:
+        """Let the node report that an error of its hardware is gone."""
+        self._emergency.clear(key)
 
     def bindings(self) -> list[layout.Binding]:
         """Return the table of objects from 0x2000 on and what each is bound to."""
