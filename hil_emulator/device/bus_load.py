@@ -36,8 +36,8 @@ def worst_case(
     """Return the load in bit/s of periodic traffic to and from the node in OPERATIONAL.
 
     Counted are TPDOs, RPDOs, SYNC and heartbeat. An event-driven TPDO without event timer is
-    taken to change every tick; an RPDO to come with every SYNC if synchronous, else twice per
-    deadline (assumed), else every tick. SDO, EMCY and remote frames have no period.
+    taken to change every tick; an RPDO to come as often as SYNC, without SYNC twice per deadline,
+    without either every tick (assumed). SDO, EMCY and remote frames have no period.
 
     Args:
         transmit: parameters of the TPDOs.
@@ -62,11 +62,11 @@ def worst_case(
 def _period_us(parameters: PdoParameters, incoming: bool, sync_us: int, tick_us: int) -> float:
     """Return the shortest period a PDO is sent with, 0 if it has none."""
     kind = parameters.transmission_type
-    if kind <= SYNC_CYCLIC_MAX:
-        return sync_us * (1 if incoming else max(1, kind))
-    if RTR_SYNC <= kind < EVENT_MANUFACTURER:
-        return 0.0
     period_us = 1000 * parameters.event_timer_ms
     if incoming:
-        return period_us / 2 or tick_us
+        return sync_us or period_us / 2 or tick_us
+    if kind <= SYNC_CYCLIC_MAX:
+        return sync_us * max(1, kind)
+    if RTR_SYNC <= kind < EVENT_MANUFACTURER:
+        return 0.0
     return max(period_us, parameters.inhibit_us, tick_us)

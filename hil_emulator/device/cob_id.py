@@ -20,7 +20,7 @@ RESTRICTED = (
     range(0x6E0, 0x700),
     range(0x701, 0x800),
 )
-"""CAN-IDs no configurable object may use, besides 0x000 (CiA 301 table 40)."""
+"""CAN-IDs no configurable object may use, besides 0x000 (CiA 301 7.3.5)."""
 
 
 def check_can_id(cob_id: int) -> None:

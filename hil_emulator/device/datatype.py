@@ -125,4 +125,4 @@ DATA_TYPES: dict[int, DataType] = {
     code.UNICODE_STRING: _bytes("UNICODE_STRING"),
     code.DOMAIN: _bytes("DOMAIN"),
 }
-"""Every data type an EDS may name, by its code (CiA 301 table 44)."""
+"""Every data type an EDS may name, by its code (CiA 301 7.4.7)."""

@@ -30,7 +30,7 @@ QUEUE_LENGTH = 64
 
 
 class ErrorCode(IntEnum):
-    """Emergency error codes (CiA 301 table 26)."""
+    """Emergency error codes (CiA 301 7.2.7.1)."""
 
     NONE = 0x0000
     LIFE_GUARD_OR_HEARTBEAT = 0x8130
@@ -44,7 +44,7 @@ class ErrorCode(IntEnum):
 
 
 class ErrorBit(IntFlag):
-    """Error register (CiA 301 table 48)."""
+    """Error register (CiA 301 7.5.2.2)."""
 
     GENERIC = 0x01
     COMMUNICATION = 0x10

@@ -6,7 +6,7 @@ from hil_emulator.device.abort import AbortCode, SdoAbort
 from hil_emulator.device.datatype import DataType
 
 ACCESS_TYPES = frozenset({"ro", "wo", "rw", "rwr", "rww", "const"})
-"""CiA 306 table 9; rwr is a process input (TPDO only), rww a process output (RPDO only)."""
+"""AccessType of CiA 306; rwr is a process input (TPDO only), rww a process output (RPDO only)."""
 
 
 class Entry:
@@ -100,12 +100,12 @@ class Entry:
 
     @property
     def receivable(self) -> bool:
-        """Whether an RPDO may carry it (CiA 306 table 9)."""
+        """Whether an RPDO may carry it (CiA 306, AccessType)."""
         return self.mappable and self.access in ("rw", "rww", "wo")
 
     @property
     def transmittable(self) -> bool:
-        """Whether a TPDO may carry it (CiA 306 table 9)."""
+        """Whether a TPDO may carry it (CiA 306, AccessType)."""
         return self.mappable and self.access in ("rw", "rwr", "ro", "const")
 
     @property

@@ -11,7 +11,7 @@ from hil_emulator.device.pdo import RPDO_MAPPING, TPDO_MAPPING, PdoParameters
 from hil_emulator.errors import UserError
 
 MANUFACTURER_OBJECTS = 0x2000
-"""Below this index the device's own services feed every object (CiA 301 table 42)."""
+"""Below this index the device's own services feed every object (CiA 301 7.4)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ _NO_BIT_CHECK = 0x80
 
 
 class _Service(IntEnum):
-    """LSS command specifiers (CiA 305 table 5)."""
+    """LSS command specifiers (CiA 305)."""
 
     SWITCH_GLOBAL = 0x04
     CONFIGURE_NODE_ID = 0x11

@@ -7,7 +7,7 @@ BROADCAST = 0
 
 
 class State(IntEnum):
-    """NMT state, with the number a heartbeat carries (CiA 301 table 37)."""
+    """NMT state, with the number a heartbeat carries (CiA 301 7.2.8.3.2.2)."""
 
     INITIALISING = 0
     STOPPED = 4
@@ -40,7 +40,7 @@ COMMUNICATION_ERROR = 1
 
 
 class ErrorBehaviour(IntEnum):
-    """Where the node goes after a serious error (CiA 301 7.5.2.26)."""
+    """Where the node goes after a serious error (CiA 301 7.5.2.32)."""
 
     PRE_OPERATIONAL = 0
     NO_CHANGE = 1

@@ -156,7 +156,7 @@ class Node:
 
         Args:
             key: names the condition.
-            code: emergency error code (CiA 301 table 26).
+            code: emergency error code (CiA 301 7.2.7.1).
             bit: its bit in the error register, besides the generic one.
 
         """
@@ -215,7 +215,7 @@ class Node:
         self._route()
 
     def _on_communication_error(self) -> None:
-        """Obey 0x1029:01 after a heartbeat or life guarding event (CiA 301 7.5.2.26)."""
+        """Obey 0x1029:01 after a heartbeat or life guarding event (CiA 301 7.5.2.32)."""
         entry = self.dictionary.get(ERROR_BEHAVIOUR, COMMUNICATION_ERROR)
         behaviour = ErrorBehaviour.PRE_OPERATIONAL if entry is None else entry.value
         if behaviour == ErrorBehaviour.STOPPED and self._state is not State.STOPPED:
@@ -244,7 +244,7 @@ class Node:
     # -- routes: which service takes which frame in the state the node is in ---------------
 
     def _route(self) -> None:
-        """Rebuild the routes (states and services: CiA 301 table 38)."""
+        """Rebuild the routes (states and services: CiA 301 7.3.2.2)."""
         routes: dict[int, list[Handler]] = {}
         remote: dict[int, list[Handler]] = {}
         if self._state is not State.OPERATIONAL:

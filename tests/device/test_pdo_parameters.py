@@ -216,6 +216,7 @@ def test_faulty_mapping_of_an_unused_pdo_keeps_it_unused(tmp_path: Path) -> None
     dictionary = Dictionary.from_eds(eds, NODE_ID)
     master = booted(Node(dictionary, CHANNELS, {"valve_current": 0.0}), eds)
     assert master.abort_code(0x1800, 1, u32(TPDO1)) == NO_SUCH_OBJECT
+    assert master.remote.sdo[0x1800][1].raw & OFF
     master.start()
     master.run(3)
     assert master.data(TPDO1) == []
