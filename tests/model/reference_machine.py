@@ -19,3 +19,18 @@ def machine(**changes: float) -> dict[str, float]:
         "current_saturation_limit": 0.01,
     }
     return base | effects | changes
+
+
+def bare(**changes: float) -> dict[str, float]:
+    """Return the same actuator with every effect off."""
+    return {f"{t}_{p.name}": p.typical for t, ps in actuator.PARAMS.items() for p in ps} | changes
+
+
+def ballistic(**changes: float) -> dict[str, float]:
+    """Return a load that the oil does not reach: a vanishing piston."""
+    return bare(**({"cylinder_piston_area": 1e-9} | changes))
+
+
+def pond(**changes: float) -> dict[str, float]:
+    """Return a valve between chambers so large that their pressures stay where they are."""
+    return bare(cylinder_dead_volume_a=1.0, cylinder_dead_volume_b=1.0, load_mass=1e5, **changes)

@@ -1,0 +1,245 @@
+"""The physics of the valve's effects, each in a closed form, a limit or a published number."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from experiment import gain, lock, record, settle
+from reference_machine import STEP, bare, pond
+
+from hil_emulator.model.plant import Plant
+
+MakePlant = Callable[..., Plant]
+P_S, P_T, K_V = 160e5, 1e5, 6.68e-6
+
+
+def spool_gain(plant: Plant, frequency: float, amplitude: float) -> float:
+    """Amplitude ratio of the spool at one frequency."""
+
+    def drive(value: float) -> None:
+        plant.inputs.valve_current = value
+
+    return gain(plant, drive, "spool_position", frequency, amplitude)
+
+
+def bandwidth(make_plant: MakePlant, values: dict[str, float], amplitude: float) -> float:
+    """-3 dB frequency of the spool [Hz], by bisection."""
+    low, high = 40.0, 400.0
+    while high - low > 1.0:
+        middle = 0.5 * (low + high)
+        if spool_gain(make_plant(values), middle, amplitude) > math.sqrt(0.5):
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def test_transport_delay_ages_the_set_point(make_plant: MakePlant) -> None:
+    """A step arrives three ticks late; a delay of half a tick averages two ticks."""
+    plant = make_plant(bare(transport_delay_time=3e-3))
+    seen = []
+    for current in (0.0, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3):
+        plant.inputs.valve_current = current
+        plant.step(50)
+        seen.append(float(plant.signals.valve_current))
+    assert seen == [0.0, 0.0, 0.0, 0.0, 1e-3, 1e-3]
+    plant = make_plant(bare(transport_delay_time=0.5e-3))
+    plant.step(50)
+    plant.inputs.valve_current = 1e-3
+    plant.step(50)
+    assert plant.signals.valve_current == pytest.approx(0.5e-3)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_current_saturation_holds_the_spool_at_the_limit(sign: int, make_plant: MakePlant) -> None:
+    """Twice the rated current moves the spool to the rated position."""
+    plant = make_plant(bare(current_saturation_limit=0.01, end_stops_stiffness=1e8))
+    plant.inputs.valve_current = sign * 0.02
+    settle(plant, 0.02)
+    assert plant.signals.spool_position == pytest.approx(sign * 0.01, rel=1e-6)
+
+
+def test_driver_lag_is_first_order(make_plant: MakePlant) -> None:
+    """The coil current answers a step as 1 - exp(-t/tau)."""
+    plant = make_plant(bare(driver_lag_time_constant=5e-4))
+    plant.inputs.valve_current = 1e-3
+    (current,) = record(plant, 100, "valve_current")
+    t = STEP * np.arange(1, 101)
+    assert current == pytest.approx(1e-3 * (1 - np.exp(-t / 5e-4)), rel=1e-6)
+
+
+def test_null_bias_needs_its_opposite_to_stop_the_rod(make_plant: MakePlant) -> None:
+    """The rod drifts at zero command and rests at minus the bias."""
+    speeds = []
+    for command in (0.0, -1e-4):
+        plant = make_plant(bare(null_bias_bias=1e-4, viscous_friction_coefficient=1000.0))
+        plant.inputs.valve_current = command
+        settle(plant, 0.3)
+        speeds.append(float(plant.signals.velocity))
+    assert speeds[0] > 5e-3
+    assert abs(speeds[1]) < 1e-6
+
+
+@pytest.mark.parametrize("pressure", [160e5, 210e5, 250e5])
+def test_null_shift_is_proportional_to_the_supply_deviation(
+    pressure: float, make_plant: MakePlant
+) -> None:
+    """The null is right at rated supply pressure and moves by its share elsewhere."""
+    plant = make_plant(bare(null_shift_shift=2e-4, supply_pressure=pressure))
+    settle(plant, 0.02)
+    expected = 2e-4 * (pressure / 210e5 - 1.0)
+    assert plant.signals.spool_position == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(("amplitude", "published"), [(2.5e-3, 250.0), (1e-2, 100.0)])
+def test_spool_rate_limit_explains_both_published_bandwidths(
+    amplitude: float, published: float, make_plant: MakePlant
+) -> None:
+    """-3 dB at 250 Hz for ±25 % and at 100 Hz for ±100 %, at 210 bar (S1 3.3.1), within 5 %."""
+    values = bare(
+        spool_rate_limit_rate=3.6, pilot_supply_share=1.0, supply_pressure=210e5,
+        end_stops_stiffness=1e8,
+    )  # fmt: skip
+    assert bandwidth(make_plant, values, amplitude) == pytest.approx(published, rel=0.05)
+
+
+def test_pilot_supply_slows_the_spool_as_the_square_root_of_pressure(
+    make_plant: MakePlant,
+) -> None:
+    """From 210 to 160 bar both the linear and the rate-limited bandwidth fall by sqrt(160/210)."""
+    ratios = []
+    for amplitude in (1e-3, 1e-2):
+        found = [
+            bandwidth(
+                make_plant,
+                bare(pilot_supply_share=1.0, spool_rate_limit_rate=3.6, supply_pressure=p),
+                amplitude,
+            )
+            for p in (160e5, 210e5)
+        ]
+        ratios.append(found[0] / found[1])
+    assert ratios == pytest.approx([math.sqrt(160 / 210)] * 2, rel=0.02)
+
+
+def test_flow_force_closes_the_spool_with_the_drop(make_plant: MakePlant) -> None:
+    """Flow force and centring spring share the coil's force: u_v = i / (1 + k dp/dp_n)."""
+    plant = make_plant(bare(flow_force_stiffness=0.05, viscous_friction_coefficient=1000.0))
+    plant.inputs.valve_current = 2e-3
+    settle(plant, 0.06)
+    s = plant.signals
+    drop = (s.supply_pressure - s.pressure_a) + (s.pressure_b - s.tank_pressure)
+    assert s.spool_position == pytest.approx(2e-3 / (1 + 0.05 * drop / 70e5), rel=1e-3)
+    assert s.spool_position < 1.95e-3
+
+
+def test_threshold_is_the_change_that_a_reversal_needs(make_plant: MakePlant) -> None:
+    """The spool trails a slow ramp by T and, after a reversal, rests until the ramp is back 2 T."""
+    plant = make_plant(bare(threshold_current=1e-4))
+    ramp = np.concatenate([np.arange(0, 1e-3, 1e-6), np.arange(1e-3, 0, -1e-6)])
+    spool = np.empty(len(ramp))
+    for i, current in enumerate(ramp):
+        plant.inputs.valve_current = current
+        plant.step(50)
+        spool[i] = plant.signals.spool_position
+    assert ramp[900] - spool[900] == pytest.approx(1e-4, rel=0.05)
+    resting = np.flatnonzero(np.abs(np.diff(spool[1000:])) < 1e-8)
+    assert len(resting) * 1e-6 == pytest.approx(2e-4, rel=0.1)
+
+
+def test_hysteresis_opens_a_loop_of_the_stated_width(make_plant: MakePlant) -> None:
+    """On slow ramps the same flow needs 0.2 mA less on the way down; rate does not matter."""
+    widths = []
+    for steps in (10_000, 20_000):
+        plant = make_plant(pond(hysteresis_width=2e-4))
+        up = np.linspace(-5e-3, 5e-3, steps)
+        flow = []
+        for current in [*up, *up[::-1]]:
+            plant.inputs.valve_current = current
+            plant.step(1)
+            flow.append(float(plant.signals.flow_a))
+        at = steps * 3 // 4
+        falling = flow[steps:][::-1]
+        root = math.sqrt(plant.signals.supply_pressure - plant.signals.pressure_a)
+        # the spool itself trails a ramp by 2 D/w, on both branches
+        trail = 2 * 0.7 / (2 * math.pi * 250) * 1e-2 / (steps * STEP)
+        widths.append((falling[at] - flow[at]) / (K_V * root) - 2 * trail)
+    assert widths == pytest.approx([2e-4] * 2, rel=0.01)
+
+
+def test_gain_asymmetry_is_the_ratio_of_both_speeds(make_plant: MakePlant) -> None:
+    """A symmetric cylinder runs (1 + k)/(1 - k) times faster in the favoured direction."""
+    speeds = []
+    for current in (1e-3, -1e-3):
+        plant = make_plant(
+            bare(
+                gain_asymmetry_asymmetry=0.05, cylinder_area_ratio=1.0, load_mass=5.0,
+                viscous_friction_coefficient=100.0,
+            )
+        )  # fmt: skip
+        plant.inputs.valve_current = current
+        settle(plant, 0.15)
+        speeds.append(abs(float(plant.signals.velocity)))
+    assert speeds[0] / speeds[1] == pytest.approx(1.05 / 0.95, rel=2e-3)
+
+
+def test_overlap_takes_its_lap_from_the_opening(make_plant: MakePlant) -> None:
+    """Nothing flows within the lap; beyond it the flow grows as u - lap."""
+    flows = []
+    for current in (0.9e-4, 2e-4, 3e-4):
+        plant = make_plant(pond(overlap_lap=1e-4))
+        plant.inputs.valve_current = current
+        settle(plant, 0.02)
+        flows.append(float(plant.signals.flow_a))
+    assert flows[0] == 0.0
+    assert flows[2] / flows[1] == pytest.approx(2.0, rel=1e-5)
+
+
+def test_underlap_gives_the_published_pressure_sensitivity(make_plant: MakePlant) -> None:
+    """Blocked ports: dp/du = p_s/u_0, 5.7e11 Pa/A for 28 uA (S1 3.5.1), within 2 %."""
+    pressures = []
+    for current in (-1e-6, 1e-6):
+        plant = make_plant(bare(underlap_lap=28e-6, load_mass=1e5, tank_pressure=0.0))
+        plant.inputs.valve_current = current
+        lock(plant, 2.0)
+        pressures.append((plant.signals.pressure_a, plant.signals.pressure_b))
+        leakage = plant.signals.supply_flow
+    (a_below, b_below), (a_above, b_above) = pressures
+    assert (a_above - a_below) / 2e-6 == pytest.approx(5.7e11, rel=0.02)
+    assert (b_above - b_below) / 2e-6 == pytest.approx(-5.7e11, rel=0.02)
+    # and the leakage that comes with it: 2 K_v u_0 sqrt(p_s/2), 0.064 l/min
+    assert leakage == pytest.approx(2 * K_V * 28e-6 * math.sqrt(P_S / 2), rel=0.01)
+
+
+def test_flow_saturation_lets_edge_and_passage_share_the_drop(make_plant: MakePlant) -> None:
+    """At the passage's own opening the flow is 1/sqrt(2) of that without it."""
+    flows = []
+    for passage in (math.inf, 5e-3):
+        plant = make_plant(pond(flow_saturation_passage=passage))
+        plant.inputs.valve_current = 5e-3
+        plant.step(400)
+        s = plant.signals
+        flows.append(s.flow_a / math.sqrt(s.supply_pressure - s.pressure_a))
+    assert flows[1] / flows[0] == pytest.approx(math.sqrt(0.5), rel=1e-4)
+
+
+def test_reynolds_discharge_is_laminar_at_small_flow_numbers(make_plant: MakePlant) -> None:
+    """A hair's opening passes flow as 1/viscosity; a wide one the turbulent flow."""
+
+    def coefficient(current: float, viscosity: float) -> float:
+        plant = make_plant(
+            pond(
+                reynolds_discharge_critical_flow_number=1000.0, oil_kinematic_viscosity=viscosity
+            )
+        )  # fmt: skip
+        plant.inputs.valve_current = current
+        plant.step(400)
+        s = plant.signals
+        return s.flow_a / (K_V * s.spool_position * math.sqrt(s.supply_pressure - s.pressure_a))
+
+    thick, thin = coefficient(2e-4, 200e-6), coefficient(2e-4, 100e-6)
+    assert thin / thick == pytest.approx(2.0, rel=0.01)
+    assert coefficient(1e-2, 10e-6) == pytest.approx(1.0, abs=0.01)
+    # the published form at one point: tanh(2 lambda / lambda_c)
+    flow_number = 2 * 0.025 * 2e-4 / 100e-6 * math.sqrt(2 * (P_S - 60.6e5) / 850)
+    assert thin == pytest.approx(math.tanh(2 * flow_number / 1000), rel=0.01)
