@@ -13,7 +13,7 @@ import numpy as np
 from hil_emulator.identify.experiment import Array
 from hil_emulator.identify.fit import Fitter
 from hil_emulator.identify.linearised import propagate
-from hil_emulator.identify.observer import Frozen
+from hil_emulator.identify.observer import BURN_IN, Frozen
 from hil_emulator.identify.probes import PROBES
 from hil_emulator.identify.twin import Coordinate
 
@@ -207,6 +207,7 @@ def _through(frozen: Frozen, balance: Balance, term: Array) -> Array:
         np.ascontiguousarray(feeds), np.ascontiguousarray(inputs), outputs, column,
     )  # fmt: skip
     column[~np.isfinite(frozen.measured)] = 0.0
+    column[: round(BURN_IN / frozen.experiment.period)] = 0.0
     return (column * frozen.weights).ravel()
 
 

@@ -4,8 +4,8 @@ Innovations of a predictor with process noise are immune to slow drift, which fr
 simulation adds up to many times the sensors' noise. The gains are computed once per fit and then
 frozen, so that the innovations are an ordinary function of the parameters.
 
-Every function takes the kernel's `run` and `read` as its first arguments. The augmented state z is
-the model's active states, then two Ornstein-Uhlenbeck disturbances: null drift of the valve [A]
+Every function takes the kernel's `tick` and `sense` as its first arguments. The augmented state z
+is the model's active states, then two Ornstein-Uhlenbeck disturbances: null drift of the valve [A]
 and deviation of the supply pressure [Pa].
 """
 
@@ -14,13 +14,18 @@ from typing import Any
 import numba
 import numpy as np
 
+from hil_emulator.model.quantities import INPUTS
+
 DISTURBANCES = 2
 """Null drift and supply deviation."""
+
+INPUT_COUNT = len(INPUTS)
+"""Inputs of the model; the first is the valve current."""
 
 
 @numba.njit(error_model="numpy", nogil=True)
 def advance(
-    run: Any, memory: Any, z: Any, active: Any, par: Any, supply: int, nominal: float,
+    tick: Any, memory: Any, past: Any, z: Any, active: Any, par: Any, supply: int, nominal: float,
     inputs: Any, current: float, decay: Any, signals: Any, step: float, steps: int,
 ) -> None:  # fmt: skip
     """Map z over one sample period; `memory` and `signals` then belong to the new state."""
@@ -31,29 +36,29 @@ def advance(
     z[n + 1] *= decay[1]
     inputs[0] = current + z[n]
     par[supply] = nominal + z[n + 1]
-    run(memory, par, inputs, signals, step, steps)
+    tick(memory, past, par, inputs, signals, step, steps)
     for i in range(n):
         z[i] = memory[active[i]]
 
 
 @numba.njit(error_model="numpy", nogil=True)
 def predict(
-    run: Any, read: Any, start: Any, z0: Any, active: Any, par: Any, supply: int, chan: Any,
-    remembered: int, sources: Any, chosen: Any, current: Any, measured: Any, gains: Any,
+    tick: Any, sense: Any, start: Any, z0: Any, active: Any, par: Any, supply: int, chan: Any,
+    remembered: Any, sources: Any, chosen: Any, current: Any, measured: Any, gains: Any,
     whitening: Any, decay: Any, period: float, step: float, steps: int, residual: Any, track: Any,
 ) -> None:  # fmt: skip
     """Run the frozen predictor.
 
     Args:
-        run: the kernel's integration.
-        read: the kernel's sensor chain.
+        tick: the kernel's integration over one sample.
+        sense: the kernel's sensor chain.
         start: state vector at the start, of all states.
         z0: augmented state at the start.
         active: indices of the states in z.
         par: the plant's parameters.
         supply: index of the supply pressure in `par`.
         chan: the transducers' parameters.
-        remembered: values that the transducers remember.
+        remembered: how many values the set point, the transducers, and their histories remember.
         sources: index of each channel's signal.
         chosen: the channels that were measured.
         current: valve current per sample [A].
@@ -73,19 +78,34 @@ def predict(
     z = z0.copy()
     memory = np.zeros(6 * len(start))
     memory[: len(start)] = start
-    inputs = np.zeros(2)
+    inputs = np.zeros(INPUT_COUNT)
     normal = np.zeros(len(sources))
     reading = np.zeros(len(sources))
     overrange = np.zeros(len(sources), np.int64)
-    trace = np.full(remembered, np.nan)
+    past = np.full(remembered[0], np.nan)
+    trace = np.full(remembered[1], np.nan)
+    history = np.full(remembered[2], np.nan)
     signals = np.zeros(track.shape[1])
     advance(
-        run, memory, z, active, par, supply, nominal, inputs, current[0], decay, signals, step, 0
+        tick,
+        memory,
+        past,
+        z,
+        active,
+        par,
+        supply,
+        nominal,
+        inputs,
+        current[0],
+        decay,
+        signals,
+        step,
+        0,
     )
     m = len(chosen)
     error = np.zeros(m)
     for k in range(len(current)):
-        read(signals, sources, chan, trace, normal, period, reading, overrange)
+        sense(signals, sources, chan, trace, history, normal, period, reading, overrange)
         for i in range(m):
             error[i] = measured[k, i] - reading[chosen[i]]
             if not np.isfinite(measured[k, i]):
@@ -100,6 +120,6 @@ def predict(
             for j in range(m):
                 z[i] += gains[k, i, j] * error[j]
         advance(
-            run, memory, z, active, par, supply, nominal, inputs, current[k], decay, signals,
+            tick, memory, past, z, active, par, supply, nominal, inputs, current[k], decay, signals,
             step, steps,
         )  # fmt: skip

@@ -5,7 +5,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from hil_emulator.identify.filter import advance
+from hil_emulator.identify.filter import INPUT_COUNT, advance
 
 
 @numba.njit(error_model="numpy", nogil=True)
@@ -34,8 +34,8 @@ def _update(cov: Any, sense: Any, noise: Any, present: Any, gain: Any, whitening
 
 @numba.njit(error_model="numpy", nogil=True)
 def linearise(
-    run: Any, read: Any, start: Any, z0: Any, cov0: Any, scales: Any, active: Any, par: Any,
-    supply: int, probes: Any, probe_sizes: Any, chan: Any, remembered: int, sources: Any,
+    tick: Any, sense_chain: Any, start: Any, z0: Any, cov0: Any, scales: Any, active: Any, par: Any,
+    supply: int, probes: Any, probe_sizes: Any, chan: Any, remembered: Any, sources: Any,
     chosen: Any, slope: Any, signal_count: int, current: Any, measured: Any, noise: Any,
     diffusion: Any, decay: Any, period: float, step: float, steps: int, gains: Any,
     whitening: Any, maps: Any, senses: Any,
@@ -63,11 +63,15 @@ def linearise(
     z, cov = z0.copy(), cov0.copy()
     memory = np.zeros(6 * size)
     memory[:size] = start
-    inputs = np.zeros(2)
+    inputs = np.zeros(INPUT_COUNT)
     normal = np.zeros(len(sources))
     reading = np.zeros(len(sources))
     overrange = np.zeros(len(sources), np.int64)
-    trace = np.full(remembered, np.nan)
+    past = np.full(remembered[0], np.nan)
+    past_before = past.copy()
+    past_other = past.copy()
+    trace = np.full(remembered[1], np.nan)
+    history = np.full(remembered[2], np.nan)
     signals = np.zeros(signal_count)
     signals_moved = signals.copy()
     present = np.ones(m, np.bool_)
@@ -77,17 +81,31 @@ def linearise(
     moved = z.copy()
     other = memory.copy()
     advance(
-        run, memory, z, active, par, supply, nominal, inputs, current[0], still, signals, step, 0
+        tick,
+        memory,
+        past,
+        z,
+        active,
+        par,
+        supply,
+        nominal,
+        inputs,
+        current[0],
+        still,
+        signals,
+        step,
+        0,
     )
     for k in range(len(current)):
-        read(signals, sources, chan, trace, normal, period, reading, overrange)
+        sense_chain(signals, sources, chan, trace, history, normal, period, reading, overrange)
         before = current[max(0, k - 1)]
         for j in range(n):  # Jacobian of the reading
             moved[:] = z
             moved[j] += scales[j]
             other[:] = memory
+            past_other[:] = past
             advance(
-                run, other, moved, active, par, supply, nominal, inputs, before, still,
+                tick, other, past_other, moved, active, par, supply, nominal, inputs, before, still,
                 signals_moved, step, 0,
             )  # fmt: skip
             for i in range(m):
@@ -101,18 +119,20 @@ def linearise(
             for j in range(m):
                 z[i] += gains[k, i, j] * error[j]
         old = memory.copy()
+        past_before[:] = past
         posterior = z.copy()
         advance(
-            run, memory, z, active, par, supply, nominal, inputs, current[k], decay, signals,
+            tick, memory, past, z, active, par, supply, nominal, inputs, current[k], decay, signals,
             step, steps,
         )  # fmt: skip
         for j in range(n):  # Jacobian of the next state and reading
             moved[:] = posterior
             moved[j] += scales[j]
             other[:] = old
+            past_other[:] = past_before
             advance(
-                run, other, moved, active, par, supply, nominal, inputs, current[k], decay,
-                signals_moved, step, steps,
+                tick, other, past_other, moved, active, par, supply, nominal, inputs, current[k],
+                decay, signals_moved, step, steps,
             )  # fmt: skip
             for i in range(n):
                 maps[k, i, j] = (moved[i] - z[i]) / scales[j]
@@ -122,10 +142,11 @@ def linearise(
         for j in range(len(probes)):
             moved[:] = posterior
             other[:] = old
+            past_other[:] = past_before
             par[probes[j]] += probe_sizes[j]
             advance(
-                run, other, moved, active, par, supply, nominal, inputs, current[k], decay,
-                signals_moved, step, steps,
+                tick, other, past_other, moved, active, par, supply, nominal, inputs, current[k],
+                decay, signals_moved, step, steps,
             )  # fmt: skip
             par[probes[j]] -= probe_sizes[j]
             for i in range(n):

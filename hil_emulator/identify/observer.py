@@ -32,6 +32,15 @@ FORCE_DISTURBANCE = 2e-3
 DISTURBANCE_TIME = 0.01
 """Time over which both are correlated [s] (assumed)."""
 
+FINER_STEPS = (5e-5, 2e-5)
+"""Integration steps for stiff effects, tried where the prediction runs away [s]."""
+
+BURN_IN = 0.05
+"""Time at the start of an experiment that counts for nothing [s]: the states settle."""
+
+ABSURD = 1e4
+"""Whitened innovation that only an unstable integration makes."""
+
 SMALLEST_NOISE = 2e-5
 """Noise of a channel without any, over its span (assumed: rounding of a recording)."""
 
@@ -99,7 +108,7 @@ class Observer:
         names = list(twin.kernel.state.names or ())
         active_names = twin.active(par)
         active = np.array([names.index(n) for n in active_names])
-        start = self._start(par, chan, measured)
+        start = self._start(par, measured)
         top = max(float(np.nanmax(np.abs(experiment.current), initial=0.0)), 1e-6)
         cov0, diffusion, decay, scales = self._tuning(
             par, active_names, start[active], top, experiment.period
@@ -110,7 +119,7 @@ class Observer:
                   ((n, n_m), (n_m, n_m), (n, n), (n_m, n), (n, q), (n_m, q))]  # fmt: skip
         steps = self._steps(experiment.period)
         linearise(
-            twin.kernel.run, twin.kernel.read, start, z0, cov0, scales, active, par, twin.supply,
+            twin.kernel.tick, twin.kernel.sense, start, z0, cov0, scales, active, par, twin.supply,
             twin.probes, twin.probe_sizes, chan, twin.remembered, twin.sources, self.chosen,
             np.ones(n_m), len(twin.signal_names), experiment.current, measured, noise**2, diffusion,
             decay, experiment.period, experiment.period / steps, steps, *arrays,
@@ -125,18 +134,27 @@ class Observer:
         self, frozen: Frozen, par: Array, chan: Array, track: bool = False
     ) -> tuple[Array, Array]:
         """Return weighted whitened innovations, and predicted signals where wanted."""
-        twin, experiment = self.twin, frozen.experiment
+        rows = len(frozen.measured) if track else 1
+        path = np.empty((rows, len(self.twin.signal_names)))
         residual = np.empty_like(frozen.measured)
-        rows = len(residual) if track else 1
-        path = np.empty((rows, len(twin.signal_names)))
-        steps = self._steps(experiment.period)
+        for step in (self.largest_step, *FINER_STEPS):
+            self._predict(frozen, par, chan, step, residual, path)
+            if np.isfinite(residual).all() and np.max(np.abs(residual)) < ABSURD:
+                break
+        residual[: round(BURN_IN / frozen.experiment.period)] = 0.0
+        return residual * frozen.weights, path
+
+    def _predict(
+        self, frozen: Frozen, par: Array, chan: Array, step: float, residual: Array, path: Array
+    ) -> None:
+        twin, experiment = self.twin, frozen.experiment
+        steps = max(1, int(np.ceil(experiment.period / step - 1e-9)))
         predictor.predict(
-            twin.kernel.run, twin.kernel.read, frozen.start, frozen.z0, frozen.active, par,
+            twin.kernel.tick, twin.kernel.sense, frozen.start, frozen.z0, frozen.active, par,
             twin.supply, chan, twin.remembered, twin.sources, frozen.chosen, experiment.current,
             frozen.measured, frozen.gains, frozen.whitening, frozen.decay, experiment.period,
             experiment.period / steps, steps, residual, path,
         )  # fmt: skip
-        return residual * frozen.weights, path
 
     def noise(self, experiment: Experiment) -> Array:
         """Return the standard deviation of each channel's noise, from the data themselves."""
@@ -147,14 +165,15 @@ class Observer:
             ]
         )
 
-    def _start(self, par: Array, chan: Array, measured: Array) -> Array:
+    def _start(self, par: Array, measured: Array) -> Array:
         """Return the state at rest with what was measured at first put in."""
-        start = self.twin.start(par, self.largest_step)
-        names = list(self.twin.kernel.state.names or ())
-        for i, channel in enumerate(self.channels):
-            first = measured[:10, i]
-            if channel in names and np.isfinite(first).any():
-                start[names.index(channel)] = float(np.nanmean(first))
+        first = {c: float(np.nanmean(measured[:10, i])) for i, c in enumerate(self.channels)
+                 if np.isfinite(measured[:10, i]).any()}  # fmt: skip
+        both = "pressure_a" in first and "pressure_b" in first
+        pressures = (first["pressure_a"], first["pressure_b"]) if both else None
+        start = self.twin.start(par, self.largest_step, pressures)
+        if "position" in first:
+            start[list(self.twin.kernel.state.names or ()).index("position")] = first["position"]
         return start
 
     def _tuning(

@@ -6,8 +6,8 @@ Holding them fixed invents effects: the nearest entry of the catalogue explains 
 
 import math
 
-from hil_emulator.identify.twin import Coordinate, Twin, predictable
-from hil_emulator.model import actuator
+from hil_emulator.identify.twin import Coordinate, Twin, concerns, predictable
+from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect, is_on
 from hil_emulator.model.stages import transducer
 
@@ -29,7 +29,7 @@ KNOB_PRIOR = 0.5
 def ordinary(twin: Twin) -> list[Coordinate]:
     """Return the ordinary parameters of a configuration."""
     found: list[Coordinate] = []
-    units = {f"{t}_{p.name}": p for t, ps in actuator.PARAMS.items() for p in ps}
+    units = {f"{t}_{p.name}": p for t, ps in quantities.PARAMS.items() for p in ps}
     for field, prior in PRIORS.items():
         if field not in twin.plant_values or twin.plant_values[field] == 0.0:
             continue
@@ -76,7 +76,7 @@ def candidates(twin: Twin, channels: tuple[str, ...]) -> list[Coordinate]:
             if not is_on(effect, twin.plant_values.get(effect.field_of(effect.knob), effect.off)):
                 found.append(twin.knob(effect, "", math.inf))
             continue
-        for channel in channels:
+        for channel in (c for c in channels if concerns(effect, c)):
             coordinate = twin.knob(effect, channel, math.inf)
             if predictable(effect) and not is_on(effect, coordinate.neutral):
                 found.append(coordinate)

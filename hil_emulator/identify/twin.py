@@ -11,12 +11,13 @@ import numpy as np
 from hil_emulator.config.load import Configuration
 from hil_emulator.identify.experiment import SPANS, Array
 from hil_emulator.identify.probes import PROBES
-from hil_emulator.model import actuator, kernel
+from hil_emulator.model import kernel, quantities
 from hil_emulator.model.declare import Effect, Param, is_on
 from hil_emulator.model.kernel import Kernel
-from hil_emulator.model.plant import Plant, fill
+from hil_emulator.model.layout import fill, length
+from hil_emulator.model.plant import Plant
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.model.stages import transducer
+from hil_emulator.model.stages import CONTINUOUS, coupling_acts, source_acts, transducer
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,14 @@ class Twin:
         self.names = tuple(c.name for c in CHANNELS)
         rows = [self._channel(name, config.sensors.get(name, {})) for name in self.names]
         self.chan = np.concatenate(rows)
-        self.remembered = len(CHANNELS) * len(self.kernel.memory.names or ())
+        count = len(CHANNELS)
+        self.remembered = np.array(
+            [
+                length(self.kernel.past),
+                count * length(self.kernel.memory),
+                count * length(self.kernel.channel_past),
+            ]
+        )
         self._par_at = {n: i for i, n in enumerate(self.kernel.parameters.names or ())}
         self._chan_at = {n: i for i, n in enumerate(self.kernel.channel.names or ())}
         self.signal_names = tuple(self.kernel.signals.names or ())
@@ -129,22 +137,27 @@ class Twin:
             (chan if sensor else par)[i] = coordinate.value(float(value))
         return par, chan
 
-    def start(self, par: Array, step: float) -> Array:
-        """Return the state at rest of a parameter set, before anything was measured."""
+    def start(self, par: Array, step: float, pressures: tuple[float, float] | None) -> Array:
+        """Return the state at rest of a parameter set, at the given chamber pressures [Pa]."""
         names = list(self.kernel.parameters.names or ())
         plant = Plant(self.kernel, dict(zip(names, par.tolist(), strict=True)), step)
+        if pressures:
+            plant.set_pressures(max(pressures[0], 1e4), max(pressures[1], 1e4))
         return plant.state_vector.copy()
 
     def active(self, par: Array) -> list[str]:
         """Return the states that move: those of every actuator and of the effects that act."""
-        states = [q.name for q in actuator.STATES]
-        for effect in self.kernel.effects:
-            if effect.stage == transducer or effect.field_of(effect.knob) not in self._par_at:
-                continue
-            if is_on(effect, float(par[self._par_at[effect.field_of(effect.knob)]])):
-                states += [effect.field_of(q) for q in effect.states]
-        known = self.kernel.state.names or ()
-        return [name for name in states if name in known]
+        acting = [e for e in self.kernel.effects if e.stage in CONTINUOUS and self._acts(e, par)]
+        stages = {law.stage for e in acting for law in e.laws}
+        states = [q.name for q in quantities.STATES]
+        if source_acts.stage in stages:
+            states += [q.name for q in quantities.SUPPLY_STATES]
+        if coupling_acts.stage in stages:
+            states += [q.name for q in quantities.COUPLING_STATES]
+        return states + [e.field_of(q) for e in acting for q in e.states]
+
+    def _acts(self, effect: Effect, par: Array) -> bool:
+        return is_on(effect, float(par[self._par_at[effect.field_of(effect.knob)]]))
 
     def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
         """Return the knob of an effect as a coordinate."""
@@ -170,3 +183,9 @@ def predictable(effect: Effect) -> bool:
     """Whether a transducer effect changes what is expected, rather than scatter or round it."""
     arguments = inspect.signature(effect.law).parameters
     return "normal" not in arguments and effect.knob.name != "step"
+
+
+def concerns(effect: Effect, channel: str) -> bool:
+    """Whether a transducer effect can act in a channel: few channels look at another one."""
+    wired = next(c for c in CHANNELS if c.name == channel).differenced
+    return bool(wired) or "differenced" not in inspect.signature(effect.law).parameters

@@ -46,7 +46,7 @@ def test_units_and_order_do_not_matter(tmp_path: Path) -> None:
 )
 def test_a_wrong_header_is_named_with_its_remedy(tmp_path: Path, header: str, words: str) -> None:
     """A wrong dimension, a missing unit, a misspelt channel and a missing time say so."""
-    with pytest.raises(UserError, match="log.csv") as caught:
+    with pytest.raises(UserError, match=r"log\.csv") as caught:
         only(written(tmp_path, header, [TIME, TIME]))
     assert words in str(caught.value)
 
