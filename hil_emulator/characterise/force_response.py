@@ -21,11 +21,11 @@ from hil_emulator.model import linear, linearise
 
 Response = NDArray[np.complex128]
 
-_HERTZ = np.geomspace(10.0, 200.0, 45)
+_HERTZ = np.geomspace(10.0, 200.0, 37)
 _AMPLITUDE = 1e-3  # of the sines, part of the rated current
 _FORCES = {"f_h": "hydraulic_force", "f": "load_force"}
 _PERIOD = 2e-4  # of the signal generator [s]
-_SETTLING, _MEASURED = 0.4, 1.0  # [s]
+_SETTLING, _MEASURED = 0.4, 0.8  # [s]
 
 
 def _responses(bench: Bench, hertz: float, rest: linearise.Linearisation) -> list[complex]:

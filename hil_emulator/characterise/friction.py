@@ -4,7 +4,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.friction_force import columns, comparisons, fit, speed_and_friction
+from hil_emulator.characterise.friction_force import (
+    columns,
+    comparisons,
+    fit,
+    has_excess,
+    speed_and_friction,
+)
 from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Procedure
 from hil_emulator.characterise.result import Result, column
@@ -29,7 +35,7 @@ def run(bench: Bench) -> Result:
         forces.append(force[keep])
         parts.append(np.full(len(keep), hertz))
     v, f, hertz_of = (np.concatenate(p) for p in (speeds, forces, parts))
-    found = fit(v, f, bench.value("stribeck_friction_excess") > 0.0)
+    found = fit(v, f, has_excess(bench))
     shown = slice(None, None, len(v) // (_SHOWN * len(_HERTZ)))
     return Result(
         name=TEST.name,

@@ -77,20 +77,26 @@ def fit(velocity: Series, force: Series, excess: bool) -> Fit:
 
 
 def comparisons(bench: Bench, found: Fit) -> list[Comparison]:
-    """Compare what was found with what the machine was given."""
+    """Compare what was found with what the machine was given; bristles carry dry friction too."""
+    viscous = bench.value("viscous_friction_coefficient") * bench.relative_viscosity
+    coulomb = bench.value("coulomb_friction_force") + bench.value("presliding_force")
+    excess = bench.value("stribeck_friction_excess")
+    if bench.value("presliding_force"):
+        excess += bench.value("presliding_excess")
     rows = [
-        ("viscous coefficient B", "N s/m", "viscous_friction_coefficient", found.viscous, 0.03,
-         "configured; S1 3.4.2: 1000"),
-        ("Coulomb friction F_c0", "N", "coulomb_friction_force", found.coulomb, 0.03,
-         "configured; S1 3.4.2: 100"),
-        ("Stribeck excess F_s0", "N", "stribeck_friction_excess", found.excess, 0.15,
-         "configured; S1 Fig. 3.8: 100"),
+        ("viscous coefficient B", "N s/m", viscous, "configured; S1 3.4.2: 1000", found.viscous,
+         0.03),
+        ("Coulomb friction F_c0", "N", coulomb, "configured; S1 3.4.2: 100", found.coulomb, 0.03),
+        ("Stribeck excess F_s0", "N", excess, "configured; S1 Fig. 3.8: 100", found.excess, 0.15),
     ]  # fmt: skip
-    return [
-        Comparison(quantity, unit, bench.value(name), source, measured, tolerance)
-        for quantity, unit, name, measured, tolerance, source in rows
-        if bench.value(name)
-    ]
+    return [Comparison(*row) for row in rows if row[2]]
+
+
+def has_excess(bench: Bench) -> bool:
+    """Whether the machine's friction falls with speed, so that the fit has to look for it."""
+    return any(
+        bench.value(name) > 0.0 for name in ("stribeck_friction_excess", "presliding_excess")
+    )
 
 
 def columns(velocity: Series, friction: Series, found: Fit) -> dict[str, Column]:

@@ -8,7 +8,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.friction_force import columns, comparisons, fit, speed_and_friction
+from hil_emulator.characterise.friction_force import (
+    columns,
+    comparisons,
+    fit,
+    has_excess,
+    speed_and_friction,
+)
 from hil_emulator.characterise.motion import Mover, stroke
 from hil_emulator.characterise.procedure import Procedure
 from hil_emulator.characterise.result import Result
@@ -34,7 +40,7 @@ def run(bench: Bench) -> Result:
     """Move the rod at constant speeds in both directions."""
     points = [_one_speed(bench, sign * speed) for sign in (-1.0, 1.0) for speed in _SPEEDS]
     v, f = np.array(sorted(points)).T
-    found = fit(v, f, bench.value("stribeck_friction_excess") > 0.0)
+    found = fit(v, f, has_excess(bench))
     return Result(
         name=TEST.name,
         title=TEST.title,

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from hil_emulator.characterise import (
     bulk_modulus,
+    discharge,
     force_poles,
     force_response,
     force_zeros,
@@ -13,6 +14,7 @@ from hil_emulator.characterise import (
     leakage,
     no_load,
     pressure_gain,
+    pump,
     sensors,
     spool_response,
     valve_flow,
@@ -32,6 +34,7 @@ TESTS: tuple[Procedure, ...] = (
     pressure_gain.TEST,
     leakage.TEST,
     spool_response.TEST,
+    discharge.TEST,
     bulk_modulus.TEST,
     no_load.TEST,
     friction.TEST,
@@ -39,9 +42,10 @@ TESTS: tuple[Procedure, ...] = (
     force_response.TEST,
     force_zeros.TEST,
     force_poles.TEST,
+    pump.TEST,
     sensors.TEST,
 )
-"""In the order of the page: valve, oil, cylinder, dynamics, sensors."""
+"""In the order of the page: valve, oil, cylinder, dynamics, pump, sensors."""
 
 
 def chosen(names: Sequence[str]) -> tuple[Procedure, ...]:

@@ -5,6 +5,8 @@ quantity it measures as a laboratory instrument shows it.
 """
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -20,51 +22,80 @@ from hil_emulator.model.sensors import CHANNELS, Channel
 DOCUMENT_LOAD_CELL_NOISE = 50.0
 """±50 N of the load cell (S1 3.4.3), taken as three standard deviations [N]."""
 _REST = 4.0  # [s]
-_HERTZ, _PART = 4.0, 0.1  # of the sine; amplitude, part of the stroke
-_SHOWN = {"bar": 1e-5, "mm": 1e3, "N": 1.0}  # from SI to the unit of a channel
+_HERTZ, _PART = 4.0, 0.25  # of the sine; amplitude, part of the stroke
+_TIMING = 5e-5  # what noise leaves of a measured delay [s]
+_SHOWN = {"bar": 1e-5, "mm": 1e3}  # from SI to the unit of a channel, where they differ
 
 
-def _noise_and_step(reading: Series, truth: Series) -> tuple[float, float]:
-    """Return standard deviation of the error and smallest step between readings."""
+@dataclass(frozen=True)
+class _Seen:
+    """What was found of one channel, SI; nan where the sine does not reach it."""
+
+    noise: float
+    step: float
+    gain: float
+    delay: float
+
+
+def _step(reading: Series) -> float:
+    """Return the smallest distance between two different readings, beyond round-off."""
     steps = np.diff(np.unique(reading))
-    real = steps[steps > 1e-9 * max(1e-12, float(np.ptp(reading)))]
-    return float(np.std(reading - truth)), float(real.min()) if real.size else 0.0
+    real = steps[steps > 1e-9 * np.ptp(reading)]
+    return float(real.min()) if real.size else 0.0
 
 
-def _gain_and_delay(channel: Channel, seen: Recording) -> tuple[float, float]:
-    """Return gain and delay [s] of a channel from the fundamental of the sine."""
+def _look(channel: Channel, rest: Recording, moving: Recording) -> _Seen:
     omega = 2.0 * math.pi * _HERTZ
-    truth = fundamental(seen.time, seen.signals[channel.signal], omega)
-    if abs(truth) < 1e-4 * channel.span:
-        return math.nan, math.nan
-    ratio = fundamental(seen.time, seen.readings[channel.name], omega) / truth
-    return abs(ratio), -float(np.angle(ratio)) / omega
+    truth = fundamental(moving.time, moving.signals[channel.signal], omega)
+    ratio = complex(math.nan, math.nan)
+    if abs(truth) > 1e-4 * channel.span:
+        ratio = fundamental(moving.time, moving.readings[channel.name], omega) / truth
+    return _Seen(
+        noise=float(np.std(rest.readings[channel.name] - rest.signals[channel.signal])),
+        step=_step(moving.readings[channel.name]),
+        gain=abs(ratio),
+        delay=-float(np.angle(ratio)) / omega,
+    )
 
 
-def _expected_noise(bench: Bench, channel: str) -> float:
-    """Return what white noise and rounding make together."""
-    given = bench.sensors.get(channel, {})
-    return math.hypot(given.get("noise_sigma", 0.0), given.get("resolution_step", 0.0) / 12**0.5)
+def expected_delay(given: Mapping[str, float], period: float) -> float:
+    """Return the delay [s] of slow signals through estimator, lag and dead time of a channel."""
+    delay = given.get("delay_time", 0.0) + 0.5 * given.get("velocity_estimator_window", 0.0)
+    tau = given.get("lag_time_constant", 0.0)
+    if tau:
+        kept = math.exp(-period / tau)
+        delay += period * kept / (1.0 - kept)
+    return delay
 
 
-def _comparisons(bench: Bench, found: dict[str, tuple[float, float]]) -> list[Comparison]:
-    rows = []
-    for channel in CHANNELS:
-        noise, step = found[channel.name]
-        factor, name = _SHOWN.get(channel.shown, 1.0), channel.name.replace("_", " ")
-        given = bench.sensors.get(channel.name, {})
-        if given.get("noise_sigma"):
-            rows.append(Comparison(
-                f"noise of {name}, standard deviation", channel.shown,
-                _expected_noise(bench, channel.name) * factor, "configured noise and resolution",
-                noise * factor, 0.05,
-            ))  # fmt: skip
-            if given.get("resolution_step"):
-                rows.append(Comparison(
-                    f"resolution of {name}", channel.shown, given["resolution_step"] * factor,
-                    "configured", step * factor, 1e-3,
-                ))  # fmt: skip
-    noise = found["load_force"][0]
+def _rows(
+    channel: Channel, given: Mapping[str, float], seen: _Seen, period: float
+) -> list[Comparison]:
+    """Compare one channel with its configuration."""
+    factor, name = _SHOWN.get(channel.shown, 1.0), channel.name.replace("_", " ")
+    sigma, step = given.get("noise_sigma", 0.0), given.get("resolution_step", 0.0)
+    noise, delay = math.hypot(sigma, step / 12**0.5), expected_delay(given, period)
+    rows = [
+        (sigma, f"noise of {name}, standard deviation", channel.shown, noise * factor,
+         seen.noise * factor, 0.05),
+        (step, f"resolution of {name}", channel.shown, step * factor, seen.step * factor, 1e-3),
+        (delay, f"delay of {name}", "ms", delay * 1e3, seen.delay * 1e3,
+         max(0.05, _TIMING / delay) if delay else 0.0),
+    ]  # fmt: skip
+    return [
+        Comparison(quantity, unit, expected, "configured", measured, tolerance)
+        for on, quantity, unit, expected, measured, tolerance in rows
+        if on and not math.isnan(measured)
+    ]
+
+
+def _comparisons(bench: Bench, seen: Mapping[str, _Seen], period: float) -> list[Comparison]:
+    rows = [
+        row
+        for c in CHANNELS
+        for row in _rows(c, bench.sensors.get(c.name, {}), seen[c.name], period)
+    ]
+    noise = seen["load_force"].noise
     if noise:
         rows.append(Comparison(
             "noise of the load cell, three standard deviations", "N", DOCUMENT_LOAD_CELL_NOISE,
@@ -79,24 +110,16 @@ def run(bench: Bench) -> Result:
     start = {"initial_position": centre}
     stand = bench.stand(start)
     rest = stand.drive(np.zeros(round(_REST / stand.period)))
-    found = {
-        c.name: _noise_and_step(rest.readings[c.name], rest.signals[c.signal]) for c in CHANNELS
-    }
     stand = bench.stand(start)
     path = sine(centre, _PART * 2.0 * centre, _HERTZ, stand.period, 12.0)
     moving = Mover(bench, stand).follow(path).after(2.0 / _HERTZ)
-    dynamic = {c.name: _gain_and_delay(c, moving) for c in CHANNELS}
-    shown = slice(None, 500)
-    notes = [
-        f"{name}: gain {gain:.4f}, delay {delay * 1e3:.2f} ms at {_HERTZ:g} Hz."
-        for name, (gain, delay) in dynamic.items()
-        if not math.isnan(gain)
-    ]
+    seen = {c.name: _look(c, rest, moving) for c in CHANNELS}
+    shown = slice(100, 600)
     return Result(
         name=TEST.name,
         title=TEST.title,
         procedure=(
-            "Four seconds with the valve centred for noise and resolution; a sine of ±10 % of the "
+            "Four seconds with the valve centred for noise and resolution; a sine of ±25 % of the "
             "stroke at 4 Hz for gain and delay, against the quantity itself."
         ),
         columns={"time": column("s", rest.time[shown])}
@@ -107,8 +130,12 @@ def run(bench: Bench) -> Result:
             )
             for c in CHANNELS
         },
-        comparisons=_comparisons(bench, found),
-        notes=notes,
+        comparisons=_comparisons(bench, seen, stand.period),
+        notes=[
+            f"{name}: gain {s.gain:.4f}, delay {s.delay * 1e3:.2f} ms at {_HERTZ:g} Hz."
+            for name, s in seen.items()
+            if not math.isnan(s.gain)
+        ],
     )  # fmt: skip
 
 

@@ -23,6 +23,9 @@ _NO_CYLINDER = {
     "cylinder_dead_volume_b": 1e-6,
 }
 
+_METER_CONDUCTANCE = 1e-7  # 0.01 bar at the nominal flow [m³/(s Pa)]
+_PIPE_VOLUME = 1e-2  # [m³]
+
 RATED_CURRENT = 0.01
 """Rated current where the configuration limits none [A] (Moog E024 in public HyQ scripts)."""
 
@@ -139,6 +142,29 @@ class Bench:
     def blocked(self) -> dict[str, float]:
         """Return the changes that close both ports of the valve, behind 1 ml of drillings each."""
         return self.clamped() | _NO_CYLINDER
+
+    def joined(self) -> dict[str, float]:
+        """Return the changes that join ports a and b through pipe and flow meter.
+
+        The meter shows as leakage past the piston. Wide pipes keep it slow enough for the
+        integration step; between equal edges their pressure is the steady one from the start.
+        """
+        return self.clamped() | {
+            "cylinder_area_ratio": 1.0,
+            "cylinder_dead_volume_a": _PIPE_VOLUME,
+            "cylinder_dead_volume_b": _PIPE_VOLUME,
+            "internal_leakage_conductance": _METER_CONDUCTANCE,
+        }
+
+    @property
+    def viscosity(self) -> float:
+        """Kinematic viscosity of the oil as configured [m²/s]."""
+        return float(Plant(self.kernel, self.values, self.step).signals.viscosity)
+
+    @property
+    def relative_viscosity(self) -> float:
+        """Viscosity over that at 40 °C, where the machine's parameters hold."""
+        return self.viscosity / self.value("oil_kinematic_viscosity")
 
     def value(self, field: str) -> float:
         """Return a parameter as the model takes it, its off value or default where not set."""

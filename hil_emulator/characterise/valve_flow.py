@@ -15,22 +15,14 @@ from hil_emulator.characterise.stand import Bench
 
 NOMINAL_DROP = 70e5
 """Supply minus tank pressure of the data sheet [Pa] (public HyQ bench scripts)."""
-_METER_CONDUCTANCE = 1e-7  # of pipe and flow meter: 0.01 bar at the nominal flow [m³/(s Pa)]
-_PIPE_VOLUME = 1e-2  # makes the joined ports slow enough for the integration step [m³]
 _TO_LITRES = 6e4  # m³/s -> l/min
 
 
 def _flow_curve(bench: Bench) -> tuple[Series, Series]:
     """Return current [A] and flow through the meter [m³/s] over one slow triangle."""
     tank = bench.value("tank_pressure")
-    circuit = {
-        "supply_pressure": tank + NOMINAL_DROP,
-        "cylinder_area_ratio": 1.0,
-        "cylinder_dead_volume_a": _PIPE_VOLUME,
-        "cylinder_dead_volume_b": _PIPE_VOLUME,
-        "internal_leakage_conductance": _METER_CONDUCTANCE,
-    }
-    stand = bench.stand(bench.off("supply", "tank") | bench.clamped() | circuit)
+    changes = bench.off("supply", "tank") | bench.joined()
+    stand = bench.stand(changes | {"supply_pressure": tank + NOMINAL_DROP})
     rated = bench.rated_current
     ramp = np.concatenate(
         [np.linspace(0, 1, 1000), np.linspace(1, -1, 2000), np.linspace(-1, 0, 1000)]

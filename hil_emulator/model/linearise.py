@@ -120,7 +120,8 @@ class Linearisation:
 def _units(kernel: Kernel) -> dict[str, str]:
     """Return the unit of every state by field name."""
     own = {effect.field_of(q): q.unit for effect in kernel.effects for q in effect.states}
-    return {q.name: q.unit for q in actuator.STATES} | own
+    shared = (*actuator.STATES, *actuator.SUPPLY_STATES, *actuator.COUPLING_STATES)
+    return {q.name: q.unit for q in shared} | own
 
 
 class _Model:

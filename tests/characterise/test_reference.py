@@ -30,6 +30,11 @@ DOCUMENTS = {
         "effective bulk modulus at 10 bar": (1101.0, 1e-3),
         "effective bulk modulus at 100 bar": (1295.5, 1e-3),
     },
+    "discharge": {"turbulent discharge coefficient, full opening, 70 bar": (0.6, 0.01)},
+    "pump": {
+        "efficiency of a variable pump at 100 bar": (0.99, 0.01),
+        "efficiency of a variable pump at 250 bar": (0.90, 0.01),
+    },
     "no-load": {
         "p_a in free extension": (30.1, 5e-3),
         "p_b in free extension": (49.3, 5e-3),

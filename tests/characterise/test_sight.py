@@ -1,5 +1,6 @@
 """A changed machine changes what the bench shows, and by the right amount."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -8,10 +9,13 @@ import pytest
 
 from hil_emulator.characterise import (
     bulk_modulus,
+    discharge,
     friction,
     friction_steady,
     leakage,
     pressure_gain,
+    pump,
+    sensors,
     spool_response,
     valve_flow,
 )
@@ -67,6 +71,53 @@ def test_more_air_softens_the_oil_at_low_pressure(bench: Put) -> None:
     assert measured(foamy, "effective bulk modulus at 10 bar") < 500.0
     assert measured(foamy, "effective bulk modulus at 200 bar") > 1280.0
     assert all(c.agrees for c in foamy.comparisons)
+
+
+def test_a_pilot_stage_at_lower_pressure_is_slower(bench: Put) -> None:
+    """With the pilot fed from the supply, 160 bar give sqrt(160/210) of both bandwidths."""
+    found = spool_response.run(bench(pilot_supply_share=1.0)).comparisons
+    slower = math.sqrt(160.0 / 210.0)
+    assert [c.measured for c in found] == pytest.approx(
+        [250.0, 100.0, 250.0 * slower, 100.0 * slower], rel=0.05
+    )
+
+
+def test_cold_oil_is_laminar_for_longer(bench: Put) -> None:
+    """At 20 °C a small edge passes less than half, as the configured laws say."""
+    law = {"reynolds_discharge_critical_flow_number": 200.0, "viscosity_temperature_slope": 3.68}
+    warm = discharge.run(bench(oil_temperature=313.15, **law))
+    cold = discharge.run(bench(oil_temperature=293.15, **law))
+    assert measured(cold, "C_d at 10%") < 0.5 * measured(warm, "C_d at 10%")
+    assert all(c.agrees for c in cold.comparisons)
+
+
+def test_cold_oil_damps_more(bench: Put) -> None:
+    """Viscous friction at 20 °C and 60 °C comes back scaled by Walther's viscosity."""
+    cold, warm = (
+        friction_steady.run(bench(oil_temperature=t, viscosity_temperature_slope=3.68))
+        for t in (293.15, 333.15)
+    )
+    assert measured(cold, "viscous") > 2000.0 > 1000.0 > 600.0 > measured(warm, "viscous")
+    assert all(c.agrees for c in (*cold.comparisons, *warm.comparisons))
+
+
+def test_a_leaking_pump_is_less_efficient(bench: Put) -> None:
+    """Twice the leakage doubles the loss at 250 bar."""
+    worn = pump.run(bench(pump_leakage_flow=2e-3 / 60.0))
+    assert measured(worn, "efficiency of a variable pump at 250") == pytest.approx(0.80, abs=0.01)
+
+
+def test_delays_of_a_channel_are_measured(bench: Put) -> None:
+    """Dead time, and half the window of the velocity estimator (S2 eq. 9-10)."""
+    honest = bench()
+    slow = {
+        "pressure_a": {"delay_time": 2e-3},
+        "velocity": {"velocity_estimator_window": 10e-3},
+    }
+    channels = {name: dict(honest.sensors.get(name, {})) | more for name, more in slow.items()}
+    found = sensors.run(replace(honest, sensors=dict(honest.sensors) | channels))
+    assert measured(found, "delay of pressure a") == pytest.approx(2.0, rel=0.05)
+    assert measured(found, "delay of velocity") == pytest.approx(5.0, rel=0.02)
 
 
 @pytest.mark.parametrize("procedure", [friction, friction_steady])
