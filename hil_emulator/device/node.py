@@ -154,6 +154,8 @@ class Node:
     def raise_error(self, key: Hashable, code: int, bit: ErrorBit) -> None:
         """Let the node report an error of its hardware, until it is cleared.
 
+        The same error again is no news, so it may be told each tick; an NMT reset forgets it.
+
         Args:
             key: names the condition.
             code: emergency error code (CiA 301 7.2.7.1).

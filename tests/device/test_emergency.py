@@ -3,6 +3,8 @@
 import pytest
 from device_master import EMCY, NODE_ID, SYNC, Master
 
+from hil_emulator.device.emergency import ErrorBit
+
 QUIET = (0, 0, 0, 0, 0)
 
 
@@ -128,3 +130,14 @@ def test_held_back_messages_are_bounded(master: Master) -> None:
         master.run(1)
     master.nmt(128)
     assert len(master.data(EMCY)) == 64
+
+
+def test_hardware_around_the_node_reports_through_it(master: Master) -> None:
+    """An error of the hardware is sent once, shows in 0x1001 and ends with the error reset."""
+    for _ in range(3):
+        master.network.node.raise_error("supply", 0x3412, ErrorBit.MANUFACTURER)
+        master.run(1)
+    assert received(master) == [(0x3412, 0x81, bytes(5))]
+    master.network.node.clear_error("supply")
+    master.run(1)
+    assert received(master)[1:] == [(0x0000, 0x00, bytes(5))]
