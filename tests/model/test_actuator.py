@@ -1,5 +1,6 @@
 """What the valve-controlled cylinder does, against closed forms."""
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -52,7 +53,7 @@ def test_small_motions_ring_at_the_hydraulic_resonance(make_plant: MakePlant) ->
     rising = np.flatnonzero((velocity[:-1] < 0) & (velocity[1:] >= 0))
     share = velocity[rising] / (velocity[rising] - velocity[rising + 1])
     period = np.diff((rising + share) * STEP).mean()
-    peaks = [velocity[a:b].max() for a, b in zip(rising, rising[1:], strict=False)]
+    peaks = [velocity[a:b].max() for a, b in itertools.pairwise(rising)]
     rate = np.log(peaks[0] / peaks[-1]) / (period * (len(peaks) - 1))
     assert 1 / period == pytest.approx(60.5, rel=0.02)
     assert 2 * math.pi / period == pytest.approx(math.sqrt(omega**2 - decay**2), rel=2e-3)

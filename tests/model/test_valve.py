@@ -164,7 +164,7 @@ def test_hysteresis_opens_a_loop_of_the_stated_width(make_plant: MakePlant) -> N
         # the spool itself trails a ramp by 2 D/w, on both branches
         trail = 2 * 0.7 / (2 * math.pi * 250) * 1e-2 / (steps * STEP)
         widths.append((falling[at] - flow[at]) / (K_V * root) - 2 * trail)
-    assert widths == pytest.approx([2e-4] * 2, rel=0.01)
+    assert widths == pytest.approx([2e-4] * 2, rel=0.03)
 
 
 def test_gain_asymmetry_is_the_ratio_of_both_speeds(make_plant: MakePlant) -> None:

@@ -1,0 +1,176 @@
+"""The physics of leakage, ends of stroke, rod mass and seal friction."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from experiment import record, settle
+from reference_machine import ballistic, bare
+
+from hil_emulator.model.plant import Plant
+
+MakePlant = Callable[..., Plant]
+AREA, ALPHA = 2.0106e-4, 0.61
+
+
+def friction_at(plant: Plant, velocity: float) -> float:
+    """Friction force while the rod moves at a velocity [N]."""
+    plant.state.velocity = velocity
+    plant.step(0)
+    return float(plant.signals.friction_force)
+
+
+def test_internal_leakage_equalises_the_chambers(make_plant: MakePlant) -> None:
+    """0.16 l/min at 160 bar; a difference decays as exp(-C beta (1/v_a + 1/v_b) t)."""
+    conductance = 1.7e-13
+    assert conductance * 160e5 * 60e3 == pytest.approx(0.16, rel=0.03)
+    plant = make_plant(bare(internal_leakage_conductance=conductance, load_mass=1e5,
+                            initial_position=0.04))  # fmt: skip
+    plant.set_pressures(100e5, 20e5)
+    difference = []
+    for _ in range(50):
+        plant.inputs.external_force = plant.signals.hydraulic_force
+        plant.step(50)
+        difference.append(float(plant.signals.pressure_a - plant.signals.pressure_b))
+    v_a, v_b = 3e-6 + AREA * 0.04, 3e-6 + ALPHA * AREA * 0.04
+    rate = conductance * 1.3e9 * (1 / v_a + 1 / v_b)
+    assert difference[-1] == pytest.approx(80e5 * math.exp(-rate * 0.05), rel=0.01)
+
+
+def test_external_leakage_empties_each_chamber_towards_the_air(make_plant: MakePlant) -> None:
+    """Pressure over atmosphere decays as exp(-C beta t/v) in each chamber by itself."""
+    conductance = 2e-13
+    plant = make_plant(bare(external_leakage_conductance=conductance, load_mass=1e5))
+    plant.set_pressures(100e5, 20e5)
+    for _ in range(50):
+        plant.inputs.external_force = plant.signals.hydraulic_force
+        plant.step(50)
+    air = 101_325.0
+    for pressure, start, volume in (
+        (plant.signals.pressure_a, 100e5, 3e-6 + AREA * 0.04),
+        (plant.signals.pressure_b, 20e5, 3e-6 + ALPHA * AREA * 0.04),
+    ):
+        left = (start - air) * math.exp(-conductance * 1.3e9 / volume * 0.05)
+        assert pressure - air == pytest.approx(left, rel=0.01)
+
+
+@pytest.mark.parametrize(("end", "direction"), [(0.08, 1), (0.0, -1)])
+def test_end_stops_yield_as_a_spring_and_never_pull(
+    end: float, direction: int, make_plant: MakePlant
+) -> None:
+    """Pressed by 1000 N the rod rests F/k beyond the end; struck at 0.5 m/s it leaves slower."""
+    plant = make_plant(ballistic(end_stops_stiffness=1e8, initial_position=end,
+                                 viscous_friction_coefficient=1e4))  # fmt: skip
+    plant.inputs.external_force = -1000.0 * direction
+    settle(plant, 0.5)
+    assert (plant.signals.position - end) * direction == pytest.approx(1e-5, rel=1e-3)
+    plant = make_plant(ballistic(end_stops_stiffness=1e8, end_stops_damping=0.4,
+                                 initial_position=end - 1e-3 * direction))  # fmt: skip
+    plant.state.velocity = 0.5 * direction
+    force, velocity = record(plant, 400, "stop_force", "velocity")
+    assert np.all(force * direction <= 0.0)
+    # Hunt and Crossley 1975: e = 1 - (2/3) c v, for small c v
+    assert -velocity[-1] * direction / 0.5 == pytest.approx(1 - 2 / 3 * 0.4 * 0.5, rel=0.03)
+
+
+def test_cushion_brakes_on_the_way_in_alone(make_plant: MakePlant) -> None:
+    """Speed falls as exp(-c d²/(2 M l)) with depth d; on the way out nothing brakes."""
+    plant = make_plant(ballistic(cushion_coefficient=5000.0, initial_position=0.074))
+    plant.state.velocity = 0.2
+    position, velocity = record(plant, 1600, "position", "velocity")
+    depth = position[-1] - 0.075
+    assert 0.002 < depth < 0.005
+    expected = 0.2 * math.exp(-5000.0 * depth**2 / (2 * 50.0 * 5e-3))
+    assert velocity[-1] == pytest.approx(expected, rel=1e-4)
+    plant.state.velocity = -0.2
+    settle(plant, 0.01)
+    assert plant.signals.velocity == pytest.approx(-0.2, rel=1e-6)
+
+
+def test_rod_mass_is_what_the_load_cell_does_not_see(make_plant: MakePlant) -> None:
+    """f_h = f + m_p a while friction is off; the cell carries the load's share alone."""
+    plant = make_plant(bare(rod_mass_mass=5.0))
+    plant.inputs.valve_current = 2e-3
+    f_h, f, a = record(plant, 2000, "hydraulic_force", "load_force", "acceleration")
+    assert f_h - f == pytest.approx(5.0 * a, abs=1e-6)
+    assert f == pytest.approx(50.0 * a, abs=1e-6)
+    assert np.abs(5.0 * a).max() > 20.0
+
+
+def test_viscous_friction_slows_exponentially(make_plant: MakePlant) -> None:
+    """A free mass slows as exp(-B t/M)."""
+    plant = make_plant(ballistic(viscous_friction_coefficient=1000.0))
+    plant.state.velocity = 0.3
+    settle(plant, 0.05)
+    assert plant.signals.velocity == pytest.approx(0.3 * math.exp(-1000 / 50 * 0.05), rel=1e-6)
+
+
+def test_coulomb_friction_stops_a_mass_in_finite_time(make_plant: MakePlant) -> None:
+    """Deceleration is F_c/M, whatever the speed; then the mass stays."""
+    plant = make_plant(ballistic(coulomb_friction_force=100.0))
+    plant.state.velocity = 0.1
+    settle(plant, 0.025)
+    assert plant.signals.velocity == pytest.approx(0.05, rel=1e-3)
+    settle(plant, 0.05)
+    assert abs(plant.signals.velocity) < 1e-6
+
+
+def test_stribeck_friction_is_an_excess_that_fades_with_speed(make_plant: MakePlant) -> None:
+    """S1 Fig. 3.8: breakaway 200 N = 100 N + 100 N; the excess falls to 1/e at C_s."""
+    plant = make_plant(bare(coulomb_friction_force=100.0, stribeck_friction_excess=100.0))
+    speeds = np.array([-0.02, 0.02, 0.2])
+    found = [friction_at(plant, v) for v in speeds]
+    assert found[:2] == pytest.approx([-100 - 100 / math.e, 100 + 100 / math.e], rel=1e-6)
+    assert found[2] == pytest.approx(100.0, rel=1e-3)
+    peak = max(friction_at(plant, v) for v in np.geomspace(1e-4, 1e-2, 50))
+    assert 170.0 < peak < 200.0
+
+
+def test_pressure_friction_follows_the_sum_of_pressures(make_plant: MakePlant) -> None:
+    """3 mm² times (p_a + p_b): 3e-6 m² times 160 bar gives 48 N."""
+    plant = make_plant(bare(pressure_friction_area=3e-6))
+    assert friction_at(plant, 0.1) == pytest.approx(3e-6 * 160e5, rel=1e-6)
+    plant.set_pressures(20e5, 30e5)
+    assert friction_at(plant, -0.1) == pytest.approx(-3e-6 * 50e5, rel=1e-6)
+
+
+def test_presliding_is_a_spring_before_it_slides(make_plant: MakePlant) -> None:
+    """Below F_c the rod moves F/s_0 and springs back; it never creeps, unlike tanh friction."""
+    plant = make_plant(ballistic(presliding_force=100.0, load_mass=1.0,
+                                 viscous_friction_coefficient=5000.0))  # fmt: skip
+    start = float(plant.state.position)
+    plant.inputs.external_force = -20.0
+    settle(plant, 0.2)
+    moved = float(plant.state.position) - start
+    # z/z_ss = 1 - exp(-x s_0/F_c): 20 N of 100 N are reached after -ln(0.8) of 50 um
+    assert moved == pytest.approx(-math.log(0.8) * 100.0 / 2e6, rel=0.01)
+    settle(plant, 1.0)
+    assert float(plant.state.position) - start == pytest.approx(moved, rel=1e-6)
+
+
+def test_presliding_slides_at_the_stribeck_curve(make_plant: MakePlant) -> None:
+    """At steady speed bristles carry F_c + F_s exp(-|v|/C_s)."""
+    plant = make_plant(ballistic(presliding_force=100.0, presliding_excess=60.0, load_mass=1e5))
+    plant.state.velocity = 0.02
+    settle(plant, 0.05)
+    assert plant.signals.friction_force == pytest.approx(100 + 60 / math.e, rel=1e-3)
+
+
+def test_friction_asymmetry_is_the_ratio_of_both_directions(make_plant: MakePlant) -> None:
+    """Friction out over friction in is (1 + k)/(1 - k)."""
+    plant = make_plant(bare(viscous_friction_coefficient=1000.0, coulomb_friction_force=100.0,
+                            friction_asymmetry_asymmetry=0.1))  # fmt: skip
+    out, back = friction_at(plant, 0.3), friction_at(plant, -0.3)
+    assert out / -back == pytest.approx(1.1 / 0.9, rel=1e-9)
+    assert out == pytest.approx(1.1 * 400.0, rel=1e-9)
+
+
+def test_position_friction_is_higher_at_the_ends(make_plant: MakePlant) -> None:
+    """Mid-stroke is neutral, both ends have 1 + k, a quarter of the stroke 1 + k/4."""
+    found = []
+    for position in (0.0, 0.02, 0.04, 0.08):
+        plant = make_plant(bare(viscous_friction_coefficient=1000.0, position_friction_rise=0.2,
+                                initial_position=position))  # fmt: skip
+        found.append(friction_at(plant, 0.1) / 100.0)
+    assert found == pytest.approx([1.2, 1.05, 1.0, 1.2], rel=1e-9)

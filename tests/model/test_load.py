@@ -1,0 +1,131 @@
+"""The physics of the load, and of what couples it to the rod."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from experiment import crossing_frequency, record, settle
+from reference_machine import STEP, ballistic, bare
+
+from hil_emulator.model.plant import Plant
+
+MakePlant = Callable[..., Plant]
+
+
+def test_load_viscous_friction_sets_the_terminal_speed(make_plant: MakePlant) -> None:
+    """A constant force F ends at F/B_l, and the load cell of a free rod reads nothing."""
+    plant = make_plant(ballistic(load_viscous_friction_coefficient=500.0))
+    plant.inputs.external_force = -10.0
+    settle(plant, 1.0)
+    assert plant.signals.velocity == pytest.approx(0.02, rel=1e-3)
+    assert plant.signals.load_force == pytest.approx(0.0, abs=0.01)
+
+
+def test_gravity_is_carried_by_the_load_cell_at_rest(make_plant: MakePlant) -> None:
+    """Held by shut chambers, the cell reads the weight."""
+    plant = make_plant(bare(gravity_force=200.0, viscous_friction_coefficient=5000.0))
+    settle(plant, 1.0)
+    assert plant.signals.load_force == pytest.approx(200.0, rel=1e-3)
+    assert plant.signals.position < 0.04
+
+
+def test_load_spring_rings_with_the_mass(make_plant: MakePlant) -> None:
+    """Around its rest position a mass on a spring swings at sqrt(k/M)."""
+    plant = make_plant(ballistic(load_spring_stiffness=2e4, load_spring_rest_position=0.04))
+    plant.state.velocity = 0.1
+    (position,) = record(plant, 25_000, "position")
+    found = crossing_frequency(position - 0.04, STEP)
+    assert found == pytest.approx(math.sqrt(2e4 / 50.0) / (2 * math.pi), rel=0.01)
+
+
+def test_wall_resists_on_one_side_alone(make_plant: MakePlant) -> None:
+    """Before the wall nothing acts; leaning on it the load rests F/k deep."""
+    plant = make_plant(ballistic(wall_stiffness=1e6, wall_distance=0.05,
+                                 viscous_friction_coefficient=2000.0))  # fmt: skip
+    assert plant.signals.resisting_force == 0.0
+    plant.inputs.external_force = -300.0
+    settle(plant, 1.0)
+    assert plant.signals.position - 0.05 == pytest.approx(300.0 / 1e6, rel=1e-3)
+
+
+def test_harmonic_force_has_its_amplitude_and_frequency(make_plant: MakePlant) -> None:
+    """A free mass answers a force F sin(wt) with an amplitude F/(M w²)."""
+    plant = make_plant(ballistic(harmonic_force_amplitude=200.0, harmonic_force_frequency=5.0))
+    w = 2 * math.pi * 5.0
+    plant.state.velocity = 200.0 / (50.0 * w)
+    force, position = record(plant, 30_000, "resisting_force", "position")
+    assert force.max() == pytest.approx(200.0, rel=1e-4)
+    assert crossing_frequency(force, STEP) == pytest.approx(5.0, rel=1e-3)
+    assert np.ptp(position) / 2 == pytest.approx(200.0 / (50.0 * w**2), rel=1e-3)
+
+
+def test_rotary_joint_reflects_the_published_mass(make_plant: MakePlant) -> None:
+    """0.0218 kg m² at a right angle of crank and rod (lever 45 mm) weigh 10.8 kg at the rod."""
+    retracted = math.sqrt(0.322**2 - 0.045**2) - 0.04
+    values = ballistic(rotary_joint_inertia=0.0218, rotary_joint_retracted_length=retracted,
+                       load_mass=0.1)  # fmt: skip
+    plant = make_plant(values)
+    plant.inputs.external_force = -10.0
+    plant.step(0)
+    assert 10.0 / plant.signals.acceleration - 0.1 == pytest.approx(10.8, rel=5e-3)
+
+
+def test_rotary_joint_keeps_its_energy_along_the_stroke(make_plant: MakePlant) -> None:
+    """The lever changes, so a free joint speeds the rod up or down at constant energy."""
+    a, b, c_0, inertia = 0.322, 0.045, 0.282, 0.0218
+    plant = make_plant(ballistic(rotary_joint_inertia=inertia, load_mass=0.1,
+                                 initial_position=0.01))  # fmt: skip
+    plant.state.velocity = 0.5
+    position, velocity = record(plant, 6000, "position", "velocity")
+    c = c_0 + position
+    theta = np.arccos((a**2 + b**2 - c**2) / (2 * a * b))
+    lever = a * b * np.sin(theta) / c
+    energy = 0.5 * (0.1 + inertia / lever**2) * velocity**2
+    assert np.ptp(position) > 0.04
+    assert np.ptp(velocity) > 0.1
+    assert np.ptp(energy) / energy[0] < 1e-3
+
+
+def test_rotary_joint_turns_a_torque_into_a_force(make_plant: MakePlant) -> None:
+    """Force at the rod is torque over lever arm."""
+    plant = make_plant(ballistic(rotary_joint_inertia=0.0218, rotary_joint_torque=9.0,
+                                 rotary_joint_retracted_length=math.sqrt(0.322**2 - 0.045**2)
+                                 - 0.04))  # fmt: skip
+    assert plant.signals.resisting_force == pytest.approx(9.0 / 0.045, rel=1e-6)
+
+
+def test_coupling_compliance_stretches_under_load_and_rings(make_plant: MakePlant) -> None:
+    """At rest rod and load differ by C f; struck, they ring at sqrt((1/m_p + 1/M)/C)."""
+    plant = make_plant(ballistic(coupling_compliance_compliance=1e-7, rod_mass_mass=0.5,
+                                 load_mass=2.0, load_coupling_damping=0.0))  # fmt: skip
+    plant.state.velocity = plant.state.stretch_speed = 0.01  # the load rests
+    (force,) = record(plant, 4000, "load_force")
+    expected = math.sqrt((1 / 0.5 + 1 / 2.0) / 1e-7) / (2 * math.pi)
+    assert crossing_frequency(force, STEP) == pytest.approx(expected, rel=5e-3)
+    held = make_plant(bare(coupling_compliance_compliance=1e-7, gravity_force=500.0,
+                           viscous_friction_coefficient=1e4))  # fmt: skip
+    settle(held, 1.0)
+    stretch = held.signals.position - held.signals.load_position
+    assert held.signals.load_force == pytest.approx(500.0, rel=1e-3)
+    assert stretch == pytest.approx(500.0 * 1e-7, rel=1e-3)
+
+
+def test_backlash_carries_no_force_within_its_gap(make_plant: MakePlant) -> None:
+    """At a reversal the rod moves the gap before the load follows, and the cell reads zero."""
+    plant = make_plant(
+        bare(
+            backlash_gap=2e-4, viscous_friction_coefficient=1000.0, rod_mass_mass=0.5,
+            load_viscous_friction_coefficient=2000.0, load_mass=5.0,
+        )
+    )  # fmt: skip
+    names = ("position", "load_position", "load_force")
+    plant.inputs.valve_current = 3e-4
+    x, x_l, f = record(plant, 8000, *names)
+    assert x[-1] - x_l[-1] == pytest.approx(1e-4, rel=0.05)
+    plant.inputs.valve_current = -3e-4
+    x, x_l, f = record(plant, 8000, *names)
+    assert x[-1] - x_l[-1] == pytest.approx(-1e-4, rel=0.05)
+    inside = np.abs(x - x_l) < 1e-4
+    assert np.count_nonzero(inside) > 20
+    assert np.all(f[inside] == 0.0)

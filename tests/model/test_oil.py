@@ -1,0 +1,171 @@
+"""The physics of the oil's effects: stiffness, vapour, viscosity."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from experiment import lock, record, settle
+from reference_machine import bare, machine
+
+from hil_emulator.model.effects.oil import entrained_air
+from hil_emulator.model.plant import Plant
+
+MakePlant = Callable[..., Plant]
+AREA, ALPHA, BETA = 2.0106e-4, 0.61, 1.3e9
+
+
+def stiffness(plant: Plant) -> float:
+    """Measure the static stiffness of the rod between shut chambers [N/m] by 1 N."""
+    before = float(plant.state.position)
+    plant.inputs.external_force = plant.signals.hydraulic_force - 1.0
+    settle(plant, 0.5)
+    return 1.0 / (float(plant.state.position) - before)
+
+
+def expected_stiffness(beta: float) -> float:
+    """A² beta (1/v_a + alpha²/v_b) at mid-stroke."""
+    v_a, v_b = 3e-6 + AREA * 0.04, 3e-6 + ALPHA * AREA * 0.04
+    return AREA**2 * beta * (1 / v_a + ALPHA**2 / v_b)
+
+
+DAMPED = {"viscous_friction_coefficient": 1e4}
+
+
+def test_modulus_pressure_stiffens_each_chamber_with_its_pressure(make_plant: MakePlant) -> None:
+    """Each chamber's spring follows E + m p at its own pressure."""
+    plant = make_plant(bare(**DAMPED, modulus_pressure_rise=10.0))
+    p_a, p_b = plant.signals.pressure_a, plant.signals.pressure_b
+    v_a, v_b = 3e-6 + AREA * 0.04, 3e-6 + ALPHA * AREA * 0.04
+    expected = AREA**2 * ((BETA + 10 * p_a) / v_a + ALPHA**2 * (BETA + 10 * p_b) / v_b)
+    assert stiffness(plant) == pytest.approx(expected, rel=1e-3)
+
+
+def test_modulus_temperature_is_neutral_at_the_reference(make_plant: MakePlant) -> None:
+    """The rod's spring softens by n per kelvin above 40 °C."""
+    found = [
+        stiffness(
+            make_plant(
+                bare(**DAMPED, modulus_temperature_fall=0.004, oil_temperature=273.15 + celsius)
+            )
+        )
+        for celsius in (40.0, 60.0)
+    ]
+    assert found[0] == pytest.approx(expected_stiffness(BETA), rel=1e-3)
+    assert found[1] == pytest.approx(expected_stiffness(BETA * (1 - 0.004 * 20)), rel=1e-3)
+
+
+def test_line_compliance_is_a_spring_in_series(make_plant: MakePlant) -> None:
+    """C/V adds to 1/beta, so a hose acts like dead volume: as C beta more of it."""
+    compliance = 2e-15
+    found = stiffness(make_plant(bare(**DAMPED, line_compliance_compliance=compliance)))
+    more = compliance * BETA
+    same = bare(**DAMPED, cylinder_dead_volume_a=3e-6 + more, cylinder_dead_volume_b=3e-6 + more)
+    assert found == pytest.approx(stiffness(make_plant(same)), rel=1e-6)
+
+
+@pytest.mark.parametrize("fraction", [0.001, 0.005])
+def test_entrained_air_equals_the_exact_mixture(fraction: float) -> None:
+    """E' = -V dp/dV of oil with constant modulus and polytropic air, 0.5 to 250 bar, in 0.1 %."""
+    k, p_0 = 1.4, 101_325.0
+    for p in np.geomspace(0.5e5, 250e5, 40):
+
+        def volume(q: float) -> float:
+            return math.exp(-q / BETA) * (1 + fraction * (p_0 / q) ** (1 / k))
+
+        step = 1e-4 * p
+        exact = -volume(p) * 2 * step / (volume(p + step) - volume(p - step))
+        assert entrained_air(BETA, p, fraction, k) == pytest.approx(exact, rel=1e-3)
+
+
+def test_entrained_air_tends_to_oil_and_to_gas() -> None:
+    """High pressure leaves the oil's modulus, vacuum leaves k p; little air leaves oil at once."""
+    assert entrained_air(BETA, 1e9, 0.005, 1.4) == pytest.approx(BETA, rel=5e-3)
+    assert entrained_air(BETA, 10.0, 0.2, 1.4) == pytest.approx(14.0, rel=0.01)
+    assert entrained_air(BETA, 1e5, 1e-12, 1.4) == pytest.approx(BETA, rel=1e-6)
+
+
+def test_entrained_air_gives_the_same_volume_after_an_excursion(make_plant: MakePlant) -> None:
+    """A rod pulled out against shut ports and let go returns: no gas is made or lost."""
+    values = bare(entrained_air_fraction=0.002, viscous_friction_coefficient=1e4)
+    plant = make_plant(values)
+    start = float(plant.signals.position), float(plant.signals.pressure_a)
+    plant.inputs.external_force = -5000.0
+    settle(plant, 0.2)
+    assert plant.signals.pressure_a < 1e5
+    plant.inputs.external_force = 0.0
+    settle(plant, 1.0)
+    assert plant.signals.position == pytest.approx(start[0], abs=1e-7)
+    assert plant.signals.pressure_a == pytest.approx(start[1], rel=2e-3)
+
+
+def test_cavitation_floor_is_flat_and_fills_before_pressure_returns(make_plant: MakePlant) -> None:
+    """Pulled out with shut ports, pressure rests at the floor; it rises where it fell."""
+    plant = make_plant(bare(cavitation_floor_pressure_floor=0.6e5, load_mass=1.0,
+                            viscous_friction_coefficient=2e4))  # fmt: skip
+    seen = []
+    for force, ticks in ((-6000.0, 200), (0.0, 400)):
+        plant.inputs.external_force = force
+        pressure, position = record(plant, ticks * 50, "pressure_a", "position")
+        seen.append((pressure, position))
+    (falling, out), (rising, back) = seen
+    assert falling.min() == 0.6e5
+    assert np.count_nonzero(falling == 0.6e5) > 100
+    fell = out[np.argmax(falling == 0.6e5)]
+    returned = back[np.argmax(rising > 0.6e5)]
+    assert out.max() - fell > 1e-4
+    assert returned == pytest.approx(fell, abs=0.05 * (out.max() - fell))
+
+
+def test_viscosity_temperature_passes_the_points_of_the_grade(make_plant: MakePlant) -> None:
+    """ISO VG 46 with a viscosity index of 100: 46 mm²/s at 40 °C, 6.8 mm²/s at 100 °C."""
+    found = {}
+    for celsius in (20.0, 40.0, 100.0):
+        plant = make_plant(bare(viscosity_temperature_slope=3.68, oil_temperature=273.15 + celsius))
+        found[celsius] = float(plant.signals.viscosity) * 1e6
+    assert found[40.0] == pytest.approx(46.0, rel=1e-12)
+    assert found[100.0] == pytest.approx(6.8, rel=0.01)
+    assert 110.0 < found[20.0] < 150.0
+
+
+def test_viscosity_temperature_moves_friction_damping_and_leakage(make_plant: MakePlant) -> None:
+    """From 20 to 60 °C friction falls and leakage grows by the ratio of viscosities."""
+    nu, friction, leakage, decay = [], [], [], []
+    for celsius in (20.0, 60.0):
+        plant = make_plant(
+            machine(
+                coulomb_friction_force=0.0, internal_leakage_conductance=1.7e-13,
+                viscosity_temperature_slope=3.68, oil_temperature=273.15 + celsius,
+                entrained_air_fraction=0.0, load_viscous_friction_coefficient=0.0,
+            )
+        )  # fmt: skip
+        plant.state.velocity = 1e-2
+        settle(plant, 0.0)
+        nu.append(float(plant.signals.viscosity))
+        friction.append(float(plant.signals.friction_force) / 1e-2)
+        leakage.append(float(plant.signals.leakage_flow))
+        (speed,) = record(plant, 10_000, "velocity")
+        decay.append(float(np.abs(speed[5000:]).max() / np.abs(speed[:2500]).max()))
+    ratio = nu[0] / nu[1]
+    assert ratio > 4.0
+    assert friction[0] / friction[1] == pytest.approx(ratio, rel=1e-6)
+    assert leakage[1] / leakage[0] == pytest.approx(ratio, rel=1e-6)
+    assert decay[0] < 0.5 * decay[1]
+
+
+def test_viscosity_temperature_widens_the_laminar_range(make_plant: MakePlant) -> None:
+    """An orifice turns laminar at a drop that grows as viscosity squared."""
+    flows = []
+    for celsius in (40.0, 0.0):
+        plant = make_plant(
+            bare(
+                viscosity_temperature_slope=3.68, oil_temperature=273.15 + celsius,
+                load_mass=1e5, initial_position=0.08,
+            )
+        )  # fmt: skip
+        plant.inputs.valve_current = 1e-3
+        lock(plant, 0.3)
+        flows.append((float(plant.signals.viscosity), float(plant.signals.pressure_a)))
+    (warm, near), (cold, far) = flows
+    assert cold > 3 * warm
+    assert 160e5 - far > 160e5 - near

@@ -1,0 +1,143 @@
+"""The physics of pumps, relief valve, accumulator and lines; power and efficiency."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from experiment import crossing_frequency, record, settle
+from reference_machine import STEP, bare, pond
+
+from hil_emulator.model.plant import Plant
+
+MakePlant = Callable[..., Plant]
+P_S = 160e5
+TEN_LITRES = 10e-3 / 60.0
+
+
+def test_fixed_pump_relieves_what_nobody_draws(make_plant: MakePlant) -> None:
+    """At rest the whole flow passes the relief valve at set pressure: all its power is lost."""
+    plant = make_plant(bare(fixed_pump_flow=TEN_LITRES))
+    settle(plant, 0.2)
+    s = plant.signals
+    assert s.pump_pressure == pytest.approx(P_S, rel=1e-6)
+    assert s.relief_flow == pytest.approx(TEN_LITRES, rel=1e-6)
+    assert s.pump_power == pytest.approx(P_S * TEN_LITRES, rel=1e-6)
+    assert s.efficiency == 0.0
+
+
+def test_fixed_pump_loses_pressure_with_flow_and_collapses_beyond_its_own(
+    make_plant: MakePlant,
+) -> None:
+    """Drawn flow lowers pressure by its share of the override; the pump gives no more than q_0."""
+    plant = make_plant(pond(fixed_pump_flow=TEN_LITRES, fixed_pump_override=10e5))
+    plant.inputs.valve_current = 1e-3
+    settle(plant, 0.3)
+    s = plant.signals
+    assert 0 < s.supply_flow < TEN_LITRES
+    expected = P_S - 10e5 * s.supply_flow / TEN_LITRES
+    assert s.supply_pressure == pytest.approx(expected, rel=1e-4)
+    plant.inputs.valve_current = 2e-2
+    settle(plant, 0.3)
+    assert s.supply_flow == pytest.approx(TEN_LITRES, rel=0.01)
+    assert s.relief_flow == 0.0
+    assert s.supply_pressure < 100e5
+
+
+def test_variable_pump_delivers_what_is_drawn_and_droops(make_plant: MakePlant) -> None:
+    """At rest no flow and no power; drawing lowers pressure by the flow's share of the droop."""
+    plant = make_plant(pond(variable_pump_flow=TEN_LITRES, variable_pump_droop=10e5))
+    settle(plant, 0.3)
+    s = plant.signals
+    assert s.pump_power == pytest.approx(0.0, abs=1.0)
+    plant.inputs.valve_current = 1e-3
+    settle(plant, 0.6)
+    assert s.pump_flow == pytest.approx(s.supply_flow, rel=1e-3)
+    expected = P_S - 10e5 * s.supply_flow / TEN_LITRES
+    assert s.supply_pressure == pytest.approx(expected, rel=1e-4)
+
+
+def test_pump_leakage_reproduces_the_published_efficiencies(make_plant: MakePlant) -> None:
+    """A 10 l/min pump keeps 99 % up to some 80 bar and 90 % at 250 bar (S1 3.2)."""
+    found = []
+    for pressure in (79e5, 250e5):
+        plant = make_plant(
+            bare(
+                fixed_pump_flow=TEN_LITRES, pump_leakage_flow=1e-3 / 60.0, supply_pressure=pressure
+            )
+        )  # fmt: skip
+        settle(plant, 0.3)
+        lost = plant.signals.pump_leakage_flow / plant.signals.pump_flow
+        found.append((1.0 - lost, float(plant.signals.pump_pressure) / pressure))
+    assert found[0][0] == pytest.approx(0.99, abs=1e-3)
+    assert found[1][0] == pytest.approx(0.90, abs=5e-3)
+
+
+def test_accumulator_keeps_p_v_to_the_n(make_plant: MakePlant) -> None:
+    """What leaves the node expands the gas polytropically, as long as p exceeds the pre-charge."""
+    gas = {"accumulator_gas_volume": 4e-5, "accumulator_precharge": 100e5}
+    plant = make_plant(pond(variable_pump_flow=1e-6, **gas))
+    plant.inputs.valve_current = 1e-3
+    drawn, given, pressure = record(plant, 5000, "supply_flow", "pump_flow", "supply_pressure")
+    oil = 1e-3 / 1.3e9
+
+    def contents(p: np.ndarray) -> np.ndarray:
+        return 4e-5 * (1 - (100e5 / p) ** (1 / 1.4)) + oil * p
+
+    assert pressure[-1] > 100e5
+    left = float(np.trapezoid(drawn - given, dx=STEP))
+    assert left > 2e-6
+    assert contents(pressure[0]) - contents(pressure[-1]) == pytest.approx(left, rel=1e-3)
+
+
+def test_supply_line_rings_at_its_quarter_wave(make_plant: MakePlant) -> None:
+    """A 2 m line rings at c/(4 l) = 155 Hz after the valve shuts."""
+    plant = make_plant(pond(supply_line_length=2.0))
+    plant.inputs.valve_current = 1e-3
+    settle(plant, 0.2)
+    steady = float(plant.signals.supply_pressure)
+    plant.inputs.valve_current = 0.0
+    settle(plant, 0.01)
+    (pressure,) = record(plant, 4000, "supply_pressure")
+    assert crossing_frequency(pressure, STEP) == pytest.approx(1237.0 / 8.0, rel=5e-3)
+    # Joukowsky: a stopped flow raises pressure by about rho c dv, less as the spool is slow
+    area = np.pi / 4 * 8e-3**2
+    surge = 850 * 1237 * 6.68e-6 * 1e-3 * np.sqrt(P_S - 60.6e5) / area
+    assert 0.2 * surge < np.abs(pressure - steady).max() < 1.5 * surge
+
+
+def test_pilot_leakage_draws_the_published_flow_at_rest(make_plant: MakePlant) -> None:
+    """0.28 l/min at 210 bar with the spool centred, all of it heat."""
+    plant = make_plant(bare(pilot_leakage_conductance=2.2e-13, supply_pressure=210e5))
+    settle(plant, 0.01)
+    s = plant.signals
+    assert s.supply_flow * 60e3 == pytest.approx(0.28, rel=0.02)
+    assert s.tank_flow == s.supply_flow
+    assert s.valve_loss == pytest.approx(s.supply_power - s.tank_pressure * s.tank_flow, rel=1e-9)
+
+
+def test_back_pressure_grows_with_the_square_of_the_flow(make_plant: MakePlant) -> None:
+    """p_t - p_t0 = R q²: 5 bar at 7.5 l/min."""
+    assert pytest.approx(5e5) == 3.2e13 * (7.5e-3 / 60) ** 2
+    rises = []
+    for current in (2e-3, 4e-3):
+        plant = make_plant(pond(back_pressure_resistance=3.2e13))
+        plant.inputs.valve_current = current
+        settle(plant, 0.05)
+        rise = float(plant.signals.tank_pressure) - 1e5
+        rises.append(rise)
+        assert rise == pytest.approx(3.2e13 * plant.signals.tank_flow**2, rel=1e-4)
+    assert rises[1] / rises[0] == pytest.approx(4.0, rel=0.05)
+
+
+def test_ideal_supply_keeps_its_pressure_and_pays_for_every_litre(make_plant: MakePlant) -> None:
+    """Without a pump in the model supply power is p_s q (S1 eq. 3.2), and load power its part."""
+    plant = make_plant(bare(load_viscous_friction_coefficient=2000.0))
+    plant.inputs.valve_current = 3e-3
+    settle(plant, 0.05)
+    s = plant.signals
+    assert s.supply_pressure == P_S
+    assert s.supply_power == pytest.approx(P_S * s.supply_flow)
+    assert s.load_power == pytest.approx(s.load_force * s.velocity)
+    assert 0.1 < s.efficiency < 1.0
+    # 160 bar at 7.5 l/min is 2 kW
+    assert pytest.approx(2000.0) == P_S * 7.5e-3 / 60
