@@ -1,0 +1,180 @@
+"""What is made of the declarations: one module, compiled or not, kept under its digest."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from reference_machine import STEP, machine
+
+from hil_emulator.model import kernel
+from hil_emulator.model.declare import DeclarationError, Param, Quantity, Stage, effect
+from hil_emulator.model.effects import CATALOGUE, friction
+from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.stages import friction as friction_stage
+from hil_emulator.model.stages import metering
+
+
+def everything() -> dict[str, float]:
+    """Return the reference machine with every effect of the plant at its typical value."""
+    knobs = {e.field_of(e.knob): e.knob.typical for e in CATALOGUE if e.stage.table != "sensors"}
+    return machine() | knobs | {"oil_temperature": 333.15}
+
+
+def test_compiled_and_interpreted_module_agree(model: kernel.Kernel) -> None:
+    """The same text run as plain Python gives the same trajectory, with every effect on."""
+    plain = kernel.build(compiled=False)
+    plants = [Plant(k, everything(), STEP) for k in (model, plain)]
+    for current in (2e-3, -5e-3):
+        for plant in plants:
+            plant.inputs.valve_current = current
+            plant.inputs.transverse_force = 50.0
+            plant.step(12)
+    compiled, interpreted = (p.signal_vector for p in plants)
+    assert interpreted == pytest.approx(compiled, rel=1e-9, abs=1e-12)
+
+
+def test_compiled_and_interpreted_sensors_agree(model: kernel.Kernel) -> None:
+    """So do the readings, with every transducer effect on."""
+    chain = {e.field_of(e.knob): e.knob.typical for e in CATALOGUE if e.stage.table == "sensors"}
+    chain |= {"measuring_range_upper": 1e9, "resolution_step": 1e-3}
+    readings = []
+    for k in (model, kernel.build(compiled=False)):
+        plant = Plant(model, machine(), STEP)
+        channels = {"load_force": chain, "velocity": chain}
+        sensors = Sensors(k, channels, 1e-3, np.random.default_rng(1))
+        plant.inputs.valve_current = 1e-3
+        for _ in range(5):
+            plant.step(50)
+            sensors.sample(plant.signal_vector)
+        readings.append(sensors.reading.copy())
+    assert readings[0] == pytest.approx(readings[1], rel=1e-9)
+
+
+def test_signals_belong_to_the_state_reached(make_plant: Callable[..., Plant]) -> None:
+    """After a step the signals are those of the new state, not of a trial inside the step."""
+    plant = make_plant(machine())
+    plant.inputs.valve_current = 3e-3
+    plant.step(100)
+    before = plant.signal_vector.copy()
+    plant.step(0)
+    assert np.array_equal(before, plant.signal_vector)
+    assert plant.signals.position == plant.state.position
+
+
+def test_one_call_of_many_steps_equals_many_calls_of_one(make_plant: Callable[..., Plant]) -> None:
+    """With the set point held, how steps are grouped into calls leaves no trace."""
+    once, often = make_plant(machine()), make_plant(machine())
+    once.inputs.valve_current = often.inputs.valve_current = 2e-3
+    once.step(200)
+    for _ in range(200):
+        often.step(1)
+    assert np.array_equal(once.signal_vector, often.signal_vector)
+
+
+def knob() -> Param:
+    """Return some knob."""
+    return Param("strength", "N", "how much", 1.0, 0.0, 10.0)
+
+
+def test_a_law_that_asks_for_an_unknown_name_is_refused() -> None:
+    """The message names the effect, the name, and what its stage offers."""
+
+    @effect(friction_stage, knob=knob(), source="none", signature="none")
+    def odd_friction(moon_phase: float, strength: float) -> float:
+        """F = moon."""
+        return moon_phase * strength
+
+    with pytest.raises(DeclarationError, match=r"odd_friction.*moon_phase.*velocity"):
+        kernel.build((*CATALOGUE, odd_friction), compiled=False)
+
+
+def test_an_effect_without_an_equation_is_refused() -> None:
+    """The docstring is the documentation, so it must be there."""
+    with pytest.raises(DeclarationError, match="docstring"):
+
+        @effect(friction_stage, knob=knob(), source="none", signature="none")
+        def silent(strength: float) -> float:
+            return strength
+
+
+def test_a_state_at_a_stage_that_is_called_four_times_is_refused() -> None:
+    """Each of the four edges would overwrite it."""
+    with pytest.raises(DeclarationError, match="several times"):
+
+        @effect(metering, knob=knob(), source="none", signature="none",
+                states=(Quantity("memory", "A", "something"),))  # fmt: skip
+        def sticky(opening: float, memory: float, strength: float) -> tuple[float, float]:
+            """U = u."""
+            return opening, strength
+
+
+def test_an_effect_known_twice_is_refused() -> None:
+    """Two effects of one name would share their memory."""
+    twice = (*CATALOGUE, friction.coulomb_friction)
+    with pytest.raises(DeclarationError, match="declared twice"):
+        kernel.build(twice, compiled=False)
+
+
+def test_an_effect_at_an_unknown_stage_is_refused() -> None:
+    """Nobody would call it."""
+    nowhere = Stage("nowhere", "load", ("position",), "nothing", "N", "sum")
+
+    @effect(nowhere, knob=knob(), source="none", signature="none")
+    def lost(strength: float) -> float:
+        """F = 0."""
+        return strength
+
+    with pytest.raises(DeclarationError, match="no stage 'nowhere'"):
+        kernel.build((*CATALOGUE, lost), compiled=False)
+
+
+def test_a_name_that_numpy_records_use_is_refused() -> None:
+    """A field called `size` could not be read back."""
+    with pytest.raises(DeclarationError, match="size"):
+        Param("size", "m", "how large", 1.0, 0.0, 2.0)
+
+
+def test_a_user_effect_joins_the_catalogue() -> None:
+    """An effect of one's own needs nothing but its declaration."""
+
+    @effect(friction_stage, knob=knob(), source="own measurement", signature="load cell")
+    def own_friction(velocity: float, strength: float) -> float:
+        """F = s v."""
+        return strength * velocity
+
+    built = kernel.build((*CATALOGUE, own_friction), compiled=False)
+    plant = Plant(built, machine(own_friction_strength=100.0), STEP)
+    plant.state.velocity = 0.1
+    plant.step(0)
+    assert plant.signals.friction_force == pytest.approx(1000 * 0.1 + 100.0 + 100.0 * 0.1)
+
+
+def test_the_cache_folder_changes_with_every_source(tmp_path: Path) -> None:
+    """Editing any file of the model, or a user's effect, gives another digest."""
+    before = kernel.sources_digest(CATALOGUE)
+    assert before == kernel.sources_digest(CATALOGUE)
+    own = tmp_path / "own.py"
+    space: dict[str, object] = {}
+    text = "def law(strength):\n    '''F = s.'''\n    return strength\n"
+    own.write_text(text)
+    exec(compile(text, str(own), "exec"), space)
+    declared = effect(friction_stage, knob=knob(), source="own", signature="own")(space["law"])
+    with_own = kernel.sources_digest((*CATALOGUE, declared))
+    own.write_text(text + "# edited\n")
+    assert len({before, with_own, kernel.sources_digest((*CATALOGUE, declared))}) == 3
+
+
+def test_the_module_is_kept_under_its_digest(tmp_path: Path) -> None:
+    """What was written for the cache can be read, and says where it comes from."""
+    kernel.build(cache=tmp_path)
+    (file,) = tmp_path.rglob("hil_emulator_kernel_*.py")
+    assert file.parent.name == kernel.sources_digest(CATALOGUE)
+    assert "def friction(par, x, dx, velocity" in file.read_text()
+
+
+def test_a_cache_that_cannot_be_written_does_no_harm(tmp_path: Path) -> None:
+    """The model then compiles for this run alone."""
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    assert kernel.build(cache=blocked).effects == CATALOGUE
