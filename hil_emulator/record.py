@@ -1,15 +1,17 @@
 """Signals and sensor readings over time, kept in memory and written after the run."""
 
 import csv
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from hil_emulator.errors import UserError
+from hil_emulator.frame import Frame
 from hil_emulator.model.actuator import INPUTS, SIGNALS
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
 from hil_emulator.model.sensors import CHANNELS
 
 _CHUNK = 4096  # rows allocated at once
@@ -18,6 +20,7 @@ MODEL = "model."
 """Prefix of the model's own signals, which no sensor adds its errors to."""
 
 
+@cache
 def columns() -> dict[str, str]:
     """Return the columns of a recording, name to SI unit.
 
@@ -31,27 +34,65 @@ def columns() -> dict[str, str]:
     )
 
 
+class Tape(Protocol):
+    """What the rig tells of each tick: into memory, or to another process."""
+
+    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
+        """Keep set points, readings and signals at the end of a tick."""
+        ...
+
+    def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
+        """Keep frames that the emulator has received or sent."""
+        ...
+
+    def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
+        """Keep what was done to the rig."""
+        ...
+
+
+def fill_row(
+    row: np.ndarray[Any, np.dtype[np.float64]], now_ns: int, plant: Plant, measured: Sequence[float]
+) -> None:
+    """Write a tick into a row of the width of `columns()`."""
+    first = 1 + len(plant.input_vector)
+    second = first + len(measured)
+    row[0] = now_ns * 1e-9
+    row[1:first] = plant.input_vector
+    row[first:second] = measured
+    row[second:] = plant.signal_vector
+
+
 class Recorder:
-    """Takes one row per tick."""
+    """Takes one row per tick, and the frames and interventions between the rows.
+
+    Attributes:
+        frames: time [ns], whether the emulator sent it, and frame, oldest first.
+        events: time [ns] and description of what was done to the rig: faults, settings.
+
+    """
 
     def __init__(self) -> None:
         self._width = len(columns())
         self._chunks: list[np.ndarray[Any, np.dtype[np.float64]]] = []
         self._filled = _CHUNK
+        self.frames: list[tuple[int, bool, Frame]] = []
+        self.events: list[tuple[int, dict[str, Any]]] = []
 
-    def row(self, now_ns: int, plant: Plant, sensors: Sensors) -> None:
+    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
         """Keep the present set points, readings and signals."""
         if self._filled == _CHUNK:
             self._chunks.append(np.empty((_CHUNK, self._width)))
             self._filled = 0
-        row = self._chunks[-1][self._filled]
-        first = 1 + len(plant.input_vector)
-        second = first + len(sensors.reading)
-        row[0] = now_ns * 1e-9
-        row[1:first] = plant.input_vector
-        row[first:second] = sensors.reading
-        row[second:] = plant.signal_vector
+        fill_row(self._chunks[-1][self._filled], now_ns, plant, measured)
         self._filled += 1
+
+    def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
+        """Keep frames that the emulator has received or sent."""
+        self.frames += [(now_ns, sent, frame) for frame in frames]
+
+    def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
+        """Keep what was done to the rig."""
+        self.events.append((now_ns, dict(what)))
 
     def table(self) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
         """Return the recording, column name to values over time."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -10,10 +10,16 @@ from hil_emulator.config.load import Configuration, NodeSettings
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
+from hil_emulator.faults.active import Faults, Running
+from hil_emulator.faults.fault import Fault, fault
 from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.plant import Plant, Sensors
-from hil_emulator.record import Recorder
+from hil_emulator.record import MODEL, Tape
+
+SETTINGS = {"supply_pressure": "Pa", "external_force": "N"}
+"""Conditions of the surroundings that can be set during a run, with their SI units."""
 
 
 class FrameDoor(Protocol):
@@ -38,7 +44,11 @@ class Rig:
         bus: carries the frames.
         tick_ns: period of the loop [ns].
         steps: integration steps per tick.
-        recorder: takes a row per tick, where there is one.
+        tape: takes down every tick, where there is one.
+
+    Attributes:
+        now_ns: emulator time at which the next tick begins [ns].
+        faults: what is broken.
 
     """
 
@@ -50,7 +60,7 @@ class Rig:
         bus: FrameDoor,
         tick_ns: int,
         steps: int,
-        recorder: Recorder | None = None,
+        tape: Tape | None = None,
     ) -> None:
         self.plant = plant
         self.sensors = sensors
@@ -58,18 +68,20 @@ class Rig:
         self.bus = bus
         self.tick_ns = tick_ns
         self.now_ns = 0
+        self.tape = tape
+        self.faults = Faults(plant, sensors, nodes, self.value, self._ended)
         self._steps = steps
-        self._recorder = recorder
         self._measured = self._measure()
 
     def step(self) -> None:
         """Let one tick pass; the order of these lines is the contract."""
+        self.faults.schedule(self.now_ns)
         self._receive(self.bus.receive())
         self.plant.step(self._steps)
         self._measured = self._measure()
         self._publish()
-        if self._recorder:
-            self._recorder.row(self.now_ns, self.plant, self.sensors)
+        if self.tape:
+            self.tape.row(self.now_ns, self.plant, self._measured.values)
         self.now_ns += self.tick_ns
 
     def serve(self, frames: Sequence[Frame]) -> None:
@@ -77,17 +89,80 @@ class Rig:
         self._receive(frames)
         self._publish()
 
+    def fault(self, target: str, kind: str, **options: Any) -> Running:
+        """Let something break; the result ends it, by `end()` or as a `with` block.
+
+        See `hil_emulator.faults.fault.fault` for the arguments.
+
+        Raises:
+            UserError: for a target, kind or option that does not exist.
+
+        """
+        return self.inject(fault(target, kind, **options))
+
+    def inject(self, chosen: Fault) -> Running:
+        """Let something break."""
+        running = self.faults.inject(chosen, self.now_ns)
+        if self.tape:
+            what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}
+            self.tape.event(self.now_ns, {"fault": what})
+        return running
+
+    def set(self, name: str, value: float) -> None:
+        """Set a condition of the surroundings, SI: one of `SETTINGS`.
+
+        Raises:
+            UserError: lists the settings that there are.
+
+        """
+        if name not in SETTINGS:
+            raise UserError(f"no setting '{name}'; there are {', '.join(SETTINGS)}")
+        if name in (self.plant.kernel.inputs.names or ()):
+            self.plant.command({name: value})
+        else:
+            self.faults.parameters.set_sound(name, value)
+        if self.tape:
+            self.tape.event(self.now_ns, {"set": {name: value}})
+
+    def value(self, name: str) -> float:
+        """Return the present value of a recorded signal, SI; see `record.columns`.
+
+        Raises:
+            ValueError: for a name that is not a column of a recording.
+
+        """
+        if name == "time":
+            return self.now_ns * 1e-9
+        if name in self.sensors.names:
+            return self._measured.values[self.sensors.names.index(name)]
+        if name.startswith(MODEL):
+            return float(self.plant.signals[name.removeprefix(MODEL)])
+        return float(self.plant.inputs[name])
+
+    def _ended(self, running: Running) -> None:
+        if self.tape:
+            self.tape.event(self.now_ns, {"end": running.number})
+
     def _receive(self, frames: Sequence[Frame]) -> None:
+        if self.tape and frames:
+            self.tape.bus(self.now_ns, frames, sent=False)
         for node in self.nodes:
-            self.plant.command(node.receive(self.now_ns, frames))
+            arriving = self.faults.arriving(self.now_ns, node, frames)
+            self.plant.command(node.receive(self.now_ns, arriving))
+        self.faults.act_on(self.now_ns, self.plant)
 
     def _measure(self) -> Measured:
         self.sensors.sample(self.plant.signal_vector)
-        return Measured(self.sensors.reading.tolist(), self.sensors.overrange.tolist())
+        sound = Measured(self.sensors.reading.tolist(), self.sensors.overrange.tolist())
+        return self.faults.sensed(self.now_ns, sound)
 
     def _publish(self) -> None:
         for node in self.nodes:
-            self.bus.send(node.publish(self.now_ns, self._measured))
+            sent = node.publish(self.now_ns, self._measured)
+            leaving = self.faults.leaving(self.now_ns, node, sent)
+            self.bus.send(leaving)
+            if self.tape and leaving:
+                self.tape.bus(self.now_ns, leaving, sent=True)
 
 
 def commands(settings: NodeSettings) -> Mapping[str, float]:
@@ -109,7 +184,7 @@ def assemble(
     config: Configuration,
     bus: FrameDoor,
     cache: Path | None = None,
-    recorder: Recorder | None = None,
+    tape: Tape | None = None,
 ) -> Rig:
     """Make the rig that a configuration describes; compiles the model and runs it once.
 
@@ -117,7 +192,7 @@ def assemble(
         config: the rig's description.
         bus: carries its frames.
         cache: folder that keeps the compiled model for the next start.
-        recorder: takes a row per tick, where there is one.
+        tape: takes down every tick, where there is one.
 
     Raises:
         UserError: if a node cannot be made from its EDS.
@@ -128,4 +203,4 @@ def assemble(
     random = np.random.default_rng(config.seed)
     sensors = Sensors(compiled, config.sensors, config.tick_ns * 1e-9, random)
     made = nodes(config, sensors.names)
-    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, recorder)
+    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, tape)

@@ -16,6 +16,10 @@ ALLOWED = {
     "device": {"canopen", f"{OWN}.frame", f"{OWN}.errors"},
     "bus": {"can", f"{OWN}.frame", f"{OWN}.errors"},
     "config": {"pydantic", f"{OWN}.model", f"{OWN}.units", f"{OWN}.errors"},
+    "faults": {
+        f"{OWN}.condition", f"{OWN}.device", f"{OWN}.model", f"{OWN}.frame", f"{OWN}.units",
+        f"{OWN}.errors",
+    },
     "identify": {
         "numpy", "numba", "scipy", "matplotlib", f"{OWN}.model", f"{OWN}.config", f"{OWN}.units",
         f"{OWN}.errors", f"{OWN}.record", f"{OWN}.places",

@@ -47,6 +47,7 @@ class ErrorBit(IntFlag):
     """Error register (CiA 301 7.5.2.2)."""
 
     GENERIC = 0x01
+    CURRENT = 0x02
     COMMUNICATION = 0x10
     MANUFACTURER = 0x80
 

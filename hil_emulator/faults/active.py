@@ -1,0 +1,229 @@
+"""The faults of a running rig: when each begins and ends, and what it does meanwhile."""
+
+import math
+from collections.abc import Callable, Sequence
+from random import Random
+from types import TracebackType
+from typing import Self
+
+from hil_emulator.device.emergency import ErrorBit
+from hil_emulator.device.measured import Measured
+from hil_emulator.device.node import Node
+from hil_emulator.faults import frames, plant, sensor
+from hil_emulator.faults.declare import Layer
+from hil_emulator.faults.fault import Fault
+from hil_emulator.faults.strength import Strength, strength
+from hil_emulator.frame import Frame
+from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.sensors import CHANNELS
+
+SHORT_CIRCUIT = 0x2320
+"""Emergency error code: current at the device's output (CiA 301 table 26, class 23xx)."""
+
+
+class Running:
+    """A fault that has been injected; ends with `end()`, its block, or its duration.
+
+    Attributes:
+        fault: what was injected.
+        number: counts the faults of a rig.
+        began_ns: when it began; None before that.
+        ended: whether it is over.
+
+    """
+
+    def __init__(
+        self, fault: Fault, number: int, now_ns: int, on_end: Callable[["Running"], None]
+    ) -> None:
+        self.fault = fault
+        self.number = number
+        self.began_ns: int | None = None
+        self.ended = False
+        self.earliest_ns = now_ns + fault.start_ns
+        self.random = Random(fault.seed)
+        self._on_end = on_end
+
+    def strength(self, now_ns: int) -> Strength:
+        """Return how strong it is now."""
+        assert self.began_ns is not None
+        return strength(self.fault, self.random, self.began_ns, now_ns)
+
+    def end(self) -> None:
+        """End it; harmless when repeated."""
+        if not self.ended:
+            self.ended = True
+            self._on_end(self)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.end()
+
+
+class Faults:
+    """All faults of a rig.
+
+    The rig asks at four points of a tick; without faults each is one comparison.
+
+    Args:
+        plant: its parameters and its coil current can be faulty.
+        sensors: their readings can be.
+        nodes: their connections can be.
+        value: returns the present value of a signal, for conditions.
+        on_end: told of each fault that has ended.
+
+    """
+
+    def __init__(
+        self,
+        plant_: Plant,
+        sensors: Sensors,
+        nodes: Sequence[Node],
+        value: Callable[[str], float],
+        on_end: Callable[[Running], None],
+    ) -> None:
+        self._on_end = on_end
+        self._count = 0
+        self._nodes = tuple(nodes)
+        self._value = value
+        self._channels = sensors.names
+        self._upper = _upper_ends(plant_, sensors)
+        self.parameters = plant.PlantParameters(plant_)
+        self._waiting: list[Running] = []
+        self._running: list[Running] = []
+        self._changes: list[tuple[Running, str, plant.Change]] = []
+        self._coil: list[tuple[Running, plant.Change]] = []
+        self._samples: list[tuple[Running, sensor.Act]] = []
+        self._frames: list[tuple[Running, Node, frames.FrameFault]] = []
+        self._freed: list[tuple[Node, list[Frame], list[Frame]]] = []
+        self.active = False
+
+    @property
+    def injected(self) -> list[Running]:
+        """Return the faults that have not ended."""
+        return [*self._waiting, *self._running]
+
+    def inject(self, fault: Fault, now_ns: int) -> Running:
+        """Let a fault begin with the next tick, or when its start and condition say."""
+        running = Running(fault, self._count, now_ns, self._end)
+        self._count += 1
+        self._waiting.append(running)
+        self.active = True
+        return running
+
+    def schedule(self, now_ns: int) -> None:
+        """Begin and end what is due at this tick."""
+        if not self.active:
+            return
+        for running in list(self._waiting):
+            condition = running.fault.condition
+            if now_ns >= running.earliest_ns and (
+                condition is None or condition.holds(self._value)
+            ):
+                self._begin(running, now_ns)
+        for running in list(self._running):
+            duration = running.fault.duration_ns
+            assert running.began_ns is not None
+            if duration is not None and now_ns >= running.began_ns + duration:
+                running.end()
+
+    def act_on(self, now_ns: int, plant_: Plant) -> None:
+        """Change the plant's parameters and its coil current."""
+        if not self.active:
+            return
+        changed: dict[str, float] = {}
+        for running, name, change in self._changes:
+            value = changed.get(name, self.parameters.sound(name))
+            changed[name] = change(value, running.strength(now_ns).drawn())
+        self.parameters.change(changed)
+        for running, change in self._coil:
+            share = running.strength(now_ns).drawn()
+            plant_.inputs.valve_current = change(float(plant_.inputs.valve_current), share)
+
+    def sensed(self, now_ns: int, measured: Measured) -> Measured:
+        """Return what the sensors report in place of what they should."""
+        if not self._samples:
+            return measured
+        values, ranges = list(measured.values), list(measured.overrange)
+        for running, act in self._samples:
+            act(running.strength(now_ns), values, ranges)
+        return Measured(values, ranges)
+
+    def arriving(self, now_ns: int, node: Node, given: Sequence[Frame]) -> Sequence[Frame]:
+        """Return what reaches a node of the frames that came."""
+        if not self.active:
+            return given
+        passed = [f for owner, inward, _ in self._freed if owner is node for f in inward]
+        passed += given
+        for running, owner, act in self._frames:
+            if owner is node:
+                passed = act.arriving(running.strength(now_ns), passed)
+        return passed
+
+    def leaving(self, now_ns: int, node: Node, given: Sequence[Frame]) -> Sequence[Frame]:
+        """Return what reaches the bus of the frames that a node sends."""
+        if not self.active:
+            return given
+        passed = [f for owner, _, outward in self._freed if owner is node for f in outward]
+        self._freed = [item for item in self._freed if item[0] is not node]
+        passed += given
+        for running, owner, act in self._frames:
+            if owner is node:
+                passed = act.leaving(running.strength(now_ns), passed)
+        self.active = bool(self._waiting or self._running or self._freed)
+        return passed
+
+    def _begin(self, running: Running, now_ns: int) -> None:
+        self._waiting.remove(running)
+        self._running.append(running)
+        running.began_ns = now_ns
+        fault = running.fault
+        match fault.kind.layer:
+            case Layer.PLANT:
+                self._changes.append((running, *plant.parameter_change(fault)))
+            case Layer.ELECTRICAL:
+                self._coil.append((running, plant.coil_change(fault)))
+                self._report_short(running, begins=True)
+            case Layer.SENSOR:
+                act = sensor.act(fault, self._channels, self._upper)
+                self._samples.append((running, act))
+            case Layer.BUS:
+                nodes = self._nodes[:1] if fault.kind.name == "babbling" else self._nodes
+                self._frames += [(running, n, frames.frame_fault(fault, n)) for n in nodes]
+
+    def _end(self, running: Running) -> None:
+        self._on_end(running)
+        if running in self._waiting:
+            self._waiting.remove(running)
+            return
+        self._running.remove(running)
+        self._changes = [c for c in self._changes if c[0] is not running]
+        self.parameters.restore({name for _, name, _ in self._changes})
+        self._coil = [c for c in self._coil if c[0] is not running]
+        self._samples = [c for c in self._samples if c[0] is not running]
+        for _, node, act in [f for f in self._frames if f[0] is running]:
+            self._freed.append((node, *act.end()))
+        self._frames = [f for f in self._frames if f[0] is not running]
+        self._report_short(running, begins=False)
+
+    def _report_short(self, running: Running, *, begins: bool) -> None:
+        if (running.fault.target, running.fault.kind.name) != ("coil", "short"):
+            return
+        for node in self._nodes:
+            if begins:
+                node.raise_error(running, SHORT_CIRCUIT, ErrorBit.CURRENT)
+            else:
+                node.clear_error(running)
+
+
+def _upper_ends(plant_: Plant, sensors: Sensors) -> dict[str, float]:
+    """Return the upper end of each channel's measuring range; its span where it has none."""
+    records = sensors.parameters.view(plant_.kernel.channel)
+    ends = [float(record.measuring_range_upper) for record in records]
+    return {c.name: e if math.isfinite(e) else c.span for c, e in zip(CHANNELS, ends, strict=True)}

@@ -1,0 +1,177 @@
+"""One fault as the user says it: checked, in SI, with its place in time."""
+
+import contextlib
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hil_emulator import condition
+from hil_emulator.condition import Condition
+from hil_emulator.errors import UserError
+from hil_emulator.faults.catalogue import BUS, KINDS, MESSAGE, MESSAGES, NODE
+from hil_emulator.faults.declare import SPAN, SPAN_PER_SECOND, TEXT, FaultParam, Kind, Layer
+from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.units import show, to_si
+
+_TIMES = ("start", "duration", "ramp")
+_COMMON = (*_TIMES, "probability", "seed", "condition")
+_CHANNELS = {c.name: c for c in CHANNELS}
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault: what befalls what, when and how.
+
+    Attributes:
+        target: what it befalls.
+        kind: what happens to it.
+        values: the kind's parameters, SI.
+        start_ns: when it may begin, counted from when it is injected.
+        duration_ns: how long it lasts from its beginning; None until it is ended.
+        ramp_ns: time over which it grows to its full strength.
+        probability: of its acting, per frame on the bus, per tick elsewhere.
+        seed: decides the chances that are taken.
+        condition: begins only when this first holds.
+        said: the arguments as the user gave them, for the record.
+
+    """
+
+    target: str
+    kind: Kind
+    values: Mapping[str, Any]
+    start_ns: int = 0
+    duration_ns: int | None = None
+    ramp_ns: int = 0
+    probability: float = 1.0
+    seed: int = 1
+    condition: Condition | None = None
+    said: Mapping[str, Any] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        rest = "".join(f", {key} {value}" for key, value in self.said.items())
+        return f"{self.target} {self.kind.name}{rest}"
+
+
+def targets() -> list[str]:
+    """Return everything that faults can befall."""
+    plain = {t for k in KINDS for t in k.targets if t not in (MESSAGE, BUS, NODE)}
+    return [*_CHANNELS, *sorted(plain - _CHANNELS.keys()), BUS, NODE, *MESSAGES]
+
+
+def kinds_of(target: str) -> dict[str, Kind]:
+    """Return the kinds of fault that a target can have, by name."""
+    name = target.lower()
+    group = MESSAGE if name in MESSAGES or _is_cob_id(name) else name
+    return {k.name: k for k in KINDS if group in k.targets}
+
+
+def fault(target: str, kind: str, **options: Any) -> Fault:
+    """Return a checked fault.
+
+    Args:
+        target: a sensor channel, a part of the plant, "coil", "node", "bus" or a message.
+        kind: one of those that the target can have.
+        **options: parameters of the kind, and `start`, `duration`, `ramp` (times with unit),
+            `probability`, `seed`, `condition`.
+
+    Raises:
+        UserError: for a target, kind or option that does not exist: lists those that do.
+
+    """
+    possible = kinds_of(target)
+    if not possible:
+        raise UserError(f"fault: no '{target}' to befall{_meant(target, targets())}")
+    if kind not in possible:
+        raise UserError(f"fault: {target} cannot have '{kind}'{_meant(kind, possible)}")
+    chosen = possible[kind]
+    names = [p.name for p in chosen.params]
+    for key in options:
+        if key not in (*names, *_COMMON):
+            raise UserError(
+                f"fault {target} {kind}: no parameter '{key}'{_meant(key, [*names, *_COMMON])}"
+            )
+    values = {p.name: _value(target, chosen, p, options) for p in chosen.params}
+    return Fault(target.lower(), chosen, values, said=dict(options), **_common(chosen, options))
+
+
+def _common(kind: Kind, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what every fault can be told."""
+    times = {name: _time(name, options[name]) for name in _TIMES if name in options}
+    found: dict[str, Any] = {f"{name}_ns": value for name, value in times.items()}
+    probability = options.get("probability", kind.probability)
+    try:
+        found["probability"] = float(probability)
+        found["seed"] = int(options.get("seed", 1))
+    except (TypeError, ValueError):
+        raise UserError("fault: probability and seed are plain numbers") from None
+    if not 0.0 <= found["probability"] <= 1.0:
+        raise UserError(f"fault: probability {probability} is not between 0 and 1")
+    if options.get("condition"):
+        found["condition"] = condition.parse(str(options["condition"]))
+    return found
+
+
+def _time(name: str, text: object) -> int:
+    try:
+        seconds = to_si(text, "s", "200 ms")
+    except ValueError as error:
+        raise UserError(f"fault: {name}: {error}") from None
+    if not 0.0 <= seconds < math.inf:
+        raise UserError(f'fault: {name}: "{text}" is not a time from now on')
+    return round(seconds * 1e9)
+
+
+def _value(target: str, kind: Kind, param: FaultParam, options: Mapping[str, Any]) -> Any:
+    """Return a parameter in SI."""
+    where = f"fault {target} {kind.name}: {param.name}"
+    channel = _CHANNELS.get(target) if kind.layer is Layer.SENSOR else None
+    if param.unit == TEXT:
+        return _twin(where, target, options.get(param.name))
+    scale, unit, shown = 1.0, param.unit, param.shown
+    if channel is not None and param.unit in (SPAN, SPAN_PER_SECOND):
+        scale, unit, shown = channel.span, channel.unit, channel.shown
+        if param.unit == SPAN_PER_SECOND:
+            unit, shown = f"{unit}/s", f"{shown}/s"
+    if param.name not in options:
+        assert param.default is not None
+        return param.default * scale
+    try:
+        value = to_si(_plain(options[param.name], unit), unit, show(1.0 * scale, unit, shown))
+    except ValueError as error:
+        raise UserError(f"{where}: {error}") from None
+    if not param.low <= value <= param.high or not math.isfinite(value):
+        low, high = (show(v, unit, shown) for v in (param.low, param.high))
+        raise UserError(f"{where}: {options[param.name]} is outside {low} ... {high}")
+    return value
+
+
+def _plain(text: object, unit: str) -> object:
+    """Return a plain number that is written in hexadecimal as a number."""
+    if unit == "1" and isinstance(text, str) and text.lower().startswith("0x"):
+        with contextlib.suppress(ValueError):
+            return int(text, 16)
+    return text
+
+
+def _twin(where: str, target: str, other: object) -> str:
+    unit = _CHANNELS[target].unit
+    twins = [c.name for c in CHANNELS if c.unit == unit and c.name != target]
+    if other not in twins:
+        raise UserError(f"{where}: name one of {', '.join(twins)}, not {other}")
+    return str(other)
+
+
+def _is_cob_id(text: str) -> bool:
+    try:
+        return text.startswith("0x") and 0 <= int(text, 16) <= 0x7FF
+    except ValueError:
+        return False
+
+
+def _meant(wrong: str, known: Iterable[str]) -> str:
+    names = list(known)
+    near = difflib.get_close_matches(wrong, names, 1)
+    hint = f", did you mean '{near[0]}'?" if near else ";"
+    return f"{hint} There are: {', '.join(names)}"

@@ -1,0 +1,286 @@
+"""Bus faults: what happens to the frames between a node and the bus."""
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from hil_emulator.device.emergency import ErrorBit
+from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
+from hil_emulator.device.node import Node
+from hil_emulator.faults.catalogue import BUS
+from hil_emulator.faults.fault import Fault
+from hil_emulator.faults.strength import Strength
+from hil_emulator.frame import Frame
+
+RECOVERED_FROM_BUS_OFF = 0x8140
+"""Emergency error code (CiA 301 table 26)."""
+
+_BITS_PER_BYTE = 8
+
+
+class FrameFault(Protocol):
+    """A fault on the connection of one node."""
+
+    def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Return what reaches the node of the frames that came."""
+        ...
+
+    def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Return what reaches the bus of the frames that the node sends."""
+        ...
+
+    def end(self) -> tuple[list[Frame], list[Frame]]:
+        """Return the frames still held back: those for the node, and those for the bus."""
+        ...
+
+
+class Sound:
+    """Lets everything pass; what the others have in common."""
+
+    def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Let all frames pass."""
+        return list(frames)
+
+    def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Let all frames pass."""
+        return list(frames)
+
+    def end(self) -> tuple[list[Frame], list[Frame]]:
+        """Hold nothing back."""
+        return [], []
+
+
+class Rewriting(Sound):
+    """Puts other frames, or none, in the place of single ones.
+
+    Args:
+        chosen: which frames it can befall.
+        rewrite: the frames in place of one that it does befall.
+
+    """
+
+    def __init__(
+        self,
+        chosen: Callable[[Frame], bool],
+        rewrite: Callable[[Strength, Frame], Sequence[Frame]],
+    ) -> None:
+        self._chosen = chosen
+        self._rewrite = rewrite
+
+    def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Rewrite frames on their way to the node."""
+        passed: list[Frame] = []
+        for frame in frames:
+            passed += self._rewrite(s, frame) if self._chosen(frame) and s.hits() else [frame]
+        return passed
+
+    leaving = arriving
+
+
+class Delayed(Sound):
+    """Holds frames back for a time, in both directions."""
+
+    def __init__(self, chosen: Callable[[Frame], bool], time_ns: int) -> None:
+        self._chosen = chosen
+        self._time_ns = time_ns
+        self._inward: list[tuple[int, Frame]] = []
+        self._outward: list[tuple[int, Frame]] = []
+
+    def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Hold back what comes; let go what has waited long enough."""
+        return self._through(self._inward, s, frames)
+
+    def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Hold back what is sent; let go what has waited long enough."""
+        return self._through(self._outward, s, frames)
+
+    def end(self) -> tuple[list[Frame], list[Frame]]:
+        """Let everything go."""
+        return [f for _, f in self._inward], [f for _, f in self._outward]
+
+    def _through(
+        self, held: list[tuple[int, Frame]], s: Strength, frames: Sequence[Frame]
+    ) -> list[Frame]:
+        passed = []
+        for frame in frames:
+            if self._chosen(frame) and s.hits():
+                held.append((s.now_ns + self._time_ns, frame))
+            else:
+                passed.append(frame)
+        due = [f for until, f in held if until <= s.now_ns]
+        held[:] = [(until, f) for until, f in held if until > s.now_ns]
+        return due + passed
+
+
+class Reordered(Sound):
+    """Lets a frame change places with the one after it, in this tick or a later one."""
+
+    def __init__(self, chosen: Callable[[Frame], bool]) -> None:
+        self._chosen = chosen
+        self._inward: list[Frame] = []
+        self._outward: list[Frame] = []
+
+    def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Reorder what comes."""
+        return self._through(self._inward, s, frames)
+
+    def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Reorder what is sent."""
+        return self._through(self._outward, s, frames)
+
+    def end(self) -> tuple[list[Frame], list[Frame]]:
+        """Let everything go."""
+        return self._inward, self._outward
+
+    def _through(self, held: list[Frame], s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        passed: list[Frame] = []
+        for frame in frames:
+            if not held and self._chosen(frame) and s.hits():
+                held.append(frame)
+            else:
+                passed += [frame, *held]
+                held.clear()
+        return passed
+
+
+class Cut(Sound):
+    """Lets frames pass in neither direction, or only inward.
+
+    Args:
+        node: whose connection it is.
+        deaf: whether the node hears nothing either.
+        recovers: whether the node reports that it is back (bus-off).
+
+    """
+
+    def __init__(self, node: Node, deaf: bool, recovers: bool = False) -> None:
+        self._node = node
+        self._deaf = deaf
+        self._recovers = recovers
+
+    def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Let frames in, or not."""
+        return [] if self._deaf and s.hits() else list(frames)
+
+    def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Let no frame out."""
+        return [] if s.hits() else list(frames)
+
+    def end(self) -> tuple[list[Frame], list[Frame]]:
+        """Report the return to the bus."""
+        if self._recovers:
+            self._node.raise_error("bus-off", RECOVERED_FROM_BUS_OFF, ErrorBit.COMMUNICATION)
+            self._node.clear_error("bus-off")
+        return [], []
+
+
+class Babbling(Sound):
+    """Puts frames of a strange node in front of those that the node sends."""
+
+    def __init__(self, can_id: int, count: int) -> None:
+        self._can_id = can_id
+        self._count = count
+
+    def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Babble once a tick."""
+        strange = [
+            Frame(self._can_id, s.random.randbytes(_BITS_PER_BYTE)) for _ in range(self._count)
+        ]
+        return [*(strange if s.hits() else []), *frames]
+
+
+class Restart(Sound):
+    """Resets the node once, as a dip of its supply does."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._done = False
+
+    def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Reset the node before it hears anything else."""
+        if self._done or not s.hits():
+            return list(frames)
+        self._done = True
+        return [Frame(0x000, bytes([129, self._node.node_id])), *frames]
+
+
+class Reported(Sound):
+    """An error that the node itself reports."""
+
+    def __init__(self, node: Node, code: int) -> None:
+        self._node = node
+        self._key = ("injected", code)
+        node.raise_error(self._key, code, ErrorBit.MANUFACTURER)
+
+    def end(self) -> tuple[list[Frame], list[Frame]]:
+        """Report that it is gone."""
+        self._node.clear_error(self._key)
+        return [], []
+
+
+def frame_fault(fault: Fault, node: Node) -> FrameFault:
+    """Return what a fault does to the frames of one node."""
+    v, chosen = fault.values, _selector(fault.target, node)
+    heartbeat = ERROR_CONTROL_COB_ID + node.node_id
+    match fault.kind.name:
+        case "drop":
+            return Rewriting(chosen, lambda s, f: [])
+        case "duplicate":
+            return Rewriting(chosen, lambda s, f: [f] * (1 + round(v["copies"])))
+        case "corrupt":
+            return Rewriting(chosen, lambda s, f: [_corrupt(s, f, round(v["bits"]))])
+        case "wrong_length":
+            return Rewriting(chosen, lambda s, f: [_resized(f, round(v["length"]))])
+        case "heartbeat_stop":
+            return Rewriting(lambda f: f.can_id == heartbeat and f.data != b"\0", lambda s, f: [])
+        case "delay":
+            return Delayed(chosen, round(v["time"] * 1e9))
+        case "reorder":
+            return Reordered(chosen)
+        case "silence":
+            return Cut(node, deaf=False)
+        case "bus_off":
+            return Cut(node, deaf=True, recovers=True)
+        case "interface_down":
+            return Cut(node, deaf=True)
+        case "babbling":
+            return Babbling(round(v["can_id"]), round(v["frames"]))
+        case "reset":
+            return Restart(node)
+        case "emcy":
+            return Reported(node, round(v["code"]))
+        case name:
+            raise AssertionError(name)
+
+
+def _corrupt(s: Strength, frame: Frame, bits: int) -> Frame:
+    """Return a frame with some bits of its data inverted."""
+    size = len(frame.data) * _BITS_PER_BYTE
+    mask = sum(1 << bit for bit in s.random.sample(range(size), min(bits, size)))
+    data = int.from_bytes(frame.data, "little") ^ mask
+    return frame._replace(data=data.to_bytes(len(frame.data), "little"))
+
+
+def _resized(frame: Frame, length: int) -> Frame:
+    return frame._replace(data=frame.data[:length].ljust(length, b"\0"))
+
+
+def _selector(target: str, node: Node) -> Callable[[Frame], bool]:
+    """Return which frames a target means; COB-IDs are those in use at this moment."""
+    if target in (BUS, "node"):
+        return lambda frame: True
+    named = message_ids(node).get(target, set())
+    ids = {int(target, 16)} if target.startswith("0x") else named
+    return lambda frame: frame.can_id in ids
+
+
+def message_ids(node: Node) -> dict[str, set[int]]:
+    """Return the COB-IDs of a node's messages by name (predefined set: CiA 301 7.3.5)."""
+    n = node.node_id
+    named = {
+        "nmt": {0x000},
+        "sync": {0x080},
+        "emcy": {0x080 + n},
+        "sdo": {0x580 + n, 0x600 + n},
+        "heartbeat": {ERROR_CONTROL_COB_ID + n},
+    }
+    return named | {row.name.lower(): {row.can_id} for row in node.pdo_map() if row.exists}

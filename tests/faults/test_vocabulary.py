@@ -1,0 +1,96 @@
+"""The vocabulary of faults: what can be said, and what is answered to the rest."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.errors import UserError
+from hil_emulator.faults.catalogue import KINDS
+from hil_emulator.faults.declare import Layer
+from hil_emulator.faults.fault import fault, kinds_of, targets
+
+REQUIRED = {"swapped": {"channel": "pressure_b"}}
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda k: f"{k.layer}-{k.name}")
+def test_every_kind_can_be_said_without_a_parameter(kind: object) -> None:
+    """Each kind has defaults that make it, for each of its targets."""
+    for target in kind.targets:
+        name = "tpdo1" if target == "message" else target
+        other = {"pressure_b": "pressure_a"}.get(name, "pressure_b")
+        options = {"channel": other} if kind.name == "swapped" else {}
+        assert fault(name, kind.name, **options).kind is kind
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda k: f"{k.layer}-{k.name}")
+def test_every_kind_is_shown_on_the_bus(kind: object) -> None:
+    """A test names it: this guards the tests of this folder, which see it on the bus."""
+    text = "".join(
+        file.read_text()
+        for file in Path(__file__).parent.glob("test_*.py")
+        if file.name != Path(__file__).name
+    )
+    names = "|".join(kind.targets) if kind.targets[-1] != "message" else r"\w+"
+    assert re.search(rf'"({names})",\s*"{kind.name}"', text)
+
+
+def test_an_unknown_target_lists_what_there_is() -> None:
+    """A misspelt channel is answered with the right one, and the list."""
+    with pytest.raises(UserError, match=r"did you mean 'pressure_a'.*load_force.*coil.*tpdo4"):
+        fault("presure_a", "stuck")
+
+
+def test_a_fault_that_a_target_cannot_have_lists_those_it_can() -> None:
+    """A position has no twin to be swapped with, a supply no spool to stick."""
+    with pytest.raises(UserError, match=r"position cannot have 'swapped'.*There are: off, stuck"):
+        fault("position", "swapped")
+    with pytest.raises(UserError, match=r"supply cannot have 'stuck'.*There are: loss, droop"):
+        fault("supply", "stuck")
+
+
+def test_an_unknown_parameter_lists_the_known_ones() -> None:
+    """The kind's own parameters and those of every fault are named."""
+    with pytest.raises(UserError, match=r"no parameter 'much'.*value, start, duration, ramp"):
+        fault("pressure_a", "offset", much="3 bar")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"value": "3 mm"}, "is a length; a pressure is wanted"),
+        ({"value": 3}, "has no unit"),
+        ({"duration": "3 bar"}, "duration: .* a time is wanted"),
+        ({"start": "-1 s"}, "not a time from now on"),
+        ({"probability": 2}, "not between 0 and 1"),
+        ({"condition": "position >> 3"}, "is not a comparison"),
+        ({"condition": "position > 3 bar"}, "a length is wanted"),
+        ({"condition": "posn > 3 mm"}, "no signal 'posn'; there are time"),
+        ({"condition": "up and away"}, '"up" is not a comparison'),
+    ],
+)
+def test_a_wrong_value_is_named_with_its_place(options: dict[str, object], message: str) -> None:
+    """Units, ranges and conditions are checked before anything happens."""
+    with pytest.raises(UserError, match=message):
+        fault("pressure_a", "offset", **options)
+
+
+def test_a_value_out_of_range_says_what_is_allowed() -> None:
+    """A wrong length has at most 8 bytes."""
+    with pytest.raises(UserError, match=r"length: 9 is outside 0 \.\.\. 8"):
+        fault("tpdo1", "wrong_length", length=9)
+
+
+def test_a_parameter_is_read_in_its_unit() -> None:
+    """Bar, millimetres and milliseconds become SI; a COB-ID may be hexadecimal."""
+    assert fault("pressure_a", "offset", value="3 bar").values["value"] == pytest.approx(3e5)
+    assert fault("position", "delay", time="30 ms").values["time"] == pytest.approx(0.03)
+    assert fault("bus", "babbling", can_id="0x7F").values["can_id"] == 0x7F
+    assert fault("supply", "loss", ramp="50 ms").ramp_ns == 50_000_000
+
+
+def test_every_target_has_a_kind_and_every_layer_a_target() -> None:
+    """The vocabulary has no word that nothing can be said with."""
+    reached = {kind.layer for target in targets() for kind in kinds_of(target).values()}
+    assert reached == set(Layer)
+    assert all(kinds_of(target) for target in targets())
