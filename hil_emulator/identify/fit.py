@@ -17,8 +17,12 @@ FINITE = 0.3
 """Step of a derivative by an effect, in typical sizes: finite on purpose, since dead bands,
 hysteresis and stops have no slope at zero."""
 
-OUTLIER = 8.0
-"""Whitened innovations beyond this count as this: a fault of one sample is no physics."""
+OUTLIER = 3.0
+"""Whitened innovations beyond this count linearly, not squared (Huber): cavitation and knocks make
+a few large ones that would otherwise decide alone."""
+
+WORST = 100.0
+"""Whitened innovation of a prediction that ran away."""
 
 
 @dataclass
@@ -83,8 +87,8 @@ class Fitter:
         chosen = self.frozen if frozen is None else frozen
         parts = [self.observer.innovations(f, par, chan)[0].ravel() for f in chosen]
         flat = np.concatenate(parts)
-        np.nan_to_num(flat, copy=False, nan=OUTLIER, posinf=OUTLIER, neginf=-OUTLIER)
-        return np.asarray(np.clip(flat, -OUTLIER, OUTLIER))
+        np.nan_to_num(flat, copy=False, nan=WORST, posinf=WORST, neginf=-WORST)
+        return tamed(np.clip(flat, -WORST, WORST))
 
     def map(self, function: Callable[[int], Array], items: Iterable[int]) -> list[Array]:
         """Apply a function on threads: the compiled code does not hold the interpreter."""
@@ -147,7 +151,7 @@ class Fitter:
                 if new < chi2:
                     break
                 step = 0.4 * step
-            if new >= chi2 - 1e-3:
+            if new >= chi2 - 0.5:
                 if new < chi2:
                     at, residual, chi2 = trial, r, new
                 break
@@ -181,3 +185,10 @@ def _robust_rms(values: Array) -> float:
     if not len(finite):
         return 0.0
     return float(np.sqrt(np.mean(finite[: max(1, int(0.99 * len(finite)))] ** 2)))
+
+
+def tamed(residual: Array) -> Array:
+    """Return residuals whose squares are Huber's loss of the given ones."""
+    size = np.abs(residual)
+    rooted = np.sqrt(np.maximum(2.0 * OUTLIER * size - OUTLIER**2, 0.0))
+    return np.asarray(np.where(size > OUTLIER, np.sign(residual) * rooted, residual))

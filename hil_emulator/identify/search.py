@@ -16,6 +16,9 @@ from hil_emulator.identify.twin import Coordinate
 REFITTED = 4
 """Candidates that are refitted together with everything else."""
 
+REFITS = 5
+"""Iterations of a joint refit."""
+
 SEVERAL = 5
 """Most effects that are looked for."""
 
@@ -159,9 +162,12 @@ class Searcher:
         at = np.append(base.at, 0.0)
         column = self.fitter.column(free, at, base.residual, len(base.at))
         slope = np.column_stack([base.jacobian, column])
-        fit = self.fitter.fit(free, at, 4, jacobian=slope)
+        fit = self.fitter.fit(free, at, 2, jacobian=slope)
+        if base.chi2 - fit.chi2 > gate.needed_gain(len(fit.residual)):
+            fit = self.fitter.fit(free, fit.at, REFITS)
         gain = base.chi2 - fit.chi2
-        project = Projection(Fit(base.coordinates, fit.at[:-1], fit.residual, slope[:, :-1], 0.0))
+        slope = fit.jacobian[:, :-1]
+        project = Projection(Fit(base.coordinates, fit.at[:-1], fit.residual, slope, 0.0))
         fresh = self.fitter.column(free, fit.at, fit.residual, len(base.at))
         projected = project(fresh)[: len(fit.residual)]
         variance = gate.robust_variance(projected, fit.residual, self._stretch)

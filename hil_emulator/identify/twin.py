@@ -10,6 +10,7 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration
 from hil_emulator.identify.experiment import SPANS, Array
+from hil_emulator.identify.filter import INPUT_COUNT
 from hil_emulator.identify.probes import PROBES
 from hil_emulator.model import kernel, quantities
 from hil_emulator.model.declare import Effect, Param, is_on
@@ -18,6 +19,11 @@ from hil_emulator.model.layout import fill, length
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import CONTINUOUS, coupling_acts, source_acts, transducer
+
+SLOW = 0.1
+"""A usual speed of the rod [m/s] (assumed)."""
+
+_TINY = {"pressure_a": 1.0, "pressure_b": 1.0, "pump_pressure": 1.0}
 
 
 @dataclass(frozen=True)
@@ -155,6 +161,29 @@ class Twin:
         if coupling_acts.stage in stages:
             states += [q.name for q in quantities.COUPLING_STATES]
         return states + [e.field_of(q) for e in acting for q in e.states]
+
+    def fastest(self, par: Array) -> float:
+        """Return the largest eigenvalue of the model around rest and slow motion [rad/s]."""
+        state = self.start(par, 1e-5, None)
+        names = list(self.kernel.state.names or ())
+        rows = [names.index(n) for n in self.active(par)]
+        return max(self._spectral_radius(par, state, rows, v) for v in (0.0, SLOW))
+
+    def _spectral_radius(self, par: Array, state: Array, rows: list[int], velocity: float) -> float:
+        state = state.copy()
+        state[list(self.kernel.state.names or ()).index("velocity")] = velocity
+        inputs, signals = np.zeros(INPUT_COUNT), np.zeros(len(self.signal_names))
+        base, moved = np.zeros(len(state)), np.zeros(len(state))
+        self.kernel.rate(state, base, par, inputs, signals)
+        jacobian = np.zeros((len(rows), len(rows)))
+        for j, row in enumerate(rows):
+            other = state.copy()
+            other[row] += _TINY.get(list(self.kernel.state.names or ())[row], 1e-7)
+            self.kernel.rate(other, moved, par, inputs, signals)
+            jacobian[:, j] = (moved - base)[rows] / (other[row] - state[row])
+        if not np.isfinite(jacobian).all():
+            return float("inf")
+        return float(np.max(np.abs(np.linalg.eigvals(jacobian))))
 
     def _acts(self, effect: Effect, par: Array) -> bool:
         return is_on(effect, float(par[self._par_at[effect.field_of(effect.knob)]]))
