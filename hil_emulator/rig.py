@@ -1,12 +1,12 @@
 """One tick of the emulator in a few lines; the only module that knows everybody."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from hil_emulator.config.load import Configuration, NodeSettings
+from hil_emulator.config.load import Configuration
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
@@ -71,6 +71,7 @@ class Rig:
         self.tape = tape
         self.faults = Faults(plant, sensors, nodes, self.value, self._ended)
         self._steps = steps
+        self._heard: dict[Node, list[Frame]] = {node: [] for node in self.nodes}
         self._measured = self._measure()
 
     def step(self) -> None:
@@ -147,7 +148,9 @@ class Rig:
         if self.tape and frames:
             self.tape.bus(self.now_ns, frames, sent=False)
         for node in self.nodes:
-            arriving = self.faults.arriving(self.now_ns, node, frames)
+            # what the other nodes sent in the last tick, then what came from outside
+            heard, self._heard[node] = self._heard[node], []
+            arriving = self.faults.arriving(self.now_ns, node, [*heard, *frames])
             self.plant.command(node.receive(self.now_ns, arriving))
         self.faults.act_on(self.now_ns, self.plant)
 
@@ -161,13 +164,11 @@ class Rig:
             sent = node.publish(self.now_ns, self._measured)
             leaving = self.faults.leaving(self.now_ns, node, sent)
             self.bus.send(leaving)
+            for other in self.nodes:
+                if other is not node:
+                    self._heard[other] += leaving
             if self.tape and leaving:
                 self.tape.bus(self.now_ns, leaving, sent=True)
-
-
-def commands(settings: NodeSettings) -> Mapping[str, float]:
-    """Return what a node commands, with the values that hold without a controller."""
-    return {"valve_current": settings.safe_current}
 
 
 def nodes(config: Configuration, channels: Sequence[str]) -> list[Node]:
@@ -177,7 +178,7 @@ def nodes(config: Configuration, channels: Sequence[str]) -> list[Node]:
         UserError: if an EDS is missing, wrong, or maps what nothing feeds.
 
     """
-    return [Node(Dictionary.from_eds(s.eds, s.id), channels, commands(s)) for s in config.nodes]
+    return [Node(Dictionary.from_eds(s.eds, s.id), channels, s.commands) for s in config.nodes]
 
 
 def assemble(

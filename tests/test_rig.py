@@ -151,6 +151,21 @@ def test_a_recording_holds_what_the_sensors_and_the_model_said(moving: Bench) ->
     assert table["model.position"][-1] == pytest.approx(table["position"][-1], abs=3e-6)
 
 
+def test_the_nodes_of_a_rig_hear_each_other() -> None:
+    """Node 6 watches node 5's heartbeat: all is well until it stops, then it says 0x8130."""
+    config = reference()
+    first = config.nodes[0]
+    second = dataclasses.replace(first, id=6, commands={"valve_current": 0.0})
+    with bench(dataclasses.replace(config, nodes=(first, second))) as b:
+        b.ticks(5)
+        watch = bytes.fromhex("23161001") + struct.pack("<I", 5 << 16 | 300)
+        b.tick(Frame(0x606, watch))
+        assert not [f for f in b.ticks(1000) if f.can_id == 0x086]
+        b.tick(Frame(0x605, bytes.fromhex("2b17100000000000")))
+        (emergency,) = [f for f in b.ticks(500) if f.can_id == 0x086]
+        assert struct.unpack_from("<H", emergency.data)[0] == 0x8130
+
+
 def test_a_missing_eds_object_is_named(tmp_path: object) -> None:
     """A node that cannot take the valve's set point is refused before anything starts."""
     from pathlib import Path

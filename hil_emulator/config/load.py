@@ -32,11 +32,19 @@ DEFAULT_BUS = {
 
 @dataclass(frozen=True)
 class NodeSettings:
-    """One CANopen node: its ID, the path of its EDS, its safe valve current [A]."""
+    """One CANopen node.
+
+    Attributes:
+        id: its node-ID.
+        eds: path of its EDS.
+        commands: what it commands, with the values in SI that hold without a controller; empty
+            for a node that only measures.
+
+    """
 
     id: int
     eds: Path
-    safe_current: float
+    commands: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -219,7 +227,10 @@ def _configuration(
         late=rig.late,
         sync_period_ns=round(rig.sync_period * 1e9),
         bus=dict(checked.bus) or dict(DEFAULT_BUS),
-        nodes=tuple(NodeSettings(n.id, folder / n.eds, n.safe_current) for n in checked.node),
+        nodes=tuple(
+            NodeSettings(n.id, folder / n.eds, dict.fromkeys(n.commands, n.safe_current))
+            for n in checked.node
+        ),
         effects=effects,
         plant=_plant_values(checked, effects),
         sensors={name: _effect_values(getattr(checked.sensors, name), chain) for name in channels},
