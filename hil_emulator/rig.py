@@ -1,5 +1,6 @@
 """One tick of the emulator in a few lines; the only module that knows everybody."""
 
+import functools
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Protocol
@@ -15,6 +16,7 @@ from hil_emulator.faults.active import Faults, Running
 from hil_emulator.faults.fault import Fault, fault
 from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
+from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.record import MODEL, Tape
 
@@ -171,6 +173,12 @@ class Rig:
                 self.tape.bus(self.now_ns, leaving, sent=True)
 
 
+@functools.cache
+def compiled(effects: tuple[Effect, ...], cache: Path | None) -> kernel.Kernel:
+    """Return the compiled model of a catalogue, once in a process."""
+    return kernel.build(effects, cache)
+
+
 def nodes(config: Configuration, channels: Sequence[str]) -> list[Node]:
     """Make the CANopen nodes of a configuration.
 
@@ -199,9 +207,9 @@ def assemble(
         UserError: if a node cannot be made from its EDS.
 
     """
-    compiled = kernel.build(config.effects, cache)
-    plant = Plant(compiled, config.plant, config.step)
+    model = compiled(config.effects, cache)
+    plant = Plant(model, config.plant, config.step)
     random = np.random.default_rng(config.seed)
-    sensors = Sensors(compiled, config.sensors, config.tick_ns * 1e-9, random)
+    sensors = Sensors(model, config.sensors, config.tick_ns * 1e-9, random)
     made = nodes(config, sensors.names)
     return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, tape)

@@ -1,0 +1,139 @@
+"""A machine of several actuators: which files describe each, and which bus it is on.
+
+[buses.left]
+interface = "virtual"
+channel = "left"
+
+[[actuator]]
+name = "lf_knee"
+files = ["hyq_knee.toml"]
+bus = "left"
+node_offset = 10        # added to every node-ID in its files
+"""
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, ValidationError
+
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.mistakes import describe
+from hil_emulator.config.table import Table
+from hil_emulator.errors import UserError
+
+ONLY_BUS = "bus"
+"""Name of the bus where a configuration describes one actuator."""
+
+
+class ActuatorTable(Table):
+    """One actuator: its configuration files, its bus, and where its node-IDs begin."""
+
+    name: str = Field(min_length=1)
+    files: tuple[str, ...] = Field(min_length=1)
+    bus: str
+    node_offset: int = Field(default=0, ge=0, le=126)
+
+
+class MachineTable(Table):
+    """The whole file."""
+
+    buses: dict[str, dict[str, Any]] = Field(min_length=1)
+    actuator: tuple[ActuatorTable, ...] = Field(min_length=1)
+
+
+@dataclass(frozen=True)
+class ActuatorSettings:
+    """One actuator of a machine: its name, its configuration, the name of its bus."""
+
+    name: str
+    config: Configuration
+    bus: str
+
+
+@dataclass(frozen=True)
+class MachineSettings:
+    """Several actuators under one loop.
+
+    Attributes:
+        actuators: at least one; all have the same tick.
+        buses: arguments of `can.Bus` by name.
+
+    """
+
+    actuators: tuple[ActuatorSettings, ...]
+    buses: Mapping[str, Mapping[str, Any]]
+
+
+def load_machine(files: Sequence[Path]) -> MachineSettings:
+    """Read a machine: one file with `[[actuator]]`, or the files of a single actuator.
+
+    Raises:
+        UserError: with every mistake found, each with its place.
+
+    """
+    if len(files) != 1 or not _has_actuators(files[0]):
+        config = load(files)
+        name = config.files[0].stem
+        only = ActuatorSettings(name, config, ONLY_BUS)
+        return MachineSettings((only,), {ONLY_BUS: config.bus})
+    (file,) = files
+    table = _checked(file)
+    actuators = tuple(_actuator(file, i, a) for i, a in enumerate(table.actuator))
+    _check_together(file, table, actuators)
+    return MachineSettings(actuators, table.buses)
+
+
+def _has_actuators(file: Path) -> bool:
+    try:
+        return "actuator" in tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False  # `load` says what is wrong with it
+
+
+def _checked(file: Path) -> MachineTable:
+    content = tomllib.loads(file.read_text(encoding="utf-8"))
+    try:
+        return MachineTable.model_validate(content)
+    except ValidationError as error:
+        origin: dict[tuple[str, ...], Path] = {(key,): file for key in content}
+        raise UserError(describe(error, MachineTable, content, origin, [file])) from None
+
+
+def _actuator(file: Path, position: int, table: ActuatorTable) -> ActuatorSettings:
+    """Load one actuator; its noise differs from that of the others."""
+    config = load([file.parent / name for name in table.files])
+    nodes = tuple(dataclasses.replace(n, id=n.id + table.node_offset) for n in config.nodes)
+    config = dataclasses.replace(config, nodes=nodes, seed=config.seed + position)
+    return ActuatorSettings(table.name, config, table.bus)
+
+
+def _check_together(file: Path, table: MachineTable, actuators: Sequence[ActuatorSettings]) -> None:
+    """Refuse what only shows when the actuators are seen side by side."""
+    taken: dict[tuple[str, int], str] = {}
+    for actuator in actuators:
+        if actuator.bus not in table.buses:
+            raise UserError(
+                f"{file}: actuator {actuator.name}: there is no bus '{actuator.bus}'; "
+                f"there are: {', '.join(table.buses)}"
+            )
+        if actuator.config.tick_ns != actuators[0].config.tick_ns:
+            raise UserError(
+                f"{file}: actuator {actuator.name}: its tick is not that of {actuators[0].name}; "
+                "one loop has one tick"
+            )
+        for node in actuator.config.nodes:
+            if node.id > 127:
+                raise UserError(
+                    f"{file}: actuator {actuator.name}: node-ID {node.id} is above 127; "
+                    "choose a smaller node_offset"
+                )
+            other = taken.setdefault((actuator.bus, node.id), actuator.name)
+            if other != actuator.name:
+                raise UserError(
+                    f"{file}: on bus {actuator.bus}, {other} and {actuator.name} both have a node "
+                    f"{node.id}; give them different node_offset"
+                )
