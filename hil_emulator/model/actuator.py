@@ -17,7 +17,12 @@ called here by its name. In every function:
 import math
 from typing import Any
 
-from hil_emulator.model.constants import ATMOSPHERE, LIGHTEST_ROD, SMALLEST_VOLUME
+from hil_emulator.model.constants import (
+    ATMOSPHERE,
+    FASTEST_DRY_FRICTION,
+    LIGHTEST_ROD,
+    SMALLEST_VOLUME,
+)
 from hil_emulator.model.quantities import (
     COUPLING_STATES,
     HELD,
@@ -34,6 +39,7 @@ from hil_emulator.model.stages import (
     coupling_acts,
     cross_leakage,
     discharge,
+    dry_friction,
     friction,
     friction_scale,
     gas_pressure,
@@ -211,31 +217,45 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     )  # fmt: skip
 
 
+def friction_force(x: Any, dx: Any, par: Any, held: Any, y: Any, mass: float) -> float:
+    """Friction of the seals on the mass that moves with them (S1 eq. 3.18) [N].
+
+    sign(v) is made continuous as tanh(v/v_w). v_w is the transition velocity, or what bounds the
+    rate F/(m v_w) at which dry friction stops the mass.
+    """
+    v = x.velocity
+    smooth = friction(par, x, dx, v, x.position, held.viscosity)
+    level = dry_friction(par, x, dx, v, x.position, y.pressure_a, y.pressure_b)
+    scale = friction_scale(par, x, dx, 1.0, v, x.position)
+    slowest = scale * level / (mass * FASTEST_DRY_FRICTION)
+    width = max(par.friction_transition_velocity, slowest)
+    force: float = scale * (smooth + level * math.tanh(v / width))
+    return force
+
+
 def move_rod(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Sum the forces on rod and load (S1 eq. 3.15-3.19) into accelerations."""
     position = x.position
     velocity = x.velocity
     area = par.cylinder_piston_area
     f_h = area * (y.pressure_a - par.cylinder_area_ratio * y.pressure_b)
-    direction = math.tanh(velocity / par.friction_transition_velocity)
-    f_f = friction(
-        par, x, dx, velocity, direction, position, y.pressure_a, y.pressure_b, held.viscosity
-    ) * friction_scale(par, x, dx, 1.0, velocity, position)
     f_stop = stop(par, x, dx, position, velocity)
     x_l = position - x.stretch
     v_l = velocity - x.stretch_speed
     f_load = load(par, x, dx, x_l, v_l) + held.external_force
     m_l = par.load_mass + load_inertia(par, x, dx, x_l)
     m_rod = inertia(par, x, dx, position)
+    m_free = max(m_rod, LIGHTEST_ROD) if coupling_acts(par) else m_l + m_rod
+    f_f = friction_force(x, dx, par, held, y, m_free)
     net = f_h - f_f + f_stop
     if coupling_acts(par):
         f = coupling_force(x, dx, par)
         a_l = (f - f_load) / m_l
-        acceleration = (net - f) / max(m_rod, LIGHTEST_ROD)
+        acceleration = (net - f) / m_free
         dx.stretch = x.stretch_speed
         dx.stretch_speed = acceleration - a_l
     else:
-        acceleration = (net - f_load) / (m_l + m_rod)
+        acceleration = (net - f_load) / m_free
         a_l = acceleration
         f = net - m_rod * acceleration
     dx.position = velocity
@@ -307,23 +327,25 @@ def integrate(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float, 
 
     """
     n = len(memory) // 6
-    for _ in range(steps):
-        # one call in a loop: the compiler then meets the balances once, not four times
-        for stage in range(4):
-            derivative(rows[min(stage, 1)], rows[2 + stage], par, held, y)
-            if stage < 3:
-                reach = step if stage == 2 else 0.5 * step
-                for i in range(n):
-                    memory[n + i] = memory[i] + reach * memory[(2 + stage) * n + i]
-        for i in range(n):
-            slope = memory[2 * n + i] + 2.0 * (memory[3 * n + i] + memory[4 * n + i])
-            memory[i] += step / 6.0 * (slope + memory[5 * n + i])
-    # the signals of a trial state are not those of the state reached
-    derivative(rows[0], rows[2], par, held, y)
+    # the balances are called at one place, so the compiler meets them once; the last call leaves
+    # the signals of the state reached, not those of a trial state
+    for call in range(4 * steps + 1):
+        stage = call % 4
+        derivative(rows[min(stage, 1)], rows[2 + stage], par, held, y)
+        if call == 4 * steps:
+            break
+        if stage < 3:
+            reach = step if stage == 2 else 0.5 * step
+            for i in range(n):
+                memory[n + i] = memory[i] + reach * memory[(2 + stage) * n + i]
+        else:
+            for i in range(n):
+                slope = memory[2 * n + i] + 2.0 * (memory[3 * n + i] + memory[4 * n + i])
+                memory[i] += step / 6.0 * (slope + memory[5 * n + i])
 
 
 BALANCES = (
     hold, pressure_root, chamber_pressure, gas_factor, ports, move_spool, edge_flow, meter,
-    fill_chambers, coupling_force, move_rod, feed, account, derivative, integrate,
+    fill_chambers, coupling_force, friction_force, move_rod, feed, account, derivative, integrate,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

@@ -17,7 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from hil_emulator.model.constants import ATMOSPHERE, LIGHTEST_ROD, SMALLEST_VOLUME
+from hil_emulator.model.constants import (
+    ATMOSPHERE, FASTEST_DRY_FRICTION, LIGHTEST_ROD, SMALLEST_VOLUME,
+)
 '''
 
 # Plain float arrays cross the border from Python: records would cost microseconds to unpack there.

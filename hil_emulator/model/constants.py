@@ -12,3 +12,9 @@ LIGHTEST_ROD = 0.1
 
 SMALLEST_VOLUME = 0.01
 """Part of its dead volume that a chamber keeps, wherever the rod is (assumed)."""
+
+FASTEST_DRY_FRICTION = 5e4
+"""Largest rate at which dry friction may stop a mass [1/s] (assumed).
+
+A step of 20 us is exact to 1e-4 at this rate. Dry friction on a light rod changes its sign over a
+wider velocity where the transition velocity alone would be faster."""

@@ -82,9 +82,12 @@ outward_leakage = Stage(
 
 # rod and load
 friction = Stage(
-    "friction", "friction",
-    ("velocity", "direction", "position", "pressure_a", "pressure_b", "viscosity"),
-    "friction force of the seals, against the motion", "N", "sum",
+    "friction", "friction", ("velocity", "position", "viscosity"),
+    "friction force of the seals that is continuous in velocity", "N", "sum",
+)  # fmt: skip
+dry_friction = Stage(
+    "dry_friction", "friction", ("velocity", "position", "pressure_a", "pressure_b"),
+    "level of the friction force that only knows the direction of motion", "N", "sum",
 )  # fmt: skip
 friction_scale = Stage(
     "friction_scale", "friction", ("scale", "velocity", "position"),
@@ -118,8 +121,8 @@ transducer = Stage(
 CONTINUOUS = (
     viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates, source, relief,
     pump_loss, capacity, return_rates, command, pilot, spool_force, spool, travel, metering,
-    discharge, vapour, oil, cross_leakage, outward_leakage, friction, friction_scale, stop, inertia,
-    coupling, play, load, load_inertia,
+    discharge, vapour, oil, cross_leakage, outward_leakage, friction, dry_friction, friction_scale,
+    stop, inertia, coupling, play, load, load_inertia,
 )  # fmt: skip
 TICKED = (set_point,)
 SAMPLED = (transducer,)

@@ -115,7 +115,8 @@ def test_backlash_carries_no_force_within_its_gap(make_plant: MakePlant) -> None
     """At a reversal the rod moves the gap before the load follows, and the cell reads zero."""
     plant = make_plant(
         bare(
-            backlash_gap=2e-4, viscous_friction_coefficient=1000.0, rod_mass_mass=0.5,
+            backlash_gap=2e-4,
+            backlash_softness=1e-4, viscous_friction_coefficient=1000.0, rod_mass_mass=0.5,
             load_viscous_friction_coefficient=2000.0, load_mass=5.0,
         )
     )  # fmt: skip

@@ -56,6 +56,17 @@ def test_variable_pump_delivers_what_is_drawn_and_droops(make_plant: MakePlant) 
     assert s.supply_pressure == pytest.approx(expected, rel=1e-4)
 
 
+def test_variable_pump_droops_less_the_larger_it_is(make_plant: MakePlant) -> None:
+    """At the same flow a pump of twice the size loses half the pressure: it fades to ideal."""
+    lost = []
+    for flow in (TEN_LITRES, 2 * TEN_LITRES, 4 * TEN_LITRES):
+        plant = make_plant(pond(variable_pump_flow=flow))
+        plant.inputs.valve_current = 5e-4
+        settle(plant, 1.5)
+        lost.append((P_S - float(plant.signals.supply_pressure)) / plant.signals.supply_flow)
+    assert [lost[0] / lost[1], lost[1] / lost[2]] == pytest.approx([2.0, 2.0], rel=1e-3)
+
+
 def test_pump_leakage_reproduces_the_published_efficiencies(make_plant: MakePlant) -> None:
     """A 10 l/min pump keeps 99 % up to some 80 bar and 90 % at 250 bar (S1 3.2)."""
     found = []

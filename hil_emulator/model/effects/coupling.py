@@ -14,16 +14,17 @@ from hil_emulator.model.stages import coupling, play
                source="20 um at 5 kN in a public HyQ bench script; a frame adds 1e-7 and more"),
     source="spring in series with the rod; damping as coupling_damping",
     signature="load force rings; rod and load differ in position",
-    not_modelled="mass of the cylinder's body on an elastic frame",
+    not_modelled="mass of the cylinder's body on an elastic frame; dry friction of the light rod "
+                 "turns over a wider velocity, see actuator.friction_force",
 )  # fmt: skip
 def coupling_compliance(compliance: float) -> float:
     """F = (x_p - x_l) / C."""
     return compliance
 
 
-def _contact(contact_compliance: float) -> float:
-    """Compliance of the touching flanks, in series."""
-    return contact_compliance
+def _flanks(gap: float, softness: float) -> float:
+    """Compliance of the touching flanks, in series; vanishes with the gap."""
+    return softness * gap
 
 
 @effect(
@@ -31,13 +32,13 @@ def _contact(contact_compliance: float) -> float:
     knob=Param("gap", "m", "free play of the rod end", 5e-5, 0.0, 1e-3, shown="um",
                source="0 to 0.3 mm; assumed"),
     shape=(
-        Param("contact_compliance", "m/N", "compliance of the contact", 2e-8, 1e-9, 1e-5,
-              shown="um/kN", default=2e-8),
+        Param("softness", "1/N", "how far a flank yields per force, relative to the gap",
+              4e-4, 1e-5, 0.1, shown="1/kN", default=4e-4),
     ),
     source="dead zone with elastic flanks (as in Hopsan)",
     signature="load force rests at zero while it changes sign",
     not_modelled="wear; side play",
-    also=((coupling, _contact),),
+    also=((coupling, _flanks),),
 )  # fmt: skip
 def backlash(stretch: float, gap: float) -> float:
     """d = s - max(-g/2, min(g/2, s))."""

@@ -1,12 +1,13 @@
 """Friction of the cylinder's seals (S1 eq. 3.18, S2 eq. 6-7).
 
-`direction` is sign(v) made continuous: tanh(v/v_t).
+Dry friction is declared by its level; the balance turns it against the motion, with sign(v) made
+continuous as tanh(v/v_t).
 """
 
 import math
 
 from hil_emulator.model.declare import Param, Quantity, effect
-from hil_emulator.model.stages import friction, friction_scale
+from hil_emulator.model.stages import dry_friction, friction, friction_scale
 
 _STRIBECK_VELOCITY = Param(
     "stribeck_velocity", "m/s", "velocity C_s over which the excess fades", 0.02, 1e-3, 1.0,
@@ -27,19 +28,19 @@ def viscous_friction(velocity: float, viscosity: float, coefficient: float) -> f
 
 
 @effect(
-    friction,
+    dry_friction,
     knob=Param("force", "N", "Coulomb friction F_c0", 100.0, 0.0, 1e4, source="S1 3.4.2"),
     source="S1 eq. 3.18, sign(v) made continuous as tanh(v/v_t)",
     signature="hydraulic force minus load cell, changing sign with velocity",
     not_modelled="sticking: the rod creeps under forces below F_c0; see presliding",
 )
-def coulomb_friction(direction: float, force: float) -> float:
+def coulomb_friction(force: float) -> float:
     """F = F_c0 tanh(v/v_t)."""
-    return force * direction
+    return force
 
 
 @effect(
-    friction,
+    dry_friction,
     knob=Param("excess", "N", "breakaway force above Coulomb friction F_s0", 100.0, 0.0, 1e4,
                source="S1 Fig. 3.8"),
     shape=(_STRIBECK_VELOCITY,),
@@ -48,15 +49,13 @@ def coulomb_friction(direction: float, force: float) -> float:
     signature="hydraulic force minus load cell below some 50 mm/s",
     not_modelled="friction lag: the curve is the same up and down",
 )  # fmt: skip
-def stribeck_friction(
-    velocity: float, direction: float, excess: float, stribeck_velocity: float
-) -> float:
+def stribeck_friction(velocity: float, excess: float, stribeck_velocity: float) -> float:
     """F = F_s0 exp(-|v|/C_s) tanh(v/v_t)."""
-    return excess * math.exp(-abs(velocity) / stribeck_velocity) * direction
+    return excess * math.exp(-abs(velocity) / stribeck_velocity)
 
 
 @effect(
-    friction,
+    dry_friction,
     knob=Param("area", "m^2", "friction force per sum of chamber pressures", 3e-6, 0.0, 1e-3,
                shown="mm^2"),
     source="F = f (p_a + p_b) as in Simscape; chosen over forms with two areas because the load "
@@ -64,11 +63,9 @@ def stribeck_friction(
     signature="hydraulic force minus load cell grows with the sum of the pressures",
     not_modelled="different seals on rod and piston",
 )  # fmt: skip
-def pressure_friction(
-    direction: float, pressure_a: float, pressure_b: float, area: float
-) -> float:
+def pressure_friction(pressure_a: float, pressure_b: float, area: float) -> float:
     """F = f (p_a + p_b) tanh(v/v_t)."""
-    return area * (pressure_a + pressure_b) * direction
+    return area * (pressure_a + pressure_b)
 
 
 @effect(
@@ -116,9 +113,7 @@ def friction_asymmetry(scale: float, velocity: float, asymmetry: float) -> float
     signature="friction force against position at constant speed",
     not_modelled="friction that differs between both ends",
 )  # fmt: skip
-def position_friction(
-    scale: float, position: float, rise: float, cylinder_stroke: float
-) -> float:
+def position_friction(scale: float, position: float, rise: float, cylinder_stroke: float) -> float:
     """F = F (1 + k (2x/L_c - 1)²)."""
     from_centre = max(-1.0, min(1.0, 2.0 * position / cylinder_stroke - 1.0))
     return scale * (1.0 + rise * from_centre * from_centre)

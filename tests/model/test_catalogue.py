@@ -1,0 +1,179 @@
+"""What is true of every effect in the catalogue, whatever it does."""
+
+import ast
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from reference_machine import STEP, machine
+
+from hil_emulator.model import kernel
+from hil_emulator.model.declare import Effect, is_on
+from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.model.plant import Plant, Sensors
+
+TICK = 1e-3
+
+PLANT = [e for e in CATALOGUE if e.stage.table != "sensors"]
+CHAIN = [e for e in CATALOGUE if e.stage.table == "sensors"]
+
+NO_STOP = {"initial_position": 0.01, "coulomb_friction_force": 0.0}
+
+AROUND: Mapping[str, Mapping[str, float]] = {
+    # what must be there for an effect to have something to act on
+    "accumulator": {"variable_pump_flow": 1e-4},
+    "pump_leakage": {"fixed_pump_flow": 10e-3 / 60},
+    "friction_asymmetry": {"coulomb_friction_force": 100.0},
+    "position_friction": {"viscous_friction_coefficient": 1000.0},
+    # dry friction on a light rod turns over a wider velocity, however stiff the coupling
+    # and an end stop is no stiffer than a load cell: its impacts would be compared
+    "coupling_compliance": NO_STOP | {"rod_mass_mass": 0.286},
+    "backlash": NO_STOP | {"rod_mass_mass": 0.286},
+}
+
+WEAKER: Mapping[str, tuple[float, float]] = {
+    "end_stops": (1e-5, 1e-7),
+    "entrained_air": (0.1, 0.01),
+}
+"""Shares of the typical strength at which an effect has faded, where a quarter is still strong."""
+
+
+BESIDE = frozenset({"gas_pressure", "pump_flow", "relief_flow", "pump_power", "efficiency"})
+"""Signals that tell about the model or the pump: a pump of any size fades at the valve alone."""
+
+
+def scene(effect: Effect, **changes: float) -> dict[str, float]:
+    """Return a machine that meets most effects on its way: warm oil, near the rod end."""
+    values = machine(
+        oil_temperature=333.15,
+        initial_position=0.072,
+        load_mass=20.0,
+        current_saturation_limit=0.02,
+    )
+    return values | dict(AROUND.get(effect.name, {})) | {knob_of(effect): effect.off} | changes
+
+
+def knob_of(effect: Effect) -> str:
+    """Return the field of an effect's knob."""
+    return effect.field_of(effect.knob)
+
+
+def run(model: kernel.Kernel, values: Mapping[str, float], ticks: int, steps: int) -> np.ndarray:
+    """Drive the machine out into the stop, back, and let it cavitate; signals of every tick."""
+    known = {n: v for n, v in values.items() if n in model.parameters.names}
+    plant = Plant(model, known, STEP)
+    rows = []
+    for i in range(ticks):
+        part = i / ticks
+        plant.inputs.valve_current = 0.012 if part < 0.3 else -3e-3 if part < 0.6 else 0.0
+        plant.inputs.external_force = -4000.0 if part > 0.8 else 300.0
+        plant.step(steps)
+        rows.append(plant.signal_vector.copy())
+    return np.array(rows)
+
+
+def strength(effect: Effect, share: float) -> float:
+    """Return the knob at a share of the way from off to typical; off at infinity is 1/share."""
+    if math.isinf(effect.off):
+        return effect.knob.typical / share
+    return effect.off + share * (effect.knob.typical - effect.off)
+
+
+@pytest.mark.parametrize("effect", PLANT, ids=lambda e: e.name)
+def test_off_is_bit_identical_to_absent(effect: Effect) -> None:
+    """A model that does not know the effect computes the same bits as one that has it off."""
+    knowing = run(kernel.build(compiled=False), scene(effect), ticks=6, steps=2)
+    others = tuple(e for e in CATALOGUE if e is not effect)
+    ignorant = run(kernel.build(others, compiled=False), scene(effect), ticks=6, steps=2)
+    assert np.array_equal(knowing, ignorant)
+
+
+@pytest.mark.parametrize("effect", PLANT, ids=lambda e: e.name)
+def test_typical_is_visible_and_fades_towards_off(effect: Effect, model: kernel.Kernel) -> None:
+    """At its typical strength an effect shows in a signal; at half and a quarter ever less."""
+    seen = [n not in BESIDE for n in model.signals.names]
+    without = run(model, scene(effect), ticks=150, steps=50)[:, seen]
+    runs = [
+        run(model, scene(effect, **{knob_of(effect): strength(effect, share)}), 150, 50)[:, seen]
+        for share in (1.0, *WEAKER.get(effect.name, (0.5, 0.25)))
+    ]
+    assert np.all(np.isfinite(runs))
+    span = np.maximum(np.abs([without, *runs]).max(axis=(0, 1)), 1e-12)
+    shown = [float(np.mean(np.abs(r - without) / span)) for r in runs]
+    assert shown[0] > 1e-6
+    if effect.name == "variable_pump":
+        return  # a larger pump droops less but rings more: its own test shows the droop fade
+    assert shown[0] > shown[1] >= shown[2]
+    assert shown[2] < 0.75 * shown[0]
+
+
+def readings(model: kernel.Kernel, values: Mapping[str, float]) -> np.ndarray:
+    """Let every channel show the same run, with a hidden transverse force."""
+    plant = Plant(model, machine(), STEP)
+    names = model.channel.names
+    # an estimator of velocity has no business on another channel
+    where = ("velocity",) if "velocity_estimator_window" in values else ("position", "velocity")
+    channels = {n: {f: v for f, v in values.items() if f in names} for n in where}
+    sensors = Sensors(model, channels, TICK, np.random.default_rng(1))
+    rows = []
+    for i in range(40):
+        plant.inputs.valve_current = 3e-3 * math.sin(i)
+        plant.step(50)
+        sensors.sample(plant.signal_vector)
+        rows.append(sensors.reading.copy())
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("effect", CHAIN, ids=lambda e: e.name)
+def test_sensor_effects_vanish_at_off_show_and_fade(effect: Effect, model: kernel.Kernel) -> None:
+    """Off leaves the reading alone bit by bit; typical shows; a quarter shows less."""
+    clean = readings(model, {})
+    assert np.array_equal(clean, readings(model, {knob_of(effect): effect.off}))
+    if effect.name == "measuring_range":
+        full, part = 0.0, 0.09  # the typical range would never be left
+    else:
+        full, part = strength(effect, 1.0), strength(effect, 0.25)
+    shown = [np.abs(readings(model, {knob_of(effect): k}) - clean).max() for k in (full, part)]
+    assert shown[0] > 1e-9
+    assert shown[1] < 0.75 * shown[0]
+
+
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
+def test_every_effect_is_documented(effect: Effect) -> None:
+    """Equation, source, signature, units and meanings are there, and the numbers make sense."""
+    assert "=" in effect.equation
+    assert effect.source
+    assert effect.signature
+    for param in effect.params:
+        assert param.meaning
+        assert param.unit
+        assert param.low <= param.typical <= param.high
+        assert param.source
+    assert is_on(effect, effect.knob.typical)
+    assert not is_on(effect, effect.off)
+    at_a_bound = effect.off in (effect.knob.low, effect.knob.high)
+    assert at_a_bound or effect.knob.low < effect.off < effect.knob.high
+    for param in effect.shape:
+        assert param.default is not None
+
+
+def test_the_catalogue_is_large_and_its_names_are_single() -> None:
+    """At least 40 effects, each named once."""
+    names = [e.name for e in CATALOGUE]
+    assert len(set(names)) == len(names) >= 40
+
+
+def test_every_effect_has_a_test_of_its_physics() -> None:
+    """For each effect some test is named after it: `test_<effect>_...` beside this file."""
+    tests = {
+        node.name
+        for file in Path(__file__).parent.glob("test_*.py")
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.FunctionDef)
+    }
+    untested = [
+        e.name for e in CATALOGUE if not any(t.startswith(f"test_{e.name}_") for t in tests)
+    ]
+    assert not untested
