@@ -1,10 +1,11 @@
 """The seam between physics and dictionary: which object shows what.
 
-Three sources feed objects: a sensor channel of the same name, the device itself (`INTERNAL`),
-or, for a plain writable object, whoever writes it. Set points go the other way.
+Four sources feed objects: a sensor channel of the same name or Signal, the device itself
+(`INTERNAL`), a device profile, or, for a plain writable object, whoever writes it. Set points go
+the other way.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from hil_emulator.device.dictionary import Dictionary
@@ -34,9 +35,11 @@ class Sensors:
         dictionary: the node's dictionary.
         channels: names of the channels, in the order of `Measured`.
         emergency: told of channels that leave their range.
+        claimed: (index, sub-index) of objects that a profile turns channels into by itself.
 
     Attributes:
         sources: by (index, sub-index) of every bound object, what feeds it.
+        shown: the last sample, None before the first.
 
     Raises:
         UserError: a channel's name is not unique in the dictionary, its object is not a
@@ -45,7 +48,11 @@ class Sensors:
     """
 
     def __init__(
-        self, dictionary: Dictionary, channels: Sequence[str], emergency: Emergency
+        self,
+        dictionary: Dictionary,
+        channels: Sequence[str],
+        emergency: Emergency,
+        claimed: Collection[tuple[int, int]] = (),
     ) -> None:
         if len(channels) > MAX_CHANNELS:
             raise UserError(f"{len(channels)} channels, but at most {MAX_CHANNELS} are possible")
@@ -53,14 +60,18 @@ class Sensors:
         self._emergency = emergency
         self._inside = [0] * len(channels)
         self._overrange = self._inside
-        self._shown: Measured | None = None
+        self.shown: Measured | None = None
         self._number = -1
         self._time_us = 0
+        self._positions: list[int] = []
         self._integers: list[tuple[int, Entry, float, int, int]] = []
         self._reals: list[tuple[int, Entry, float, float, float]] = []
         for position, name in enumerate(channels):
             entry = _numeric(dictionary, name)
-            if entry is not None:
+            if entry is None:
+                continue
+            self._positions.append(position)
+            if (entry.index, entry.subindex) not in claimed:
                 self._bind(position, entry)
         self._counter = self._internal(dictionary, SAMPLE_COUNTER)
         self._time = self._internal(dictionary, SAMPLE_TIME)
@@ -68,20 +79,21 @@ class Sensors:
     def reset(self) -> None:
         """Show the last sample again, and report ranges anew: a reset has cleared both."""
         self._overrange = self._inside
-        if self._shown is not None:
-            self._show(self._shown)
+        if self.shown is not None:
+            self._show(self.shown)
 
-    def sample(self, now_ns: int, measured: Measured) -> None:
-        """Bring every bound object up to date.
+    def sample(self, now_ns: int, measured: Measured) -> bool:
+        """Bring every bound object up to date; return whether the sample is a new one.
 
         A sample that is published again, the same object, keeps its number and its time.
         """
-        if measured is self._shown:
-            return
-        self._shown = measured
+        if measured is self.shown:
+            return False
+        self.shown = measured
         self._number += 1
         self._time_us = now_ns // NS_PER_US
         self._show(measured)
+        return True
 
     def _show(self, measured: Measured) -> None:
         """Write a sample into the objects.
@@ -102,10 +114,11 @@ class Sensors:
             self._time[0].value = self._time_us & self._time[1]
 
     def check_ranges(self, overrange: list[int]) -> None:
-        """Raise and clear the range error of each channel that crossed an end of its range."""
+        """Raise and clear the range error of each shown channel that crossed a limit."""
         if overrange == self._overrange:
             return
-        for position, direction in enumerate(overrange):
+        for position in self._positions:
+            direction = overrange[position]
             if direction:
                 self._emergency.raise_error(
                     ("overrange", position),
@@ -119,7 +132,7 @@ class Sensors:
 
     def _bind(self, position: int, entry: Entry) -> None:
         kind = entry.type
-        self.sources[entry.index, entry.subindex] = f"channel {entry.name}"
+        self.sources[entry.index, entry.subindex] = f"channel {entry.signal}"
         if kind.kind == "real":
             self._reals.append((position, entry, entry.factor, kind.low, kind.high))
         else:

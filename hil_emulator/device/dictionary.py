@@ -1,6 +1,6 @@
 """The object dictionary of one node: one value per object, and the rules of access to it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -51,6 +51,7 @@ class Dictionary:
         self._dummies: dict[int, Entry] = {}
         self._indices: set[int] = set()
         self._watchers: dict[int, Watcher] = {}
+        self._observers: list[Callable[[Entry], None]] = []
         for entry in entries:
             if entry.index <= LAST_DUMMY:
                 self._dummies[entry.index] = entry
@@ -94,16 +95,18 @@ class Dictionary:
         return self._dummies.get(index)
 
     def named(self, name: str) -> Entry | None:
-        """Return the entry with this ParameterName, or None.
+        """Return the entry with this Signal (its ParameterName, where the EDS has none), or None.
 
         Raises:
             UserError: several objects have this name.
 
         """
-        found = [entry for entry in self._entries.values() if entry.name == name]
+        found = [entry for entry in self._entries.values() if entry.signal == name]
         if len(found) > 1:
             places = ", ".join(entry.where for entry in found)
-            raise UserError(f"{self.source}: ParameterName {name!r} is not unique: {places}")
+            raise UserError(
+                f"{self.source}: ParameterName or Signal {name!r} is not unique: {places}"
+            )
         return found[0] if found else None
 
     def read(self, index: int, subindex: int = 0) -> Any:
@@ -136,6 +139,8 @@ class Dictionary:
         entry.value = value
         if watcher is not None:
             watcher.changed(entry)
+        for observe in self._observers:
+            observe(entry)
 
     def writable(self, index: int, subindex: int) -> Entry:
         """Return an entry an SDO client may write, or raise `SdoAbort` (0601 0002 and others)."""
@@ -156,6 +161,10 @@ class Dictionary:
     def watch(self, index: int, watcher: Watcher) -> None:
         """Let a service own an object: check each new value, hear of each change."""
         self._watchers[index] = watcher
+
+    def observe(self, observer: Callable[[Entry], None]) -> None:
+        """Let a service hear of every entry that has been written, whoever owns it."""
+        self._observers.append(observer)
 
     def reset(self, indices: range) -> None:
         """Reload defaults. The services are told by the node, once all values are in place."""

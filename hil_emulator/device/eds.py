@@ -2,6 +2,17 @@
 
 `canopen` parses the file; this module adds what its import drops without a word: limits of
 REAL32 and the odd integer widths, the members of compact arrays, unreadable defaults.
+
+Four keys beyond CiA 306 tie an object to the physics behind it:
+
+| key | meaning |
+|---|---|
+| Unit, Factor | one digit stands for `Factor` of the SI unit `Unit` |
+| Signal | the channel it shows or the command it gives, where that is not its ParameterName |
+| Delta | change in digits that is an event for an event-driven TPDO |
+
+They stand in the object's section, or, as checkers that know CiA 306 alone ask, in a line of
+`[Comments]`: `Line1=6100sub1: Signal=pressure_a Unit=Pa Factor=2500000`.
 """
 
 import configparser
@@ -23,6 +34,7 @@ MANDATORY_OBJECTS = (0x1000, 0x1001, 0x1018)
 """CiA 301 7.5.1: device type, error register, identity."""
 
 _OBJECT_SECTION = re.compile(r"^[0-9A-Fa-f]{4}(sub[0-9A-Fa-f]+)?$", re.IGNORECASE)
+_BINDING = re.compile(r"^([0-9A-Fa-f]{4}(?:sub[0-9A-Fa-f]+)?):((?: \w+=\S+)+)$")
 
 
 def load(path: Path, node_id: int) -> list[Entry]:
@@ -49,6 +61,7 @@ def load(path: Path, node_id: int) -> list[Entry]:
             f"{path} lacks the mandatory object(s) {', '.join(missing)}; "
             "CiA 301 requires 0x1000, 0x1001 and 0x1018 in every device"
         )
+    _add_bindings(sections)
     return [
         _entry(path, sections, variable, count, node_id)
         for variable, count in _variables(objects, sections)
@@ -75,6 +88,17 @@ def _parse(path: Path, text: str) -> configparser.RawConfigParser:
         if twin != name:
             raise UserError(f"{path} describes one object twice: [{twin}] and [{name}]")
     return sections
+
+
+def _add_bindings(sections: configparser.RawConfigParser) -> None:
+    """Copy the keys that lines of [Comments] give to objects into the objects' sections."""
+    lines = sections["Comments"].values() if sections.has_section("Comments") else ()
+    for found in filter(None, map(_BINDING.match, lines)):
+        section = _section_name(sections, found[1])
+        if sections.has_section(section):
+            for pair in found[2].split():
+                key, _, value = pair.partition("=")
+                sections.set(section, key, value)
 
 
 def _variables(objects: Any, sections: configparser.RawConfigParser) -> Iterator[tuple[Any, int]]:
@@ -117,7 +141,8 @@ def _entry(
         raise UserError(f"{where}: DataType 0x{variable.data_type:X} is not one of CiA 301")
     if variable.access_type not in ACCESS_TYPES:
         raise UserError(f"{where}: AccessType {variable.access_type!r} is not one of CiA 306")
-    if not (math.isfinite(variable.factor) and variable.factor != 0.0):
+    factor = _real(where, sections, section, "Factor", 1.0)
+    if factor == 0.0:
         raise UserError(f"{where}: Factor must be a finite number other than 0")
     return Entry(
         variable.index,
@@ -129,10 +154,25 @@ def _entry(
         mappable=variable.pdo_mappable,
         low=_limit(where, sections, section, "LowLimit", data_type, node_id),
         high=_limit(where, sections, section, "HighLimit", data_type, node_id),
-        unit=variable.unit,
-        factor=variable.factor,
+        unit=sections.get(section, "Unit", fallback=""),
+        factor=factor,
         relative=variable.relative,
+        signal=sections.get(section, "Signal", fallback=""),
+        delta=_real(where, sections, section, "Delta", 0.0),
     )
+
+
+def _real(
+    where: str, sections: configparser.RawConfigParser, section: str, key: str, missing: float
+) -> float:
+    text = sections.get(section, key, fallback="") or str(missing)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UserError(f"{where}: {key} must be a finite number, not {text!r}")
+    return value
 
 
 def _default(where: str, variable: Any, data_type: DataType) -> Any:

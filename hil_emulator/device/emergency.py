@@ -49,6 +49,7 @@ class ErrorBit(IntFlag):
     GENERIC = 0x01
     CURRENT = 0x02
     COMMUNICATION = 0x10
+    PROFILE = 0x20
     MANUFACTURER = 0x80
 
 

@@ -26,6 +26,10 @@ class Entry:
         high: largest value an SDO client may write; None without a limit.
         unit: physical unit, "" without one.
         factor: physical value in `unit` per digit.
+        signal: the channel it shows, or the command it gives: `Signal` of the EDS, else its name.
+        delta: change in digits that is an event of its own, 0 for any (`Delta` of the EDS).
+        retained: whether it is stored like a parameter although no client may write it.
+        gated: whether a trigger decides which changes are events, rather than any change.
         relative: whether the default contains the node-ID ($NODEID).
         default: value after a reset.
         value: an int, float or bytes by data type; None while there is no data to read.
@@ -35,13 +39,17 @@ class Entry:
     __slots__ = (
         "access",
         "default",
+        "delta",
         "factor",
+        "gated",
         "high",
         "index",
         "low",
         "mappable",
         "name",
         "relative",
+        "retained",
+        "signal",
         "subindex",
         "type",
         "unit",
@@ -63,6 +71,8 @@ class Entry:
         unit: str = "",
         factor: float = 1.0,
         relative: bool = False,
+        signal: str = "",
+        delta: float = 0.0,
     ) -> None:
         self.index = index
         self.subindex = subindex
@@ -75,6 +85,10 @@ class Entry:
         self.unit = unit
         self.factor = factor
         self.relative = relative
+        self.signal = signal or name
+        self.delta = delta
+        self.gated = delta > 0.0
+        self.retained = False
         if default is None:
             default = 0 if data_type.numeric else b""
         self.default: Any = default

@@ -28,10 +28,12 @@ from hil_emulator.device.nmt import (
 )
 from hil_emulator.device.node_guarding import NodeGuarding
 from hil_emulator.device.process_data import Handler, ProcessData
+from hil_emulator.device.profiles.choice import profile_of
 from hil_emulator.device.sdo import SdoServer
 from hil_emulator.device.storage import MemoryStorage, ParameterStore, Storage
 from hil_emulator.device.sync import SyncConsumer
 from hil_emulator.device.time_stamp import TimeConsumer
+from hil_emulator.device.trigger import Trigger
 from hil_emulator.frame import Frame
 
 
@@ -70,20 +72,29 @@ class Node:
             dictionary.renumber(self._lss.node_id)
         self._state = State.INITIALISING
         self._emergency = Emergency(dictionary)
-        self._sensors = Sensors(dictionary, channels, self._emergency)
+        self._profile = profile_of(dictionary, channels, self._emergency)
+        claimed = self._profile.sources
+        self._sensors = Sensors(dictionary, channels, self._emergency, claimed)
         self._set_points = SetPoints(dictionary, commands)
-        self._sources = self._sensors.sources | self._set_points.sources
+        self._sources = {**self._sensors.sources, **self._set_points.sources, **claimed}
         self._store = ParameterStore(dictionary, storage)
         self._store.reset(ALL_OBJECTS)
         self._set_points.fall_back()
+        self._profile.reset()
         self._sdo = SdoServer(dictionary)
         self._heartbeat = Heartbeat(dictionary)
         self._guarding = NodeGuarding(dictionary, self._emergency)
         self._consumer = HeartbeatConsumer(dictionary, self._emergency, self._route)
         self._sync = SyncConsumer(dictionary, self._emergency, self._route)
         self._time = TimeConsumer(dictionary, self._route)
+        triggers = [Trigger(entry, delta=entry.delta) for entry in dictionary if entry.delta]
         self._pdos = ProcessData(
-            dictionary, self._emergency, self._set_points, self._sources, self._route
+            dictionary,
+            self._emergency,
+            self._set_points,
+            self._sources,
+            [*self._profile.triggers, *triggers],
+            self._route,
         )
         self._commands = self._set_points.in_force(operational=False)
         self._route()
@@ -117,12 +128,12 @@ class Node:
                     handler(now_ns, data)
         if self._consumer.expired(now_ns) or self._guarding.expired(now_ns):
             self._on_communication_error()
-        if self._state is State.OPERATIONAL:
+        operational = self._state is State.OPERATIONAL
+        if operational:
             self._pdos.check_deadlines(now_ns)
         if self._set_points.stale:
-            operational = self._state is State.OPERATIONAL
             self._commands = self._set_points.in_force(operational=operational)
-        return self._commands
+        return self._profile.command(now_ns, self._commands, operational=operational)
 
     def publish(self, now_ns: int, measured: Measured) -> list[Frame]:
         """Show the tick's sample and return the frames due, in the order they are to be sent.
@@ -133,7 +144,8 @@ class Node:
                 of the last tick, the same object, may be published again: it is no new one.
 
         """
-        self._sensors.sample(now_ns, measured)
+        if self._sensors.sample(now_ns, measured):
+            self._profile.measure(now_ns, measured)
         frames: list[Frame] = []
         self._lss.publish(frames)
         if self._state is State.INITIALISING:
@@ -234,6 +246,9 @@ class Node:
         self._set_points.fall_back()
         self._emergency.reset()
         self._sensors.reset()
+        self._profile.reset()
+        if self._sensors.shown is not None:
+            self._profile.measure(0, self._sensors.shown)  # nothing is monitored yet
         self._sdo.reset()
         self._pdos.reload()
         self._guarding.reset()

@@ -1,6 +1,6 @@
 """All PDOs of a node: who hears SYNC, who falls back, who sends."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from hil_emulator.device import pdo
 from hil_emulator.device.binding import SetPoints
@@ -9,6 +9,7 @@ from hil_emulator.device.emergency import Emergency
 from hil_emulator.device.layout import check_bound, checked_parameters
 from hil_emulator.device.rpdo import Rpdo
 from hil_emulator.device.tpdo import Tpdo
+from hil_emulator.device.trigger import Trigger
 from hil_emulator.frame import Frame
 
 Handler = Callable[[int, bytes], None]
@@ -23,6 +24,7 @@ class ProcessData:
         emergency: told of PDO errors.
         set_points: told which of them an RPDO has written or lost.
         sources: what feeds each object, to refuse a TPDO that shows an object nothing feeds.
+        triggers: which changes are events of their own.
         on_change: called when parameters have changed, as frames may have to go elsewhere.
 
     Raises:
@@ -36,9 +38,11 @@ class ProcessData:
         emergency: Emergency,
         set_points: SetPoints,
         sources: Mapping[tuple[int, int], str],
+        triggers: Sequence[Trigger],
         on_change: Callable[[], None],
     ) -> None:
         self._set_points = set_points
+        self._triggers = triggers
         self._on_change = on_change
         self.rpdos: list[Rpdo] = []
         self.tpdos: list[Tpdo] = []
@@ -99,6 +103,10 @@ class ProcessData:
 
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
         """Append the TPDOs due now, by number."""
+        for trigger in self._triggers:
+            if trigger.on and trigger.fires():
+                for tpdo in self._active:
+                    tpdo.trigger(trigger.entries)
         for tpdo in self._active:
             tpdo.publish(now_ns, frames)
 

@@ -118,5 +118,7 @@ class ParameterStore:
         return {
             (entry.index, entry.subindex): entry.type.encode(entry.value)
             for entry in self._dictionary
-            if entry.access == "rw" and entry.index in indices and entry.index not in NOT_STORED
+            if (entry.access == "rw" or entry.retained)
+            and entry.index in indices
+            and entry.index not in NOT_STORED
         }

@@ -10,9 +10,15 @@
 
 The event of 254 (manufacturer-specific) and 255 (device profile) is thus the same here. With an
 event timer, a change of a sampled signal is no event of its own: analogue data change always.
+Where a trigger watches a mapped object, for a delta or for limits, it decides which changes of
+the object are events, with an event timer and without.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 from hil_emulator.device import cob_id
+from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo import (
     EVENT_MANUFACTURER,
     RTR_SYNC,
@@ -53,6 +59,7 @@ class Tpdo:
         self._sync_pending = False
         self._sampled: bytes | None = None
         self._last: bytes | None = None
+        self._ungated: list[Any] | None = None
         self._inhibit_ns = parameters.inhibit_us * NS_PER_US
         self._free_ns = 0
         event_driven = kind >= EVENT_MANUFACTURER
@@ -86,11 +93,16 @@ class Tpdo:
         if not self.parameters.cob_id & cob_id.NO_RTR:
             self._requests += 1
 
+    def trigger(self, entries: Sequence[Entry]) -> None:
+        """Take note of an event of some objects, if one of them is mapped here."""
+        if self._type >= EVENT_MANUFACTURER and any(e in entries for e in self._mapping.entries):
+            self._event = True
+
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
         """Append this PDO as often as it is due."""
         if now_ns >= self._next_ns:
             self._on_timer(now_ns)
-        if self._on_change and self._mapping.pack() != self._last:
+        if self._on_change and self._changed():
             self._event = True
         if self._event and now_ns >= self._free_ns:
             self._event = False
@@ -100,6 +112,15 @@ class Tpdo:
             self._at_sync()
         if self._requests:
             self._send(frames)
+
+    def _changed(self) -> bool:
+        """Return whether there is a change that no trigger decides upon."""
+        entries = self._mapping.entries
+        if not any(entry.gated for entry in entries):
+            return self._mapping.pack() != self._last
+        ungated = [entry.value for entry in entries if not entry.gated]
+        changed, self._ungated = ungated != self._ungated, ungated
+        return changed
 
     def _on_timer(self, now_ns: int) -> None:
         """Start the event timer, or note its event; it never drifts."""

@@ -1,0 +1,151 @@
+"""Linear encoders: position in steps, preset, speed, alarms (CiA 406).
+
+position value = ± position / step + offset,   offset = preset - position value when preset
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.entry import Entry
+from hil_emulator.device.measured import Measured
+from hil_emulator.device.profiles.cyclic_timer import CyclicTimer
+from hil_emulator.device.trigger import Trigger
+
+OPERATING_PARAMETERS = 0x6000
+TOTAL_RANGE = 0x6002
+PRESET = 0x6003
+POSITION = 0x6004
+STEP_SETTINGS = 0x6005
+MULTI_POSITION = 0x6020
+SPEED = 0x6030
+OPERATING_STATUS = 0x6500
+MEASURING_STEP = 0x6501
+ALARMS, SUPPORTED_ALARMS = 0x6503, 0x6504
+WARNINGS, SUPPORTED_WARNINGS = 0x6505, 0x6506
+OFFSET = 0x6509
+
+SCALING, REVERSED = 0x0004, 0x0008
+"""Bits of 0x6000: steps of 0x6005 instead of 0x6501, and the measuring direction."""
+POSITION_ERROR = 0x0001
+"""Bit of 0x6503: the transducer is beyond its range, or the position beyond 0x6002."""
+FREQUENCY_EXCEEDED = 0x0001
+"""Bit of 0x6505: faster than 0x6030 can tell."""
+
+METRE_PER_STEP = 1e-9
+"""Unit of 0x6005:01 and 0x6501, 0.001 um."""
+SPEED_PER_STEP = 1e-5
+"""Unit of 0x6005:02, 0.01 mm/s."""
+
+
+class Encoder:
+    """A position sensor; the channels are those of the Signals of 0x6020:01 and 0x6030:01.
+
+    Args:
+        dictionary: the node's dictionary.
+        channels: names of the sensor channels, in the order of `Measured`.
+
+    Attributes:
+        sources: by (index, sub-index), what feeds position, speed and their bits.
+        triggers: none; `Delta` in the EDS makes some.
+
+    """
+
+    def __init__(self, dictionary: Dictionary, channels: Sequence[str]) -> None:
+        self.sources: dict[tuple[int, int], str] = {}
+        self.triggers: Sequence[Trigger] = ()
+        self._dictionary = dictionary
+        self._position_values = [
+            entry
+            for entry in (dictionary.get(MULTI_POSITION, 1), dictionary.get(POSITION))
+            if entry is not None
+        ]
+        self._speed_value = dictionary.get(SPEED, 1)
+        self._at = self._wire(channels, self._position_values[0].signal, *self._position_values)
+        self._speed_at = None
+        if self._speed_value is not None:
+            self._speed_at = self._wire(channels, self._speed_value.signal, self._speed_value)
+        self._alarms = self._bits(ALARMS)
+        self._warnings = self._bits(WARNINGS)
+        self._offset = dictionary.get(OFFSET)
+        if self._offset is not None:
+            self._offset.retained = True
+        self._raw = 0
+        self._timer = CyclicTimer(dictionary)
+        for index in (OPERATING_PARAMETERS, TOTAL_RANGE, PRESET, STEP_SETTINGS):
+            dictionary.watch(index, self)
+        self.reset()
+
+    def reset(self) -> None:
+        """Take over the parameters, all at once."""
+        parameters = self._value(OPERATING_PARAMETERS)
+        step = self._value(MEASURING_STEP, missing=1)
+        if parameters & SCALING:
+            step = self._value(STEP_SETTINGS, 1, missing=step)
+        self._step = step * METRE_PER_STEP * (-1 if parameters & REVERSED else 1)
+        self._range = self._value(TOTAL_RANGE)
+        for entry in self._position_values:
+            entry.factor = self._step
+        if self._speed_value is not None:
+            step = self._value(STEP_SETTINGS, 2, missing=1)
+            self._speed_value.factor = SPEED_PER_STEP * step
+        status = self._dictionary.get(OPERATING_STATUS)
+        if status is not None:
+            status.value = parameters
+
+    def measure(self, now_ns: int, measured: Measured) -> None:
+        """Turn position and velocity into steps, and see to alarms and warnings."""
+        alarm = warning = False
+        if self._at is not None:
+            position = measured.values[self._at]
+            alarm = measured.overrange[self._at] != 0 or position != position
+            if position == position:
+                self._raw = round(position / self._step)
+            alarm = alarm or abs(self._raw) > self._range > 0
+            value = self._raw + (0 if self._offset is None else self._offset.value)
+            for entry in self._position_values:
+                _saturate(entry, value)
+        if self._speed_at is not None and self._speed_value is not None:
+            speed = measured.values[self._speed_at] / self._speed_value.factor
+            if speed == speed:
+                warning = _saturate(self._speed_value, round(speed))
+        self._alarms.value = POSITION_ERROR if alarm else 0
+        self._warnings.value = FREQUENCY_EXCEEDED if warning else 0
+
+    def command(
+        self, now_ns: int, commands: Mapping[str, float], *, operational: bool
+    ) -> Mapping[str, float]:
+        """Return the commands: an encoder gives none."""
+        return commands
+
+    def check(self, entry: Entry, value: Any) -> None:
+        """Accept what is within the EDS's limits."""
+
+    def changed(self, entry: Entry) -> None:
+        """Move the zero so that here is the preset value, or put a new parameter into force."""
+        if entry.index == PRESET and self._offset is not None:
+            _saturate(self._offset, entry.value - self._raw)
+        else:
+            self.reset()
+
+    def _wire(self, channels: Sequence[str], signal: str, *entries: Entry) -> int | None:
+        if signal not in channels:
+            return None
+        for entry in entries:
+            self.sources[entry.index, entry.subindex] = f"profile, from {signal}"
+        return channels.index(signal)
+
+    def _bits(self, index: int) -> Entry:
+        self.sources[index, 0] = "profile"
+        return self._dictionary.entry(index)
+
+    def _value(self, index: int, subindex: int = 0, missing: int = 0) -> int:
+        entry = self._dictionary.get(index, subindex)
+        return missing if entry is None else int(entry.value)
+
+
+def _saturate(entry: Entry, value: int) -> bool:
+    """Write a value, kept within the entry's type; return whether it was beyond."""
+    low, high = int(entry.type.low), int(entry.type.high)
+    entry.value = min(max(value, low), high)
+    return not low <= value <= high
