@@ -21,7 +21,9 @@ from hil_emulator.model.constants import (
     ATMOSPHERE,
     FASTEST_DRY_FRICTION,
     LIGHTEST_ROD,
+    PIECES,
     SMALLEST_VOLUME,
+    VELOCITY_DOUBT,
 )
 from hil_emulator.model.quantities import (
     COUPLING_STATES,
@@ -313,8 +315,47 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
     y.transverse_force = held.transverse_force
 
 
+def slopes(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float) -> None:
+    """Fill the four slopes of a classical Runge-Kutta step from rows[0]: rows[2] to rows[5]."""
+    n = len(memory) // 6
+    for stage in range(4):
+        # the first slope belongs to the state itself, the others to the trial state in rows[1]
+        derivative(rows[min(stage, 1)], rows[2 + stage], par, held, y)
+        reach = step if stage == 2 else 0.5 * step
+        for i in range(n):
+            memory[n + i] = memory[i] + reach * memory[(2 + stage) * n + i]
+
+
+def advance(memory: Any, step: float) -> None:
+    """Move the state by the mean of the four slopes."""
+    n = len(memory) // 6
+    for i in range(n):
+        slope = memory[2 * n + i] + 2.0 * (memory[3 * n + i] + memory[4 * n + i])
+        memory[i] += step / 6.0 * (slope + memory[5 * n + i])
+
+
+def bend(first: float, second: float, third: float, fourth: float) -> float:
+    """Return how far four slopes of a step are from a straight line in time."""
+    return abs((first - second) - (third - fourth))
+
+
+def unsure(rows: Any, step: float) -> bool:
+    """Tell whether the acceleration bends more within a step than a smooth motion lets it.
+
+    It does where something hits: an end stop, a wall, the flanks of a backlash, a light rod on a
+    stiff load cell.
+    """
+    k_1, k_2, k_3, k_4 = rows[2], rows[3], rows[4], rows[5]
+    rod = bend(k_1.velocity, k_2.velocity, k_3.velocity, k_4.velocity)
+    stretch = bend(k_1.stretch_speed, k_2.stretch_speed, k_3.stretch_speed, k_4.stretch_speed)
+    doubt: bool = step * max(rod, stretch) > VELOCITY_DOUBT
+    return doubt
+
+
 def integrate(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float, steps: int) -> None:
     """Take `steps` steps of classical Runge-Kutta with the inputs held.
+
+    A step in which something hits is taken in pieces instead.
 
     Args:
         rows: six state records: the state, a trial state, four rates.
@@ -326,26 +367,21 @@ def integrate(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float, 
         steps: number of steps.
 
     """
-    n = len(memory) // 6
-    # the balances are called at one place, so the compiler meets them once; the last call leaves
-    # the signals of the state reached, not those of a trial state
-    for call in range(4 * steps + 1):
-        stage = call % 4
-        derivative(rows[min(stage, 1)], rows[2 + stage], par, held, y)
-        if call == 4 * steps:
-            break
-        if stage < 3:
-            reach = step if stage == 2 else 0.5 * step
-            for i in range(n):
-                memory[n + i] = memory[i] + reach * memory[(2 + stage) * n + i]
-        else:
-            for i in range(n):
-                slope = memory[2 * n + i] + 2.0 * (memory[3 * n + i] + memory[4 * n + i])
-                memory[i] += step / 6.0 * (slope + memory[5 * n + i])
+    for _ in range(steps):
+        slopes(rows, memory, par, held, y, step)
+        if not unsure(rows, step):
+            advance(memory, step)
+            continue
+        for _ in range(PIECES):
+            slopes(rows, memory, par, held, y, step / PIECES)
+            advance(memory, step / PIECES)
+    # the signals of a trial state are not those of the state reached
+    derivative(rows[0], rows[2], par, held, y)
 
 
 BALANCES = (
     hold, pressure_root, chamber_pressure, gas_factor, ports, move_spool, edge_flow, meter,
-    fill_chambers, coupling_force, friction_force, move_rod, feed, account, derivative, integrate,
+    fill_chambers, coupling_force, friction_force, move_rod, feed, account, derivative, slopes,
+    advance, bend, unsure, integrate,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

@@ -18,3 +18,9 @@ FASTEST_DRY_FRICTION = 5e4
 
 A step of 20 us is exact to 1e-4 at this rate. Dry friction on a light rod changes its sign over a
 wider velocity where the transition velocity alone would be faster."""
+
+PIECES = 8
+"""Number of pieces into which the integrator divides a step in which something hits (assumed)."""
+
+VELOCITY_DOUBT = 1e-5
+"""What a bend of the acceleration may do to a velocity in one undivided step [m/s] (assumed)."""

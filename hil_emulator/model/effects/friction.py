@@ -100,9 +100,11 @@ def presliding(
     source="S2: friction differs with direction; S1 Fig. 3.9",
     signature="friction forces of both directions differ by a factor",
 )  # fmt: skip
-def friction_asymmetry(scale: float, velocity: float, asymmetry: float) -> float:
-    """F = F (1 + k sign(v)): dry friction is zero at v = 0, so F stays continuous."""
-    return scale * (1.0 + asymmetry * math.copysign(1.0, velocity))
+def friction_asymmetry(
+    scale: float, velocity: float, asymmetry: float, friction_transition_velocity: float
+) -> float:
+    """F = F (1 + k tanh(v/v_t))."""
+    return scale * (1.0 + asymmetry * math.tanh(velocity / friction_transition_velocity))
 
 
 @effect(
