@@ -59,18 +59,73 @@ def main() -> None:
     show_default=True,
 )
 @click.option("--duration", type=_Duration(), help='Emulator time to run, such as "60 s".')
-@click.option("--record", type=click.Path(path_type=Path), help="Write signals to .csv or .npz.")
+@click.option(
+    "--record",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="Write .rec (replay), .csv .npz .parquet .mf4 (signals), .blf .asc .log (frames).",
+)
+@click.option("--trigger", help='Record only around a condition, such as "position > 60 mm".')
+@click.option("--before", type=_Duration(), default="5 s", help="How long before the trigger.")
+@click.option("--after", type=_Duration(), default="1 s", help="How long after the trigger.")
+@click.option("--fault", "faults", multiple=True, help='TARGET KIND NAME=VALUE...; see "faults".')
 def run(
     files: tuple[Path, ...],
     bus: str | None,
     clock: str,
     duration: float | None,
-    record: Path | None,
+    record: tuple[Path, ...],
+    trigger: str | None,
+    before: float,
+    after: float,
+    faults: tuple[str, ...],
 ) -> None:
     """Run the emulator on its bus."""
     from hil_emulator.commands import run as command
 
-    command.run(files, bus, clock, duration, record)
+    capture = command.capture(trigger, before, after)
+    command.run(files, bus, clock, duration, record, capture, faults)
+
+
+@main.command("faults")
+def list_faults() -> None:
+    """Print what can be broken, and how."""
+    from hil_emulator.commands import faults as command
+
+    command.faults()
+
+
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=click.Path(path_type=Path))
+@click.pass_context
+def replay(ctx: click.Context, recording: Path, files: tuple[Path, ...]) -> None:
+    """Feed a recorded controller's frames back; say where the response differs."""
+    from hil_emulator.commands import replay as command
+
+    ctx.exit(0 if command.replay(recording, files) else 1)
+
+
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("signals", nargs=-1)
+@click.option("--picture", type=click.Path(path_type=Path), help="File of the picture.")
+def plot(recording: Path, signals: tuple[str, ...], picture: Path | None) -> None:
+    """Draw signals of a recording."""
+    from hil_emulator.commands import plot as command
+
+    command.plot(recording, signals, picture)
+
+
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("targets", nargs=-1, required=True, type=click.Path(path_type=Path))
+def export(recording: Path, targets: tuple[Path, ...]) -> None:
+    """Write a .rec recording in other formats, by the files' endings."""
+    from hil_emulator.recording import exports
+
+    for target in targets:
+        exports.export(recording, target)
 
 
 @main.command()

@@ -1,14 +1,11 @@
-"""Signals and sensor readings over time, kept in memory and written after the run."""
+"""What is recorded of a run: the columns, and a recorder that keeps them in memory."""
 
-import csv
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.model.actuator import INPUTS, SIGNALS
 from hil_emulator.model.plant import Plant
@@ -94,62 +91,13 @@ class Recorder:
         """Keep what was done to the rig."""
         self.events.append((now_ns, dict(what)))
 
+    def rows(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return the recording, shape (ticks, columns)."""
+        if not self._chunks:
+            return np.empty((0, self._width))
+        return np.concatenate([*self._chunks[:-1], self._chunks[-1][: self._filled]])
+
     def table(self) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
         """Return the recording, column name to values over time."""
-        if not self._chunks:
-            return {name: np.empty(0) for name in columns()}
-        rows = np.concatenate([*self._chunks[:-1], self._chunks[-1][: self._filled]])
+        rows = self.rows()
         return {name: rows[:, i] for i, name in enumerate(columns())}
-
-
-def check_file(file: Path) -> None:
-    """Refuse a file that cannot be written, before the run.
-
-    Raises:
-        UserError: for an unknown ending or a folder that is not there.
-
-    """
-    if file.suffix not in _WRITERS:
-        raise UserError(f"{file}: unknown ending; a recording ends in {' or '.join(_WRITERS)}")
-    if not file.parent.is_dir():
-        raise UserError(f"{file}: the folder {file.parent} does not exist; make it first")
-
-
-def save(recorder: Recorder, file: Path, provenance: Mapping[str, str]) -> None:
-    """Write a recording in the format of the file's ending.
-
-    Args:
-        recorder: what was recorded.
-        file: where to; see `check_file`.
-        provenance: what made the data, such as the configuration's digest.
-
-    Raises:
-        UserError: if the file cannot be written.
-
-    """
-    try:
-        _WRITERS[file.suffix](recorder, file, provenance)
-    except OSError as error:
-        raise UserError(f"{file}: cannot be written: {error}") from None
-
-
-def _save_csv(recorder: Recorder, file: Path, provenance: Mapping[str, str]) -> None:
-    table = recorder.table()
-    with file.open("w", newline="", encoding="utf-8") as out:
-        out.writelines(f"# {key}: {value}\n" for key, value in provenance.items())
-        writer = csv.writer(out)
-        writer.writerow([f"{name} [{unit}]" for name, unit in columns().items()])
-        for row in zip(*(values.tolist() for values in table.values()), strict=True):
-            writer.writerow([f"{value:.9g}" for value in row])
-
-
-def _save_npz(recorder: Recorder, file: Path, provenance: Mapping[str, str]) -> None:
-    units = {"units": np.array(list(columns().items()))}
-    origin = {"provenance": np.array(list(provenance.items()))}
-    np.savez_compressed(file, **recorder.table(), **units, **origin)  # type: ignore[arg-type]
-
-
-_WRITERS: dict[str, Callable[[Recorder, Path, Mapping[str, str]], None]] = {
-    ".csv": _save_csv,
-    ".npz": _save_npz,
-}

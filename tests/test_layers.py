@@ -20,6 +20,11 @@ ALLOWED = {
         f"{OWN}.condition", f"{OWN}.device", f"{OWN}.model", f"{OWN}.frame", f"{OWN}.units",
         f"{OWN}.errors",
     },
+    "recording": {
+        "numpy", f"{OWN}.bus", f"{OWN}.condition", f"{OWN}.config", f"{OWN}.device",
+        f"{OWN}.model", f"{OWN}.record", f"{OWN}.frame", f"{OWN}.units", f"{OWN}.errors",
+        f"{OWN}.__version__",
+    },
     "identify": {
         "numpy", "numba", "scipy", "matplotlib", f"{OWN}.model", f"{OWN}.config", f"{OWN}.units",
         f"{OWN}.errors", f"{OWN}.record", f"{OWN}.places",

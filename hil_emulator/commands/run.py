@@ -4,21 +4,26 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
-from hil_emulator import __version__, realtime
+from hil_emulator import __version__, condition, realtime
 from hil_emulator.bus.bus import Bus
 from hil_emulator.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.errors import UserError
+from hil_emulator.faults.fault import spoken
 from hil_emulator.loop import Timing
 from hil_emulator.loop import run as run_loop
 from hil_emulator.places import cache_folder, near
-from hil_emulator.record import Recorder, check_file, save
+from hil_emulator.recording.capture import Capture
+from hil_emulator.recording.exports import check_file
+from hil_emulator.recording.header import header
+from hil_emulator.recording.tape import FileTape
 from hil_emulator.rig import Rig, assemble
 
 _FOREVER = 2**62
@@ -26,7 +31,13 @@ _STATUS_S = 0.5  # between two status lines
 
 
 def run(
-    files: Sequence[Path], bus: str | None, clock: str, duration: float | None, record: Path | None
+    files: Sequence[Path],
+    bus: str | None,
+    clock: str,
+    duration: float | None,
+    record: Sequence[Path] = (),
+    capture: Capture | None = None,
+    faults: Sequence[str] = (),
 ) -> None:
     """Run the emulator.
 
@@ -35,7 +46,9 @@ def run(
         bus: "interface:channel" in place of what the configuration says.
         clock: "wall", "lockstep" or "follow-sync".
         duration: emulator time to run [s]; None runs until interrupted.
-        record: file for signals and readings.
+        record: files for signals and frames; see `recording.exports`.
+        capture: records only what is around a condition, where there is one.
+        faults: what breaks, a line each; see `faults.fault.spoken`.
 
     Raises:
         UserError: for whatever the user can mend.
@@ -43,25 +56,51 @@ def run(
     """
     if clock == "lockstep" and duration is None:
         raise UserError("the lock-step clock waits for nobody: give it a --duration")
-    if record:
-        check_file(record)
+    for file in record:
+        check_file(file)
+    broken = [spoken(line) for line in faults]
     config = load(files)
-    recorder = Recorder() if record else None
     with Bus(bus_settings(config, bus)) as door:
         follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
         click.echo("Preparing the model (a few seconds the first time) ...", err=True)
-        rig = assemble(config, follow or door, cache_folder(), recorder)
-        measures = [] if clock == "lockstep" else realtime.apply()
-        click.echo(_banner(config, rig, door, clock, measures))
-        ticks = _FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
-        timing = Timing()
-        try:
-            _loop(rig, _clock(clock, config, follow, rig), ticks, timing, door, config)
-        finally:
-            click.echo(summary(rig, timing, door))
-            if recorder and record:
-                save(recorder, record, provenance(config))
-                click.echo(f"recorded  {near(record)}")
+        rig = assemble(config, follow or door, cache_folder())
+        with _recording(rig, config, record, capture):
+            for fault in broken:
+                rig.inject(fault)
+            measures = [] if clock == "lockstep" else realtime.apply()
+            click.echo(_banner(config, rig, door, clock, measures))
+            ticks = _FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
+            timing = Timing()
+            try:
+                _loop(rig, _clock(clock, config, follow, rig), ticks, timing, door, config)
+            finally:
+                click.echo(summary(rig, timing, door))
+
+
+def capture(trigger: str | None, before: float, after: float) -> Capture | None:
+    """Return the pre-trigger capture of the command line; times in seconds."""
+    if trigger is None:
+        return None
+    return Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
+
+
+@contextmanager
+def _recording(
+    rig: Rig, config: Configuration, files: Sequence[Path], capture: Capture | None
+) -> Iterator[None]:
+    """Record what happens meanwhile, where there are files to record into."""
+    if not files:
+        yield
+        return
+    text = capture.text if capture else ""
+    tape = FileTape(files, header(config, rig.nodes, text), capture)
+    rig.tape = tape
+    try:
+        yield
+    finally:
+        tape.close()
+        for file in files:
+            click.echo(f"recorded  {near(file)}")
 
 
 def bus_settings(config: Configuration, override: str | None) -> Mapping[str, Any]:
@@ -73,16 +112,6 @@ def bus_settings(config: Configuration, override: str | None) -> Mapping[str, An
         raise UserError(f'--bus {override}: write interface:channel, such as "socketcan:vcan0"')
     kept = config.bus if config.bus.get("interface") == interface else {}
     return {**kept, "interface": interface, "channel": channel}
-
-
-def provenance(config: Configuration) -> dict[str, str]:
-    """Return what a recording says about its origin."""
-    return {
-        "hil-emulator": __version__,
-        "configuration": ", ".join(f.name for f in config.files),
-        "digest": config.digest,
-        "seed": str(config.seed),
-    }
 
 
 def _clock(name: str, config: Configuration, follow: FollowSync | None, rig: Rig) -> Clock:

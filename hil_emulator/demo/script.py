@@ -14,6 +14,8 @@ from hil_emulator.demo.controller import Controller
 from hil_emulator.loop import Timing, run
 from hil_emulator.places import shipped
 from hil_emulator.record import MODEL, Recorder
+from hil_emulator.recording.header import header, remembered
+from hil_emulator.recording.journal import Recording
 from hil_emulator.rig import assemble
 
 _CHANNEL = "hil-emulator demo"
@@ -62,12 +64,13 @@ class Response:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A finished demonstration: the recording, the responses, and what went wrong on the bus."""
+    """A finished demonstration: signals, responses, what went wrong on the bus, all recorded."""
 
     table: dict[str, np.ndarray[Any, np.dtype[np.float64]]]
     responses: tuple[Response, ...]
     missed: int
     emergencies: int
+    recording: Recording
 
     @property
     def passed(self) -> bool:
@@ -122,4 +125,5 @@ def perform(cache: Path, say: Callable[[str], None]) -> Outcome:
                     controller.hold_force(target, period)
     table = recorder.table()
     responses = tuple(respond(s, table["time"], table[MODEL + s.quantity]) for s in STEPS)
-    return Outcome(table, responses, controller.missed, len(controller.emergencies))
+    recording = remembered(recorder, header(config, rig.nodes))
+    return Outcome(table, responses, controller.missed, len(controller.emergencies), recording)

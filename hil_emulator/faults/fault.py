@@ -3,6 +3,7 @@
 import contextlib
 import difflib
 import math
+import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -94,6 +95,24 @@ def fault(target: str, kind: str, **options: Any) -> Fault:
             )
     values = {p.name: _value(target, chosen, p, options) for p in chosen.params}
     return Fault(target.lower(), chosen, values, said=dict(options), **_common(chosen, options))
+
+
+def spoken(text: str) -> Fault:
+    """Return the fault of one line, such as `pressure_a offset value="3 bar" start="2 s"`.
+
+    Raises:
+        UserError: for a line that cannot be read, or a fault that cannot be.
+
+    """
+    try:
+        target, kind, *rest = shlex.split(text)
+        options = dict(word.split("=", 1) for word in rest)
+    except ValueError:
+        raise UserError(
+            f"fault '{text}': write TARGET KIND and then NAME=VALUE, such as "
+            "pressure_a offset value='3 bar' start='2 s'"
+        ) from None
+    return fault(target, kind, **options)
 
 
 def _common(kind: Kind, options: Mapping[str, Any]) -> dict[str, Any]:

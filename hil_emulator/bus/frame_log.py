@@ -1,0 +1,63 @@
+"""Frames in the log files of other tools, by python-can's own readers and writers."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import can
+
+from hil_emulator.errors import UserError
+from hil_emulator.frame import Frame
+
+SUFFIXES = (".blf", ".asc", ".log")
+"""Vector's binary and text logs, and that of candump."""
+
+_NS_PER_S = 1e9
+_CHANNEL = "can0"
+_MARKED = (".blf", ".asc")
+"""Formats that can hold a remark."""
+
+
+def write(file: Path, frames: Iterable[tuple[int, bool, Frame]], remarks: Iterable[str]) -> None:
+    """Write frames on the emulator's time base.
+
+    Args:
+        file: where to; its ending, one of `SUFFIXES`, decides the format.
+        frames: time [ns], whether the emulator sent it, frame; oldest first.
+        remarks: what made the data; written at time 0, where the format can hold it.
+
+    """
+    with can.Logger(str(file)) as logger:
+        writer: Any = logger
+        if file.suffix in _MARKED:
+            for remark in remarks:
+                writer.log_event(remark, 0.0)
+        for now_ns, sent, frame in frames:
+            logger(
+                can.Message(
+                    timestamp=now_ns / _NS_PER_S,
+                    arbitration_id=frame.can_id,
+                    is_extended_id=frame.extended,
+                    is_remote_frame=frame.remote,
+                    data=frame.data,
+                    channel=_CHANNEL if file.suffix == ".log" else 0,
+                    is_rx=not sent,
+                )
+            )
+
+
+def read(file: Path, tick_ns: int) -> Iterator[tuple[int, bool, Frame]]:
+    """Yield the frames of a log, with times rounded to ticks.
+
+    Raises:
+        UserError: if it cannot be read.
+
+    """
+    try:
+        with can.LogReader(str(file)) as reader:
+            for m in reader:
+                now_ns = round(m.timestamp * _NS_PER_S / tick_ns) * tick_ns
+                frame = Frame(m.arbitration_id, bytes(m.data), m.is_remote_frame, m.is_extended_id)
+                yield now_ns, not m.is_rx, frame
+    except (OSError, ValueError, can.CanError) as error:
+        raise UserError(f"{file}: cannot be read: {error}") from None

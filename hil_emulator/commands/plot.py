@@ -1,0 +1,68 @@
+"""`hil-emulator plot`: the signals of a recording as a picture."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from hil_emulator.errors import UserError
+from hil_emulator.places import near
+from hil_emulator.record import MODEL
+from hil_emulator.recording import journal
+from hil_emulator.recording.journal import Recording
+from hil_emulator.units import factor
+
+USUAL = ("position", "load_force", "pressure_a", "pressure_b", "supply_pressure", "valve_current")
+"""What is drawn when nothing is chosen."""
+
+_SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s", "m^3/s": "l/min"}
+
+
+def plot(file: Path, names: Sequence[str], picture: Path | None) -> None:
+    """Draw signals of a recording over time, those of one unit together.
+
+    Raises:
+        UserError: for an unknown signal or a file that cannot be read or written.
+
+    """
+    recording = journal.read(file)
+    target = picture or file.with_suffix(".png")
+    draw(recording, names or USUAL, target)
+    click.echo(f"picture: {near(target)}")
+
+
+def draw(recording: Recording, names: Sequence[str], picture: Path) -> None:
+    """Write the picture; dots mark what was done to the rig."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    units, table = recording.units, recording.table()
+    for name in names:
+        if name not in units:
+            raise UserError(f"no signal '{name}'; there are {', '.join(units)}")
+    chosen = list(dict.fromkeys(units[name] for name in names))
+    figure, axes = pyplot.subplots(
+        len(chosen), 1, sharex=True, squeeze=False, figsize=(9, 2.4 * len(chosen) + 0.6),
+        layout="constrained",
+    )  # fmt: skip
+    for axis, unit in zip(axes[:, 0], chosen, strict=True):
+        shown = _SHOWN.get(unit, unit)
+        for name in [n for n in names if units[n] == unit]:
+            dashed = "--" if name.startswith(MODEL) else "-"
+            axis.plot(table["time"], table[name] / factor(unit, shown), dashed, lw=0.9, label=name)
+        for now_ns, _ in recording.events:
+            axis.axvline(now_ns * 1e-9, color="0.6", lw=0.6, ls=":")
+        axis.set_ylabel(shown)
+        axis.grid(alpha=0.3)
+        axis.legend(loc="upper left", fontsize=8, ncols=3)
+    axes[-1, 0].set_xlabel("emulator time [s]")
+    origin = recording.provenance
+    figure.suptitle(f"{origin['configuration']} (digest {origin['digest']})", fontsize=10)
+    try:
+        figure.savefig(picture, dpi=110)
+    except (OSError, ValueError) as error:
+        raise UserError(f"{picture}: cannot be written: {error}") from None
+    finally:
+        pyplot.close(figure)

@@ -1,0 +1,188 @@
+"""`hil-emulator replay`: a recorded controller's frames again, and what the emulator says now."""
+
+import dataclasses
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from hil_emulator.bus import frame_log
+from hil_emulator.commands.text_table import text_table
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.errors import UserError
+from hil_emulator.frame import Frame
+from hil_emulator.places import cache_folder
+from hil_emulator.record import Recorder
+from hil_emulator.recording import journal
+from hil_emulator.recording.header import header, remembered
+from hil_emulator.recording.journal import Recording
+from hil_emulator.recording.messages import describe, from_json
+from hil_emulator.rig import Rig, assemble
+
+_SHOWN = 10  # differing signals that are listed
+
+
+class Script:
+    """A bus that plays recorded frames and keeps what the emulator answers.
+
+    Args:
+        frames: time [ns] and frame of what the emulator received.
+
+    """
+
+    def __init__(self, frames: Iterable[tuple[int, Frame]]) -> None:
+        self._frames = {
+            now: [f for _, f in group]
+            for now, group in itertools.groupby(frames, key=lambda item: item[0])
+        }
+        self.now_ns = 0
+
+    def receive(self) -> list[Frame]:
+        """Return the frames of this tick."""
+        return self._frames.get(self.now_ns, [])
+
+    def send(self, frames: Iterable[Frame]) -> None:
+        """Let them go: the recorder has them."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A recording and its repetition.
+
+    Attributes:
+        recorded: frames the emulator sent then: time [ns] and frame.
+        repeated: those it sent now.
+        deviations: largest difference of each signal that differs, SI.
+
+    """
+
+    recorded: list[tuple[int, Frame]]
+    repeated: list[tuple[int, Frame]]
+    deviations: dict[str, float]
+
+    @property
+    def same(self) -> bool:
+        """Whether both agree bit for bit."""
+        return self.recorded == self.repeated and not self.deviations
+
+    def first(self) -> int:
+        """Return the number of the first frame that differs."""
+        pairs = enumerate(itertools.zip_longest(self.recorded, self.repeated))
+        return next(i for i, (a, b) in pairs if a != b)
+
+
+def replay(file: Path, files: Sequence[Path]) -> bool:
+    """Replay a recording, say where the response differs, and return whether it does not.
+
+    Args:
+        file: a journal, or a log of frames in a format of `bus.frame_log`.
+        files: configuration files; needed for a log, else those of the recording.
+
+    Raises:
+        UserError: if the recording or its configuration cannot be had.
+
+    """
+    recording, config = _source(file, files)
+    result = compare(recording, config)
+    click.echo(_verdict(result, recording))
+    return result.same
+
+
+def compare(recording: Recording, config: Configuration) -> Comparison:
+    """Return a recording beside its repetition in lock-step."""
+    script = Script((now, f) for now, sent, f in recording.frames if not sent)
+    recorder = Recorder()
+    rig = assemble(config, script, cache_folder(), recorder)
+    last_ns = max([now for now, _, _ in recording.frames], default=0)
+    ticks = len(recording.rows) or last_ns // config.tick_ns + 1
+    events = list(recording.events)
+    running: list[Any] = []
+    for _ in range(ticks):
+        script.now_ns = rig.now_ns
+        while events and events[0][0] <= rig.now_ns:
+            _repeat(rig, events.pop(0)[1], running)
+        rig.step()
+    repeated = remembered(recorder, recording.header)
+    return Comparison(
+        [(now, f) for now, sent, f in recording.frames if sent],
+        [(now, f) for now, sent, f in repeated.frames if sent],
+        _deviations(recording, repeated),
+    )
+
+
+def _repeat(rig: Rig, what: dict[str, Any], running: list[Any]) -> None:
+    """Do to the rig again what was done to it then."""
+    if "fault" in what:
+        options = dict(what["fault"])
+        running.append(rig.fault(options.pop("target"), options.pop("kind"), **options))
+    elif "end" in what:
+        running[what["end"]].end()
+    else:
+        for name, value in what["set"].items():
+            rig.set(name, value)
+
+
+def _deviations(recording: Recording, repeated: Recording) -> dict[str, float]:
+    if not len(recording.rows):
+        return {}
+    difference = np.abs(recording.rows - repeated.rows).max(axis=0)
+    found = zip(recording.units, difference.tolist(), strict=True)
+    return {name: value for name, value in found if value > 0.0}
+
+
+def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration]:
+    """Return a recording and the configuration to repeat it with."""
+    if file.suffix in frame_log.SUFFIXES:
+        if not files:
+            raise UserError(f"{file}: a log does not say what was emulated; name the CONFIG too")
+        config = load(files)
+        frames = list(frame_log.read(file, config.tick_ns))
+        head = header(config, ())
+        return Recording(head, np.empty((0, len(head["columns"]))), frames), config
+    recording = journal.read(file)
+    if recording.header["capture"]:
+        raise UserError(
+            f"{file}: begins {recording.rows[0, 0]:g} s after the start, around "
+            f'"{recording.header["capture"]}"; only a recording from the start can be replayed'
+        )
+    config = load(files or [Path(name) for name in recording.header["files"]])
+    config = dataclasses.replace(config, seed=recording.header["seed"])
+    if not files and config.digest != recording.provenance["digest"]:
+        raise UserError(
+            f"{file}: its configuration has changed since (digest {config.digest}, then "
+            f"{recording.provenance['digest']}); name the CONFIG to replay it with"
+        )
+    return recording, config
+
+
+def _verdict(result: Comparison, recording: Recording) -> str:
+    if result.same:
+        return f"the same, bit for bit: {len(result.recorded)} frames"
+    lines = []
+    if result.recorded != result.repeated:
+        at = result.first()
+        known = {m.can_id: m for m in from_json(recording.header["messages"])}
+        lines.append(f"frame {at + 1} of {len(result.recorded)} differs")
+        for name, frames in (("then", result.recorded), ("now", result.repeated)):
+            lines.append(f"  {name:<4}  {_line(frames, at, known)}")
+    if result.deviations:
+        rows = [
+            (name, f"{value:.3g}", recording.units[name])
+            for name, value in list(result.deviations.items())[:_SHOWN]
+        ]
+        lines.append(text_table(("signal", "largest difference", "unit"), rows))
+    return "\n".join(lines)
+
+
+def _line(frames: Sequence[tuple[int, Frame]], at: int, known: Any) -> str:
+    if at >= len(frames):
+        return "nothing more"
+    now_ns, frame = frames[at]
+    return (
+        f"{now_ns * 1e-9:.3f} s  {frame.can_id:03X}  {frame.data.hex(' ')}  "
+        f"{describe(frame, known)}"
+    )

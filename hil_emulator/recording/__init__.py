@@ -1,0 +1,1 @@
+"""Recordings: written beside the loop, read after whatever ended it, replayed and drawn."""

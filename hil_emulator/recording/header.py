@@ -1,0 +1,46 @@
+"""The header of a recording: what made the data, and what the data mean."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from hil_emulator import __version__
+from hil_emulator.config.load import Configuration
+from hil_emulator.device.node import Node
+from hil_emulator.record import Recorder, columns
+from hil_emulator.recording.journal import Recording
+from hil_emulator.recording.messages import as_json, messages
+
+
+def provenance(config: Configuration) -> dict[str, str]:
+    """Return what a recording says about its origin."""
+    return {
+        "hil-emulator": __version__,
+        "configuration": ", ".join(f.name for f in config.files),
+        "digest": config.digest,
+        "seed": str(config.seed),
+    }
+
+
+def header(config: Configuration, nodes: Sequence[Node], capture: str = "") -> dict[str, Any]:
+    """Return the header of a recording.
+
+    Args:
+        config: what runs.
+        nodes: its nodes, for the meaning of the frames.
+        capture: the condition of a pre-trigger capture, which does not begin at the start.
+
+    """
+    return {
+        "provenance": provenance(config),
+        "files": [str(f.resolve()) for f in config.files],
+        "seed": config.seed,
+        "tick_ns": config.tick_ns,
+        "capture": capture,
+        "columns": columns(),
+        "messages": as_json(messages(nodes)),
+    }
+
+
+def remembered(recorder: Recorder, head: dict[str, Any]) -> Recording:
+    """Return what a recorder has kept in memory as a recording."""
+    return Recording(head, recorder.rows(), list(recorder.frames), list(recorder.events))

@@ -1,0 +1,178 @@
+"""The journal: a recording as a stream of entries, each complete in itself.
+
+    file    MAGIC, entry, entry, ...
+    entry   kind (1 byte), size of the payload (4 bytes), payload; little-endian
+
+Whatever ends the writing, all complete entries stay readable. The first one is the header.
+
+| kind | payload |
+|---|---|
+| HEADER | JSON: provenance, columns with units, messages of the nodes |
+| ROW | float64 per column |
+| BUS | time [ns], 1 where the emulator sent them, then per frame: COB-ID, flags, length, 8 bytes |
+| EVENT | time [ns], JSON: a fault, its end, a setting |
+"""
+
+import json
+import struct
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.frame import Frame
+
+MAGIC = b"HILREC1\n"
+SUFFIX = ".rec"
+
+_ENTRY = struct.Struct("<BI")
+_BUS = struct.Struct("<qB")
+_FRAME = struct.Struct("<IBB8s")
+_TIME = struct.Struct("<q")
+_REMOTE, _EXTENDED = 1, 2
+
+
+class Kind(IntEnum):
+    """What an entry is."""
+
+    HEADER = 0
+    ROW = 1
+    BUS = 2
+    EVENT = 3
+
+
+def entry(kind: Kind, payload: bytes) -> bytes:
+    """Return an entry's bytes."""
+    return _ENTRY.pack(kind, len(payload)) + payload
+
+
+def bus_entry(now_ns: int, frames: Iterable[Frame], *, sent: bool) -> bytes:
+    """Return the entry of frames that crossed the bus together."""
+    packed = [
+        _FRAME.pack(f.can_id, _REMOTE * f.remote + _EXTENDED * f.extended, len(f.data), f.data)
+        for f in frames
+    ]
+    return entry(Kind.BUS, _BUS.pack(now_ns, sent) + b"".join(packed))
+
+
+def event_entry(now_ns: int, what: Mapping[str, Any]) -> bytes:
+    """Return the entry of something done to the rig."""
+    return entry(Kind.EVENT, _TIME.pack(now_ns) + json.dumps(what).encode())
+
+
+def header_entry(header: Mapping[str, Any]) -> bytes:
+    """Return the beginning of a journal."""
+    return MAGIC + entry(Kind.HEADER, json.dumps(header).encode())
+
+
+@dataclass
+class Recording:
+    """A recording in memory.
+
+    Attributes:
+        header: provenance, columns with units, messages of the nodes.
+        rows: values, shape (ticks, columns).
+        frames: time [ns], whether the emulator sent it, frame; oldest first.
+        events: time [ns] and what was done to the rig.
+
+    """
+
+    header: dict[str, Any]
+    rows: np.ndarray[Any, np.dtype[np.float64]]
+    frames: list[tuple[int, bool, Frame]] = field(default_factory=list)
+    events: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units by column name."""
+        return dict(self.header["columns"])
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """What made the data: version, configuration, digest, seed."""
+        return dict(self.header["provenance"])
+
+    def table(self) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
+        """Return values over time by column name."""
+        return {name: self.rows[:, i] for i, name in enumerate(self.units)}
+
+
+def entries(file: Path) -> Iterator[tuple[Kind, bytes]]:
+    """Yield the complete entries of a journal.
+
+    Raises:
+        UserError: if the file is no journal or cannot be read.
+
+    """
+    try:
+        with file.open("rb") as stream:
+            if stream.read(len(MAGIC)) != MAGIC:
+                raise UserError(f"{file}: not a recording of this program; name a {SUFFIX} file")
+            while len(head := stream.read(_ENTRY.size)) == _ENTRY.size:
+                kind, size = _ENTRY.unpack(head)
+                payload = stream.read(size)
+                if len(payload) < size:
+                    return
+                yield Kind(kind), payload
+    except OSError as error:
+        raise UserError(f"{file}: cannot be read: {error.strerror}") from None
+
+
+def frames_of(payload: bytes) -> Iterator[tuple[int, bool, Frame]]:
+    """Yield time, direction and frame of a BUS entry."""
+    now_ns, sent = _BUS.unpack_from(payload)
+    for can_id, flags, length, data in _FRAME.iter_unpack(payload[_BUS.size :]):
+        frame = Frame(can_id, data[:length], bool(flags & _REMOTE), bool(flags & _EXTENDED))
+        yield now_ns, bool(sent), frame
+
+
+def read(file: Path) -> Recording:
+    """Return a whole recording.
+
+    Raises:
+        UserError: if the file is no journal, or ends before its header does.
+
+    """
+    header: dict[str, Any] | None = None
+    rows: list[bytes] = []
+    found: list[tuple[int, bool, Frame]] = []
+    events: list[tuple[int, dict[str, Any]]] = []
+    for kind, payload in entries(file):
+        match kind:
+            case Kind.HEADER:
+                header = json.loads(payload)
+            case Kind.ROW:
+                rows.append(payload)
+            case Kind.BUS:
+                found += frames_of(payload)
+            case Kind.EVENT:
+                events.append((_TIME.unpack_from(payload)[0], json.loads(payload[_TIME.size :])))
+    if header is None:
+        raise UserError(f"{file}: empty; it ended before anything was written")
+    width = len(header["columns"])
+    table = np.frombuffer(b"".join(rows)).reshape(-1, width)
+    return Recording(header, table, found, events)
+
+
+def write(recording: Recording, file: Path) -> None:
+    """Write a recording as a journal.
+
+    Raises:
+        UserError: if the file cannot be written.
+
+    """
+    try:
+        with file.open("wb") as stream:
+            stream.write(header_entry(recording.header))
+            for now_ns, what in recording.events:
+                stream.write(event_entry(now_ns, what))
+            for now_ns, sent, frame in recording.frames:
+                stream.write(bus_entry(now_ns, [frame], sent=sent))
+            for row in recording.rows:
+                stream.write(entry(Kind.ROW, row.tobytes()))
+    except OSError as error:
+        raise UserError(f"{file}: cannot be written: {error.strerror}") from None

@@ -1,0 +1,108 @@
+"""The emulator in a process of its own, for controllers that are processes themselves."""
+
+import re
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from hil_emulator.errors import UserError
+
+_START_S = 60.0  # compiling the model for the first time takes some seconds (assumed limit)
+
+_ANY_PORT = """
+[bus]
+interface = "socketcand_server"
+channel = "can0"
+host = "127.0.0.1"
+port = 0
+"""
+
+
+class EmulatorProcess:
+    """`hil-emulator run` in the background, on TCP or SocketCAN.
+
+    Args:
+        files: configuration files.
+        clock: "wall" or "follow-sync".
+        bus: "interface:channel"; without one a TCP server on a free port of 127.0.0.1.
+        options: further options of `hil-emulator run`.
+
+    Attributes:
+        port: the TCP port, where it is a TCP server.
+        client: settings with which a stock `can.Bus` or `canopen.Network` joins.
+
+    Raises:
+        UserError: if it does not start; with what it said.
+
+    """
+
+    def __init__(
+        self,
+        files: Sequence[Path],
+        clock: str = "wall",
+        bus: str | None = None,
+        options: Sequence[str] = (),
+    ) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="hil-emulator-")
+        layer = Path(self._folder.name) / "bus.toml"
+        layer.write_text(_ANY_PORT)
+        command = [sys.executable, "-m", "hil_emulator", "run", *map(str, files), str(layer)]
+        command += ["--clock", clock, *(["--bus", bus] if bus else []), *options]
+        self._process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
+        )
+        text = self._until("Ctrl-C ends.")
+        found = re.search(r"on 127\.0\.0\.1:(\d+)", text)
+        self.port = int(found[1]) if found else None
+        self.client: dict[str, Any] = {
+            "interface": "socketcand", "host": "127.0.0.1", "port": self.port, "channel": "can0",
+        }  # fmt: skip
+        if bus is not None:
+            interface, _, channel = bus.partition(":")
+            self.client = {"interface": interface, "channel": channel}
+
+    def stop(self) -> str:
+        """End it and return what it said; harmless when repeated."""
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+        text = self._process.communicate(timeout=30)[0] or ""
+        self._folder.cleanup()
+        return text
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    def _until(self, last: str) -> str:
+        """Read its first lines, up to the one that says it runs."""
+        assert self._process.stdout is not None
+        lines: list[str] = []
+        deadline = time.monotonic() + _START_S
+        while time.monotonic() < deadline:
+            if not select.select([self._process.stdout], [], [], 1.0)[0]:
+                continue
+            line = self._process.stdout.readline()
+            lines.append(line)
+            if last in line:
+                return "".join(lines)
+            if not line:
+                break
+        self._process.kill()
+        self._process.wait()
+        self._folder.cleanup()
+        said = " ".join("".join(lines).split())
+        raise UserError(f"the emulator did not start: {said}")

@@ -1,0 +1,64 @@
+"""What a failing test tells of the emulator."""
+
+import re
+from pathlib import Path
+
+from hil_emulator.places import near
+from hil_emulator.record import columns
+from hil_emulator.recording import journal
+from hil_emulator.recording.messages import describe, messages
+from hil_emulator.testing.emulator import Emulator
+from hil_emulator.units import show
+
+FRAMES = 20
+"""How many of the last frames are shown."""
+
+FOLDER = ".hil-emulator"
+"""Where recordings of failed tests are kept, below pytest's root folder."""
+
+_SHOWN = {"Pa": "bar", "m": "mm", "A": "mA"}
+
+
+def frames(emulator: Emulator, count: int = FRAMES) -> list[str]:
+    """Return the last frames in words, oldest first."""
+    known = {m.can_id: m for m in messages(emulator.rig.nodes)}
+    return [
+        f"{now_ns * 1e-9:9.3f} s  {'out' if sent else 'in ':<3}  {frame.can_id:03X}  "
+        f"{frame.data.hex(' '):<23}  {describe(frame, known)}".rstrip()
+        for now_ns, sent, frame in emulator.recorder.frames[-count:]
+    ]
+
+
+def signals(emulator: Emulator) -> list[str]:
+    """Return the present signals, a line each."""
+    return [
+        f"  {name:<28} {show(emulator.rig.value(name), unit, _SHOWN.get(unit, unit))}"
+        for name, unit in columns().items()
+    ]
+
+
+def keep(emulator: Emulator, test: str, folder: Path) -> Path:
+    """Write the test's recording and return its file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    name = re.sub(r"[^\w.-]+", "_", test.partition("::")[2] or test)
+    file = folder / f"{name}{journal.SUFFIX}"
+    journal.write(emulator.recording(), file)
+    return file
+
+
+def report(emulator: Emulator, test: str, file: Path) -> str:
+    """Return everything a failing test tells."""
+    faults = [f"  {running.fault}" for running in emulator.rig.faults.injected]
+    seed = emulator.config.seed
+    return "\n".join(
+        [
+            f"emulator time {emulator.now:.3f} s, seed {seed}",
+            *(["faults:", *faults] if faults else []),
+            f"last {FRAMES} frames:",
+            *frames(emulator),
+            "signals:",
+            *signals(emulator),
+            f"replay the frames:  hil-emulator replay {near(file)}",
+            f"run the test again: pytest '{test}' --emulator-seed {seed}",
+        ]
+    )

@@ -1,0 +1,144 @@
+"""The formats of other tools, read back by those tools."""
+
+import csv
+import json
+import sys
+from pathlib import Path
+
+import asammdf
+import can
+import cantools
+import numpy as np
+import pandas as pd
+import pytest
+
+from hil_emulator.errors import UserError
+from hil_emulator.recording.exports import check_file, export
+from hil_emulator.recording.journal import Recording
+
+
+def written(journal: Path, folder: Path, ending: str) -> Path:
+    """Return the journal in another format."""
+    file = folder / f"run{ending}"
+    export(journal, file)
+    return file
+
+
+def test_pandas_reads_the_same_values_from_parquet(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """Every column bit for bit; units and origin are inside."""
+    import pyarrow.parquet
+
+    file = written(journal, tmp_path, ".parquet")
+    frame = pd.read_parquet(file)
+    assert list(frame.columns) == list(recording.units)
+    assert len(recording.units) >= 30
+    assert frame.to_numpy().tobytes() == recording.rows.tobytes()
+    schema = pyarrow.parquet.read_schema(file)
+    assert schema.field("pressure_a").metadata == {b"unit": b"Pa"}
+    assert schema.metadata[b"digest"].decode() == recording.provenance["digest"]
+
+
+def test_asammdf_reads_the_same_values_from_mf4(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """Every channel bit for bit, on the emulator's time base, with its unit."""
+    with asammdf.MDF(written(journal, tmp_path, ".mf4")) as mdf:
+        for name, values in recording.table().items():
+            if name != "time":
+                signal = mdf.get(name)
+                assert signal.samples.tobytes() == values.tobytes()
+                assert signal.timestamps.tobytes() == recording.table()["time"].tobytes()
+                assert signal.unit == recording.units[name]
+        assert recording.provenance["digest"] in mdf.header.comment
+
+
+def test_numpy_reads_the_same_values_from_npz(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """Every column bit for bit, units and origin beside them."""
+    with np.load(written(journal, tmp_path, ".npz")) as data:
+        for name, values in recording.table().items():
+            assert data[name].tobytes() == values.tobytes()
+        assert dict(data["provenance"].tolist()) == recording.provenance
+
+
+def test_csv_has_nine_digits_units_and_origin(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """A comment per line of origin, then a header with units, then a line per tick."""
+    lines = written(journal, tmp_path, ".csv").read_text().splitlines()
+    comments = [line for line in lines if line.startswith("#")]
+    assert f"# seed: {recording.provenance['seed']}" in comments
+    rows = list(csv.reader(lines[len(comments) :]))
+    assert rows[0][:2] == ["time [s]", "valve_current [A]"]
+    values = np.array(rows[1:], float)
+    np.testing.assert_allclose(values, recording.rows, rtol=1e-8)
+
+
+@pytest.mark.parametrize("ending", [".blf", ".asc", ".log"])
+def test_python_can_reads_the_same_frames(
+    journal: Path, recording: Recording, tmp_path: Path, ending: str
+) -> None:
+    """Every frame with its time and direction, in the order of the bus."""
+    with can.LogReader(str(written(journal, tmp_path, ending))) as reader:
+        found = [
+            (round(m.timestamp * 1e6), not m.is_rx, m.arbitration_id, bytes(m.data)) for m in reader
+        ]
+    assert found == [(t // 1000, sent, f.can_id, f.data) for t, sent, f in recording.frames]
+
+
+def test_cantools_decodes_what_the_sensors_reported(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """BLF and the DBC beside it give the readings of the recording, to the PDO's resolution."""
+    file = written(journal, tmp_path, ".blf")
+    database = cantools.database.load_file(file.with_suffix(".dbc"))
+    decoded: dict[str, list[float]] = {}
+    with can.LogReader(str(file)) as reader:
+        for m in reader:
+            if m.arbitration_id in (0x185, 0x285, 0x385):
+                for name, value in database.decode_message(m.arbitration_id, m.data).items():
+                    decoded.setdefault(name, []).append(value)
+    resolution = {"pressure_a": 1e3, "pressure_b": 1e3, "supply_pressure": 1e3}
+    resolution |= {"position": 1e-7, "load_force": 1e-3}
+    for name, step in resolution.items():
+        readings = recording.table()[name][-len(decoded[name]) :]
+        np.testing.assert_allclose(decoded[name], readings, rtol=0, atol=0.501 * step)
+
+
+@pytest.mark.parametrize("ending", [".blf", ".asc"])
+def test_a_frame_log_names_its_origin(
+    journal: Path, recording: Recording, tmp_path: Path, ending: str
+) -> None:
+    """The digest stands in the file as a remark."""
+    data = written(journal, tmp_path, ending).read_bytes()
+    if ending == ".blf":
+        import zlib
+
+        at = data.index(b"\x78\x9c")  # the first compressed container
+        data = zlib.decompressobj().decompress(data[at:])
+    assert recording.provenance["digest"].encode() in data
+
+
+def test_candump_logs_have_their_origin_beside_them(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """That format has no room for remarks."""
+    file = written(journal, tmp_path, ".log")
+    beside = json.loads(file.with_name("run.log.json").read_text())
+    assert beside == recording.provenance
+
+
+def test_a_file_that_cannot_be_is_refused_before_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Unknown endings, missing folders and missing extras are named with their remedy."""
+    with pytest.raises(UserError, match=r"unknown ending; .*\.rec, \.csv"):
+        check_file(tmp_path / "run.xls")
+    with pytest.raises(UserError, match="does not exist; make it first"):
+        check_file(tmp_path / "nowhere" / "run.csv")
+    monkeypatch.setitem(sys.modules, "asammdf", None)
+    with pytest.raises(UserError, match=r"pip install 'hil-emulator\[recording\]'"):
+        check_file(tmp_path / "run.mf4")

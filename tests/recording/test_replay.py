@@ -1,0 +1,90 @@
+"""Replay: the same frames in, the same frames out."""
+
+import dataclasses
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from recorded import script
+from rigs import bench, reference
+
+from hil_emulator.commands.replay import compare
+from hil_emulator.config.load import load
+from hil_emulator.demo.script import perform
+from hil_emulator.places import cache_folder, shipped
+from hil_emulator.recording import journal as journals
+from hil_emulator.recording.exports import export
+from hil_emulator.recording.header import header, remembered
+from hil_emulator.recording.journal import Recording
+
+REFERENCE = shipped("configs/hyq_knee.toml")
+
+
+def hil_emulator(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run a command in a process of its own."""
+    command = [sys.executable, "-m", "hil_emulator", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_the_demo_is_reproduced_bit_for_bit() -> None:
+    """2.8 s of position and force control: every frame, every signal of every tick."""
+    recording = perform(cache_folder(), lambda text: None).recording
+    files = [shipped("configs/hyq_knee.toml"), shipped("configs/spring_load.toml")]
+    result = compare(recording, load(files))
+    assert len(result.recorded) > 8000
+    assert result.same
+
+
+def test_faults_and_settings_are_repeated_with_the_frames(recording: Recording) -> None:
+    """A recording in which a sensor was stuck is reproduced, fault and all."""
+    assert recording.events
+    assert compare(recording, load([REFERENCE])).same
+    without = dataclasses.replace(recording, events=[])
+    assert not compare(without, load([REFERENCE])).same
+
+
+def test_the_command_says_where_another_machine_differs(journal: Path, tmp_path: Path) -> None:
+    """The same files give exit code 0; a lower supply gives 1, the frame and the signals."""
+    assert hil_emulator("replay", journal).returncode == 0
+    layer = tmp_path / "low.toml"
+    layer.write_text('[supply]\npressure = "150 bar"\n')
+    result = hil_emulator("replay", journal, REFERENCE, layer)
+    assert result.returncode == 1
+    assert "differs" in result.stdout
+    assert "TPDO1_node5" in result.stdout
+    assert "supply_pressure" in result.stdout
+
+
+@pytest.mark.parametrize("ending", [".blf", ".asc", ".log"])
+def test_a_log_of_frames_can_be_replayed_too(tmp_path: Path, ending: str) -> None:
+    """With the configuration named, the controller's frames of any log are enough."""
+    config = reference()
+    with bench(config) as b:
+        for k in range(200):
+            b.tick(*script(k))
+        made = remembered(b.recorder, header(config, b.rig.nodes))
+    journals.write(made, tmp_path / "run.rec")
+    export(tmp_path / "run.rec", tmp_path / f"run{ending}")
+    result = hil_emulator("replay", tmp_path / f"run{ending}", REFERENCE)
+    assert f"bit for bit: {sum(sent for _, sent, _ in made.frames)} frames" in result.stdout
+
+
+def test_a_capture_is_not_replayed(recording: Recording, tmp_path: Path) -> None:
+    """What does not begin at the start cannot be reproduced, and the message says so."""
+    head = {**recording.header, "capture": "position > 60 mm"}
+    file = tmp_path / "part.rec"
+    journals.write(dataclasses.replace(recording, header=head), file)
+    result = hil_emulator("replay", file)
+    assert result.returncode == 2
+    assert "only a recording from the start can be replayed" in result.stderr
+
+
+def test_a_picture_shows_the_chosen_signals(journal: Path, tmp_path: Path) -> None:
+    """The picture is written; an unknown signal is answered with the known ones."""
+    picture = tmp_path / "run.png"
+    assert not hil_emulator("plot", journal, "--picture", picture).returncode
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+    result = hil_emulator("plot", journal, "speed")
+    assert result.returncode == 2
+    assert "no signal 'speed'; there are time, valve_current" in result.stderr
