@@ -24,12 +24,16 @@ TURBULENT = 0.6
 _TANK = 10e5  # pressure after the valve [Pa]
 _DROPS = np.geomspace(0.05e5, 100e5, 45)  # of one edge [Pa]
 _OPENINGS = (0.02, 0.1, 1.0)  # parts of the rated current
+_KEPT = (
+    "gain_asymmetry", "overlap", "underlap", "flow_saturation", "reynolds_discharge",
+    "viscosity_temperature",
+)  # fmt: skip
 _SECONDS = 0.05  # a spool and joined ports at their steady pressure need no longer
 
 
 def _flow(bench: Bench, current: float, drop: float) -> tuple[float, float]:
     """Return drop [Pa] and flow [m³/s] of one edge."""
-    ideal = bench.off("supply", "tank", "oil", keep=("viscosity_temperature",))
+    ideal = bench.off("supply", "tank", "valve", "oil", keep=_KEPT)
     pressures = {"supply_pressure": _TANK + 2.0 * drop, "tank_pressure": _TANK}
     changes = ideal | bench.joined() | pressures
     stand = bench.stand(changes)

@@ -2,7 +2,7 @@
 
 The oil columns make the actuator softest near the middle. Poles of the exact linearisation of the
 model beside those of S1 eq. 3.38, which ties both pressures together, and of its complete form,
-which does not. Dry friction, leakage and air are switched off, as in the linear model.
+which does not; and those of the machine as it is configured.
 """
 
 import math
@@ -15,13 +15,22 @@ from numpy.typing import NDArray
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, column
+from hil_emulator.characterise.result import Comparison, Result, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model import linear, linearise
+from hil_emulator.model.equilibrium import NoEquilibriumError
 
 _PARTS = np.linspace(0.05, 0.95, 19)  # positions, parts of the stroke
 _OPENINGS = (-0.2, 0.1, 0.5)  # parts of the rated current
 _COMPARED = (0, 4, 9, 14, 18)  # five of them
+
+
+_FORMS = ("exact", "as configured", "complete", "S1 eq. 3.38")
+_LINEAR = ("underlap", "viscous_friction", "load_viscous_friction")  # what S1's linear model has
+_TABLES = ("supply", "tank", "valve", "oil", "cylinder", "friction", "load")
+_NONE = complex(math.nan, math.nan)
+
+Poles = NDArray[np.complex128]
 
 
 def rest_point(rest: linearise.Linearisation) -> linear.OperatingPoint:
@@ -47,68 +56,82 @@ def _worst_pole(bench: Bench, values: Mapping[str, float], machine: linear.Machi
     return worst
 
 
-def _resonance(poles: NDArray[np.complex128]) -> complex:
+def _resonance(poles: Poles) -> complex:
     """Return the slowest pole that swings, upper half plane."""
     swinging = poles[np.imag(poles) > 1.0]
-    return complex(swinging[np.argmin(np.abs(swinging))]) if len(swinging) else complex(np.nan)
+    return complex(swinging[np.argmin(np.abs(swinging))]) if len(swinging) else _NONE
+
+
+def _along_the_stroke(bench: Bench, values: Mapping[str, float]) -> dict[str, Poles]:
+    """Return the resonance of every form at rest at each position."""
+    machine = linear.Machine.of(values)
+    wet = {**bench.values, **bench.off("friction", keep=("viscous_friction",))}
+    found: dict[str, list[complex]] = {form: [] for form in _FORMS}
+    for position in _PARTS * machine.stroke:
+        rest = linearise.rest(bench.kernel, values, position)
+        at = rest_point(rest)
+        found["exact"].append(_resonance(rest.poles))
+        for form, poles in (("S1 eq. 3.38", linear.reduced), ("complete", linear.complete)):
+            found[form].append(_resonance(poles(machine, at).hydraulic_force.poles))
+        try:
+            own = _resonance(linearise.rest(bench.kernel, wet, position).poles)
+        except NoEquilibriumError:
+            own = _NONE
+        found["as configured"].append(own)
+    return {form: np.array(poles) for form, poles in found.items()}
+
+
+def _comparisons(found: Mapping[str, Poles], position: Series, worst: float) -> list[Comparison]:
+    exact, complete = found["exact"], found["complete"]
+    source, middle = "S1 eq. 3.11-3.26, complete form", len(position) // 2
+    rows = [
+        (f"resonance at {position[i] * 1e3:.0f} mm", "Hz", abs(complete[i]) / 2 / math.pi,
+         abs(exact[i]) / 2 / math.pi)
+        for i in _COMPARED
+    ]  # fmt: skip
+    rows += [
+        ("decay of the resonance at mid-stroke", "1/s", -complete[middle].real,
+         -exact[middle].real),
+        ("exact over analytic pole, worst of 5 positions x 3 openings", "1", 1.0, 1.0 + worst),
+    ]  # fmt: skip
+    return [Comparison(q, unit, float(e), source, float(m), 0.01) for q, unit, e, m in rows]
 
 
 def run(bench: Bench) -> Result:
     """Linearise at rest along the stroke."""
-    off = bench.off("friction", "oil", "cylinder", keep=("viscous_friction",))
-    values = {**bench.values, **off}
+    values = {**bench.values, **bench.off(*_TABLES, keep=_LINEAR)}
     machine = linear.Machine.of(values)
-    rows = []
-    for position in _PARTS * machine.stroke:
-        rest = linearise.rest(bench.kernel, values, position)
-        at = rest_point(rest)
-        forms = (linear.reduced(machine, at), linear.complete(machine, at))
-        found = [_resonance(rest.poles), *(_resonance(f.hydraulic_force.poles) for f in forms)]
-        rows.append((position * 1e3, *(part for p in found for part in (p.real, p.imag))))
-    table = np.array(rows).T
-    names = [f"{part}, {form}" for form in ("exact", "S1 eq. 3.38", "complete")
-             for part in ("real", "imaginary")]  # fmt: skip
-    columns = {"position": column("mm", table[0])} | {
-        name: column("rad/s", v) for name, v in zip(names, table[1:], strict=True)
-    }
-    exact, complete = table[1] + 1j * table[2], table[5] + 1j * table[6]
+    found = _along_the_stroke(bench, values)
+    position = _PARTS * machine.stroke
+    middle = len(position) // 2
+    cost = found["S1 eq. 3.38"][middle].real / found["exact"][middle].real - 1.0
     return Result(
         name=TEST.name,
         title=TEST.title,
         procedure=(
-            "Exact linearisation at rest at 19 positions, dry friction, leakage and air "
-            "switched off; the pole pair of oil columns and load."
+            "Exact linearisation at rest at 19 positions, with the effects that S1's linear model "
+            "has and, beside it, as configured without dry friction; the pole pair of oil columns "
+            "and load."
         ),
-        columns=columns,
-        comparisons=[
-            Comparison(f"resonance at {table[0][i]:.0f} mm", "Hz",
-                       float(abs(complete[i])) / 2 / math.pi, "S1 eq. 3.11-3.26, complete form",
-                       float(abs(exact[i])) / 2 / math.pi, 0.01)
-            for i in _COMPARED
-        ]
-        + [
-            Comparison("decay of the resonance at mid-stroke", "1/s", float(-complete[9].real),
-                       "S1 eq. 3.11-3.26, complete form", float(-exact[9].real), 0.03),
-            Comparison("exact over analytic pole, worst of 5 positions x 3 openings", "1", 1.0,
-                       "S1 eq. 3.11-3.26, complete form", 1.0 + _worst_pole(bench, values, machine),
-                       0.01),
-        ],
+        columns={"position": column("mm", position * 1e3)}
+        | {
+            f"{part}, {form}": column("rad/s", values)
+            for form, poles in found.items()
+            for part, values in (("real", poles.real), ("imaginary", poles.imag))
+        },
+        comparisons=_comparisons(found, position, _worst_pole(bench, values, machine)),
         notes=[
             "S1 eq. 3.38 uses the steady-state relation of both pressures in motion, which costs "
-            f"{abs(table[3][9] / table[1][9] - 1.0):.1%} of the damping at mid-stroke."
+            f"{abs(cost):.1%} of the damping at mid-stroke."
         ],
-    )  # fmt: skip
+    )
 
 
 def draw(result: Result, figure: Figure) -> None:
     """Draw the resonance along the stroke, and the poles in the complex plane."""
     along, plane = figure.subplots(1, 2)
-    forms = (
-        ("exact", "o", look.BLUE),
-        ("S1 eq. 3.38", "x", look.BLACK),
-        ("complete", "+", look.ORANGE),
-    )
-    for form, mark, colour in forms:
+    marks = zip(_FORMS, "os+x", (look.BLUE, look.GREEN, look.ORANGE, look.BLACK), strict=True)
+    for form, mark, colour in marks:
         real, imaginary = result[f"real, {form}"], result[f"imaginary, {form}"]
         along.plot(result["position"], np.hypot(real, imaginary) / 2 / math.pi, mark, color=colour,
                    markersize=5, markerfacecolor="none", label=form)  # fmt: skip

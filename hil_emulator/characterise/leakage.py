@@ -25,7 +25,9 @@ _TO_LITRES = 6e4  # m³/s -> l/min
 
 def _steady(bench: Bench, current: Series) -> tuple[Series, ...]:
     """Return p_a, p_b [Pa], flow into a and through the valve [m³/s] at each current."""
-    stand = bench.stand(bench.clamped(keep=("internal_leakage", "external_leakage")))
+    ideal = bench.off("supply", "tank")
+    clamped = bench.clamped(keep=("internal_leakage", "external_leakage"))
+    stand = bench.stand(ideal | clamped)
     rows = []
     for value in current:
         seen = stand.drive(np.full(round(_HELD / stand.period), value)).after(_HELD - _AVERAGED)

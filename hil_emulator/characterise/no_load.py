@@ -39,7 +39,7 @@ def _move(bench: Bench, sign: float, null: float) -> Recording:
     speed = (
         bench.value("valve_gain") * current * math.sqrt(drop) / bench.value("cylinder_piston_area")
     )
-    free = bench.off("friction", "load", "cylinder") | {
+    free = bench.off("supply", "tank", "friction", "load", "cylinder") | {
         "load_mass": _FREE_MASS,
         "initial_position": 0.5 * stroke * (1.0 - sign * _TRAVEL),
     }

@@ -25,16 +25,19 @@ _HEAD = (
 )  # fmt: skip
 
 
+_SOURCES = (
+    "S1: T. Boaventura, Hydraulic Compliance Control of the Quadruped Robot HyQ, chapter 3. "
+    "S2: Analysis of the Nonlinearities in the Hydraulic Actuators."
+)
+
+
 def _row(test: str, comparison: Comparison) -> str:
     c = comparison
     verdict = "agrees" if c.agrees else "differs"
     numbers = (
-        f"{c.expected:.4g}",
-        f"{c.measured:.4g}",
-        f"{c.difference:+.2%}",
-        f"±{c.tolerance:.3g}",
-    )
-    numbers = (*numbers[:3], f"±{c.tolerance * 100:.3g}%")
+        f"{c.expected:.4g}", f"{c.measured:.4g}", f"{c.difference:+.2%}",
+        f"±{100.0 * c.tolerance:.3g}%",
+    )  # fmt: skip
     cells = "".join(f'<td class="number">{n}</td>' for n in numbers)
     return (
         f'<tr><td><a href="#{test}">{html.escape(c.quantity)}</a></td>'
@@ -71,7 +74,9 @@ def page(results: Sequence[Result], folder: Path) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>Bench tests of the emulated actuator</title><style>{_STYLE}</style></head><body>\n"
         "<h1>Bench tests of the emulated actuator</h1>\n"
-        f"<p>{agreeing} of {total} quantities agree with their document.</p>\n"
+        f"<p>{agreeing} of {total} quantities agree with their document: with its "
+        "number, or with what its formula gives for the configured machine.</p>\n"
+        f'<p class="note">{_SOURCES}</p>\n'
         + _summary(results)
         + "".join(_section(result, folder) for result in results)
         + "</body></html>\n"

@@ -30,7 +30,7 @@ _KEPT = slice(None, None, 10)  # of the readings, in the table
 
 def _sweep(bench: Bench, centre: float, amplitude: float) -> tuple[Series, Series, Series]:
     """Return current [A] and the readings of both pressures [Pa] over one period."""
-    stand = bench.stand(bench.blocked())
+    stand = bench.stand(bench.off("supply", "tank") | bench.blocked())
     time = np.arange(0.0, 1.25 * _SWEEP, stand.period)
     current = centre + amplitude * np.sin(2.0 * math.pi * time / _SWEEP)
     seen = stand.drive(current).readings

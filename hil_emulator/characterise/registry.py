@@ -27,6 +27,7 @@ from hil_emulator.characterise.writing import write_result
 from hil_emulator.errors import UserError
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.model.equilibrium import NoEquilibriumError
 from hil_emulator.model.kernel import build
 
 TESTS: tuple[Procedure, ...] = (
@@ -92,16 +93,24 @@ def characterise(
         progress: told one line before each test.
 
     Raises:
-        UserError: if a test is not known or the folder cannot be written.
+        UserError: if a test is not known, the folder cannot be written, or the machine has no
+            equilibrium that any of the tests could start from.
 
     """
     tests = chosen(names)
     bench = Bench(build(effects, cache), values, sensors, seed)
-    results = []
+    results, left_out = [], []
     for i, test in enumerate(tests, start=1):
         progress(f"{i}/{len(tests)}  {test.title}")
-        result = test.run(bench)
+        try:
+            result = test.run(bench)
+        except NoEquilibriumError as error:
+            left_out.append(f"{test.name}: {error}")
+            progress(f"     left out: {error}")
+            continue
         write_result(result, test.draw, out)
         results.append(result)
+    if not results:
+        raise UserError(f"no bench test could be performed: {'; '.join(left_out)}")
     write_page(results, out)
     return results

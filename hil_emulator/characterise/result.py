@@ -1,5 +1,6 @@
 """What a bench test finds: a table, and how it compares with what it should reproduce."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -51,8 +52,8 @@ class Comparison:
 
     @property
     def difference(self) -> float:
-        """Difference relative to the expected value."""
-        return self.measured / self.expected - 1.0
+        """Difference relative to the expected value; nan where that is zero."""
+        return self.measured / self.expected - 1.0 if self.expected else math.nan
 
     @property
     def agrees(self) -> bool:

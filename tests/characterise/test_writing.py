@@ -98,6 +98,25 @@ def test_a_folder_that_cannot_be_written_is_said(
         )  # fmt: skip
 
 
+def test_a_test_without_an_equilibrium_is_left_out_and_said(
+    reference: Configuration, cache: Path, tmp_path: Path
+) -> None:
+    """A load that never rests stops the test that needs rest, not the others."""
+    shaken = reference.plant | {"harmonic_force_amplitude": 100.0}
+    told: list[str] = []
+    results = characterise(
+        ["force-response", "bulk-modulus"], shaken, reference.sensors, tmp_path, 1,
+        effects=reference.effects, cache=cache, progress=told.append,
+    )  # fmt: skip
+    assert [r.name for r in results] == ["bulk-modulus"]
+    assert any("left out" in line for line in told)
+    with pytest.raises(UserError, match="force-response: no equilibrium"):
+        characterise(
+            ["force-response"], shaken, reference.sensors, tmp_path, 1,
+            effects=reference.effects, cache=cache,
+        )  # fmt: skip
+
+
 def test_the_seed_decides_the_noise(reference: Configuration, cache: Path, tmp_path: Path) -> None:
     """The same seed gives the same table, another one another."""
 

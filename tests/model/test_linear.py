@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.model import actuator, linear, linearise
+from hil_emulator.model.equilibrium import NoEquilibriumError
 from hil_emulator.model.kernel import Kernel, build
 from hil_emulator.model.plant import Plant
 
@@ -216,9 +217,45 @@ def test_states_of_effects_that_are_off_are_left_out(kernel: Kernel) -> None:
     assert found.states == tuple(q.name for q in actuator.STATES)
 
 
+def test_an_effect_that_is_on_brings_its_own_pole(kernel: Kernel) -> None:
+    """A driver lag of 0.2 ms is a pole at -5000 rad/s and leaves the others where they were."""
+    bare = linearise.rest(kernel, MACHINE, 0.04)
+    found = linearise.rest(kernel, MACHINE | {"driver_lag_time_constant": 2e-4}, 0.04)
+    assert set(found.states) - set(bare.states) == {"driver_lag_coil_current"}
+    assert nearest(found.poles, -5000.0) == pytest.approx(-5000.0)
+    assert nearest(found.poles, 380j) == pytest.approx(nearest(bare.poles, 380j), rel=1e-6)
+
+
+def test_bristles_are_a_spring_at_rest_and_a_force_in_motion(kernel: Kernel) -> None:
+    """Pre-sliding holds the rod at sqrt((k_h + s_0)/M); moving, the bristles are bent to F_c."""
+    values = MACHINE | {"presliding_force": 100.0, "presliding_stiffness": 2e6}
+    machine = linear.Machine.of(MACHINE)
+    k = linear.force_coefficients(machine, linear.operating_point(machine, 0.0, 0.04))
+    stuck = math.sqrt((2e6 - k.k_xp) / machine.mass)
+    found = linearise.rest(kernel, values, 0.04)
+    assert abs(nearest(found.poles, 1j * stuck)) == pytest.approx(stuck, rel=0.01)
+    moving = linearise.steady_motion(kernel, values, 1e-3, 0.04)
+    assert moving.equilibrium["presliding_bristle"] == pytest.approx(100.0 / 2e6, rel=1e-6)
+
+
+def test_soft_oil_is_no_obstacle_to_finding_the_motion(kernel: Kernel) -> None:
+    """With 0.5 % of air the steady pressures are those of stiff oil: nothing is compressed."""
+    stiff = linearise.steady_motion(kernel, MACHINE, 1e-3, 0.04).signals
+    soft = linearise.steady_motion(kernel, MACHINE | {"entrained_air_fraction": 5e-3}, 1e-3, 0.04)
+    for name in ("pressure_a", "pressure_b", "velocity"):
+        assert soft.signals[name] == pytest.approx(stiff[name], rel=1e-4)
+
+
+def test_play_cuts_the_load_off_at_rest(kernel: Kernel) -> None:
+    """Inside a backlash no current reaches the load: there is no transfer function to give."""
+    found = linearise.rest(kernel, MACHINE | {"backlash_gap": 1e-4}, 0.04)
+    with pytest.raises(ValueError, match="does not reach"):
+        linear.exact(found, "load_force")
+
+
 def test_an_impossible_rest_is_refused(kernel: Kernel) -> None:
     """160 bar on 2 cm² cannot hold 5 kN through a leaking valve."""
-    with pytest.raises(linearise.NoEquilibriumError):
+    with pytest.raises(NoEquilibriumError):
         linearise.rest(kernel, MACHINE | {"underlap_lap": 28e-6, "gravity_force": 5e3}, 0.04)
     machine = linear.Machine.of(MACHINE)
     beyond = replace(linear.operating_point(machine, 0.0, 0.04), pressure_a=161e5)
