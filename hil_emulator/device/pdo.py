@@ -64,6 +64,9 @@ class PdoParameters:
         self._mapping = number - 1 + (RPDO_MAPPING if receive else TPDO_MAPPING)
         for index in (self._communication, self._mapping):
             dictionary.watch(index, self)
+        count = dictionary.get(self._mapping, 0)
+        if count is not None:
+            count.high = None  # too many objects are 0604 0042, whatever limit the EDS has
         self.load()
 
     @property

@@ -4,7 +4,7 @@ from hil_emulator.device.abort import AbortCode, SdoAbort
 from hil_emulator.device.datatype import DataType
 
 SEGMENT = 7
-MAX_DOWNLOAD = 65_536
+MAX_DOWNLOAD = 131_072
 """Longest string or DOMAIN a client may write, in bytes (assumed)."""
 
 DOWNLOAD_SEGMENT, UPLOAD_SEGMENT = 0x00, 0x60

@@ -99,8 +99,10 @@ class AnalogueInput:
         self._base = start * self._factor.value + values[SCALING_OFFSET] + values[OFFSET]
         self._filter = Averaging(self._filter_type.value, self._filter_constant.value)
         self._tare = values[TARE]
-        start, end = values[SPAN_START], values[SPAN_END]
-        self._low, self._high = (start, end) if start < end else (-REAL32_MAX, REAL32_MAX)
+        first, last = values[SPAN_START], values[SPAN_END]
+        spanned = first < last
+        self._low = first if spanned else -REAL32_MAX
+        self._high = last if spanned else REAL32_MAX
         self._scale_objects()
         digit = self._gross[0].factor
         si = self._si
