@@ -95,7 +95,7 @@ def test_number_must_not_count_empty_entries(master: Master) -> None:
     """An entry that was never written cannot be mapped, nor can there be a ninth."""
     switch_off(master, 0x1400)
     assert master.abort_code(0x1600, 0, b"\2") == NOT_MAPPABLE
-    assert master.abort_code(0x1600, 0, b"\x09") == 0x06090031
+    assert master.abort_code(0x1600, 0, b"\x09") == TOO_LONG
 
 
 def test_can_id_is_locked_while_the_pdo_exists(master: Master) -> None:
