@@ -1,0 +1,141 @@
+"""The device under test: its EDS, its SDO server, its NMT state and what it is told to do."""
+
+from hil_emulator.conformance.expectation import Expectation
+from hil_emulator.conformance.sdo_client import SdoClient
+from hil_emulator.conformance.wire import Wire
+
+START, STOP, ENTER_PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 1, 2, 128, 129, 130
+STOPPED, OPERATIONAL, PRE_OPERATIONAL = 4, 5, 127
+"""NMT commands and states (CiA 301 7.2.8.2.1, 7.2.8.3.2)."""
+
+COMMANDS = {OPERATIONAL: START, STOPPED: STOP, PRE_OPERATIONAL: ENTER_PRE_OPERATIONAL}
+
+SAVE, LOAD = b"save", b"load"
+STORE_PARAMETERS, RESTORE_PARAMETERS = 0x1010, 0x1011
+SYNC_COB_ID, SYNC_OVERFLOW, CYCLE_PERIOD = 0x1005, 0x1019, 0x1006
+EMCY_COB_ID = 0x1014
+GUARD_TIME, LIFE_TIME_FACTOR = 0x100C, 0x100D
+HEARTBEAT_CONSUMER, HEARTBEAT_PRODUCER = 0x1016, 0x1017
+
+BOOT_MS = 15_000
+"""How long a device may take to boot. Assumed."""
+SETTLE_MS = 200
+"""How long a device may take for what it does not confirm. Assumed."""
+_HEARTBEAT_MS = 20
+
+
+class Device:
+    """The device under test.
+
+    Args:
+        wire: the suite's place on the bus.
+        node_id: 1 to 127.
+        eds: what the device promises.
+
+    Attributes:
+        sdo: a client of its SDO server.
+        error_control_id: identifier of boot-up, heartbeat and guarding.
+
+    """
+
+    def __init__(self, wire: Wire, node_id: int, eds: Expectation) -> None:
+        self.wire = wire
+        self.node_id = node_id
+        self.eds = eds
+        self.error_control_id = 0x700 + node_id
+        self.sdo = SdoClient(wire, 0x600 + node_id, 0x580 + node_id)
+
+    # -- NMT ------------------------------------------------------------------------------
+
+    def nmt(self, command: int, address: int | None = None) -> None:
+        """Send an NMT command, to this device unless told otherwise."""
+        target = self.node_id if address is None else address
+        self.wire.send(0x000, bytes([command, target]))
+
+    def reset(self, command: int = RESET_NODE, address: int | None = None) -> None:
+        """Reset the device and wait until it has booted."""
+        since = len(self.wire.log)
+        self.nmt(command, address)
+        booted = self.wire.await_frame(
+            self.error_control_id, lambda data: data == b"\0", since=since, patience_ms=BOOT_MS
+        )
+        assert booted is not None, f"no boot-up message after NMT command {command}"
+
+    def enter(self, state: int, address: int | None = None) -> None:
+        """Bring the device into an NMT state and wait until it is there."""
+        watched = self.watch_state() if state == STOPPED else False
+        self.nmt(COMMANDS[state], address)
+        if state != STOPPED:
+            self.sdo.upload(0x1000)  # in order on the bus: the command has been obeyed
+        elif watched:
+            self.expect_state(STOPPED)
+        else:
+            self.wire.run(SETTLE_MS)
+
+    def expect_state(self, state: int) -> None:
+        """Wait for a heartbeat that shows a state; the device must be sending heartbeats."""
+        since = len(self.wire.log)
+        shown = self.wire.await_frame(
+            self.error_control_id, lambda data: data == bytes([state]), since=since
+        )
+        heard = [data.hex() for data in self.wire.heard(self.error_control_id, since)]
+        assert shown is not None, f"no heartbeat showed state {state}, but {heard}"
+
+    def guarded_state(self) -> int:
+        """Return the NMT state, by guarding."""
+        data = self.guard()
+        assert data is not None, "no answer to a guarding request"
+        return data[0] & 0x7F
+
+    def guard(self, patience_ms: float = SETTLE_MS * 10) -> bytes | None:
+        """Send a guarding request and return the answer."""
+        since = len(self.wire.log)
+        self.wire.send(self.error_control_id, remote=True)
+        return self.wire.await_frame(self.error_control_id, since=since, patience_ms=patience_ms)
+
+    def watch_state(self) -> bool:
+        """Make the device send heartbeats, unless it answers no SDO; tell whether it can."""
+        if not self.eds.writable(HEARTBEAT_PRODUCER):
+            return False
+        since = len(self.wire.log)
+        request = b"\x2b\x17\x10\x00" + _HEARTBEAT_MS.to_bytes(2, "little")
+        self.sdo.send(request)  # in STOPPED nobody answers, and the time is as it was
+        self.wire.await_frame(0x580 + self.node_id, since=since, patience_ms=SETTLE_MS)
+        return True
+
+    # -- parameters -----------------------------------------------------------------------
+
+    def restore_defaults(self) -> None:
+        """Forget what is stored in the device, and reset it."""
+        if self.eds.writable(RESTORE_PARAMETERS, 1):
+            self.sdo.download(RESTORE_PARAMETERS, 1, LOAD)
+        self.reset()
+
+    # -- EMCY and SYNC --------------------------------------------------------------------
+
+    @property
+    def emergency_id(self) -> int:
+        """Identifier of emergencies in the predefined connection set."""
+        return 0x080 + self.node_id
+
+    def emergencies(self, since: int = 0) -> list[int]:
+        """Return the error codes of all emergencies in the log, code 0 (no error) left out."""
+        heard = self.wire.heard(self.emergency_id, since)
+        return [code for data in heard if (code := int.from_bytes(data[:2], "little"))]
+
+    def await_emergency(self, code: int, since: int) -> bytes | None:
+        """Return the emergency with a code, from the log or still to come."""
+        return self.wire.await_frame(
+            self.emergency_id,
+            lambda data: int.from_bytes(data[:2], "little") == code,
+            since=since,
+        )
+
+    def sync(self, counter: int | None = None, can_id: int = 0x080) -> None:
+        """Send a SYNC and wait until the device has dealt with it."""
+        self.wire.send(can_id, b"" if counter is None else bytes([counter]))
+        self.barrier()
+
+    def barrier(self) -> None:
+        """Wait until all the device was sent has been dealt with, and its answers are here."""
+        self.sdo.upload(0x1000)

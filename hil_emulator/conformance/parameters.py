@@ -1,0 +1,68 @@
+"""Which objects a master may write at any time, and by how much a value can be wrong."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from hil_emulator.conformance.expectation import STRING_TYPES, Expectation, size, type_range
+
+COMMUNICATION = range(0x1000, 0x2000)
+_COMMANDS = frozenset({0x1003, 0x1010, 0x1011, 0x1020, 0x1F50, 0x1F51})
+"""Written to make the device act: history, storing, program download and control."""
+_MAPPINGS = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
+_PDOS = (range(0x1400, 0x1600), range(0x1800, 0x1A00))
+_LOCKED_WHILE_VALID = (3, 6)
+"""Inhibit time and SYNC start value (CiA 301 7.5.2.37)."""
+
+
+def free(variable: Any) -> bool:
+    """Tell whether a master may write a variable at any time without the device acting on it."""
+    index = variable.index
+    if index in _COMMANDS or any(index in indices for indices in _MAPPINGS):
+        return False
+    pdo = any(index in indices for indices in _PDOS)
+    return not (pdo and variable.subindex in _LOCKED_WHILE_VALID)
+
+
+def free_parameters(eds: Expectation, within: range = range(0x1000, 0x10000)) -> list[Any]:
+    """Return all readable and writable parameters of a range that are free."""
+    return [
+        variable
+        for variable in eds.find({"rw", "rwr", "rww"})
+        if variable.index in within and free(variable)
+    ]
+
+
+def beyond(eds: Expectation, *, above: bool) -> Iterator[tuple[Any, int]]:
+    """Yield free parameters and a value above, or below, what they may be.
+
+    The limits of the EDS, and those of the SYNC counter overflow (CiA 301 7.5.2.22: 0, 2 to 240).
+    """
+    for variable in free_parameters(eds):
+        limits = type_range(variable)
+        limit = variable.max if above else variable.min
+        if limits is None or limit is None:
+            continue
+        wrong = limit + 1 if above else limit - 1
+        if limits[0] <= wrong <= limits[1]:
+            yield variable, wrong
+    overflow = eds.variables.get((0x1019, 0))
+    if overflow is not None and overflow.writable:
+        yield overflow, 241 if above else 1
+
+
+def numbers(eds: Expectation, *sizes: int) -> list[Any]:
+    """Return the free parameters that are integers of these sizes in bytes."""
+    return [
+        variable
+        for variable in free_parameters(eds)
+        if type_range(variable) is not None and size(variable) in sizes
+    ]
+
+
+def strings(eds: Expectation) -> list[Any]:
+    """Return the readable variables too long for one frame, by type."""
+    return [
+        variable
+        for variable in eds.variables.values()
+        if variable.readable and (variable.data_type in STRING_TYPES or size(variable) > 4)
+    ]

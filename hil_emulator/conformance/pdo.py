@@ -1,0 +1,186 @@
+"""The PDOs of the device, as a master configures them (CiA 301 7.5.2.35 to 7.5.2.38)."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from hil_emulator.conformance.device import Device
+from hil_emulator.conformance.expectation import bits, encoded
+from hil_emulator.conformance.sdo_client import Aborted
+
+RPDO_RECORDS, TPDO_RECORDS = range(0x1400, 0x1600), range(0x1800, 0x1A00)
+TO_MAPPING = 0x200
+"""From a communication record to the mapping record of the same PDO."""
+
+COB_ID, TRANSMISSION_TYPE, INHIBIT_TIME, EVENT_TIMER, SYNC_START = 1, 2, 3, 5, 6
+INVALID, NO_REMOTE = 1 << 31, 1 << 30
+CAN_ID = 0x7FF
+
+
+class Pdo:
+    """One PDO of the device.
+
+    Args:
+        device: whose it is.
+        index: of its communication record.
+
+    Attributes:
+        index: as given.
+        mapping: index of its mapping record.
+        receive: whether it is an RPDO.
+
+    """
+
+    def __init__(self, device: Device, index: int) -> None:
+        self.index = index
+        self.mapping = index + TO_MAPPING
+        self.receive = index in RPDO_RECORDS
+        self._device = device
+
+    @property
+    def name(self) -> str:
+        """Such as TPDO1."""
+        records = RPDO_RECORDS if self.receive else TPDO_RECORDS
+        return f"{'RPDO' if self.receive else 'TPDO'}{self.index - records.start + 1}"
+
+    @property
+    def can_id(self) -> int:
+        """Its identifier."""
+        return self.get(COB_ID) & CAN_ID
+
+    @property
+    def valid(self) -> bool:
+        """Whether it exists."""
+        return not self.get(COB_ID) & INVALID
+
+    def get(self, subindex: int) -> int:
+        """Return a communication parameter."""
+        return self._device.sdo.read(self.index, subindex)
+
+    def set(self, subindex: int, value: int) -> None:
+        """Write a communication parameter; raises `Aborted`."""
+        variable = self._device.eds.variables[self.index, subindex]
+        self._device.sdo.download(self.index, subindex, encoded(variable, value))
+
+    def offers(self, subindex: int) -> bool:
+        """Tell whether a communication parameter can be written."""
+        return self._device.eds.writable(self.index, subindex)
+
+    def disable(self) -> None:
+        """Let it exist no more."""
+        if self.offers(COB_ID):
+            self.set(COB_ID, self.get(COB_ID) | INVALID)
+
+    def enable(self, *, remote: bool = False) -> None:
+        """Let it exist again, with remote frames answered if `remote`."""
+        cob_id = self.get(COB_ID) & ~INVALID
+        self.set(COB_ID, cob_id & ~NO_REMOTE if remote else cob_id)
+
+    def configure(
+        self, kind: int, *, inhibit_100us: int = 0, event_ms: int = 0, sync_start: int = 0
+    ) -> None:
+        """Set how it is sent; the case is skipped where the device does not offer that."""
+        values = {
+            TRANSMISSION_TYPE: kind,
+            INHIBIT_TIME: inhibit_100us,
+            EVENT_TIMER: event_ms,
+            SYNC_START: sync_start,
+        }
+        for subindex, value in values.items():
+            if self.offers(subindex):
+                self.set(subindex, value)
+            elif (self.index, subindex) in self._device.eds or value:
+                pytest.skip(f"{self.name}: sub-index {subindex} cannot be set")
+
+    def words(self) -> list[int]:
+        """Return the mapped objects: index, sub-index and bits of each."""
+        sdo = self._device.sdo
+        return [sdo.read(self.mapping, n) for n in range(1, sdo.read(self.mapping) + 1)]
+
+    def size(self) -> int:
+        """Return the length of its data in bytes."""
+        return (sum(word & 0xFF for word in self.words()) + 7) // 8
+
+    def need_variable_mapping(self) -> None:
+        """Skip the case where the mapping is fixed."""
+        if not self._device.eds.writable(self.mapping):
+            pytest.skip(f"the mapping of {self.name} is fixed")
+
+    def map(self, words: Sequence[int]) -> int:
+        """Map objects by the procedure; return the first abort code, 0 if all goes well.
+
+        The PDO is disabled afterwards.
+        """
+        sdo = self._device.sdo
+        self.disable()
+        try:
+            sdo.write(self.mapping, 0, 0, 1)
+            for number, word in enumerate(words, start=1):
+                sdo.write(self.mapping, number, word, 4)
+            sdo.write(self.mapping, 0, len(words), 1)
+        except Aborted as abort:
+            return abort.code
+        return 0
+
+    def entry_code(self, number: int, word: int) -> int:
+        """Return the abort code of writing one entry of the mapping, 0 if it is taken."""
+        return self._device.sdo.write_code(self.mapping, number, word.to_bytes(4, "little"))
+
+    def capacity(self) -> int:
+        """Return how many objects its mapping record has room for."""
+        keys = self._device.eds.variables
+        return sum(index == self.mapping and subindex > 0 for index, subindex in keys)
+
+
+def rpdos(device: Device) -> list[Pdo]:
+    """Return all RPDOs; the case is skipped where there are none, as sensors may have none."""
+    return _need(device, RPDO_RECORDS, "RPDO")
+
+
+def tpdos(device: Device) -> list[Pdo]:
+    """Return all TPDOs; the case is skipped where there are none."""
+    return _need(device, TPDO_RECORDS, "TPDO")
+
+
+def pdos(device: Device) -> list[Pdo]:
+    """Return all PDOs."""
+    indices = [*device.eds.indices(RPDO_RECORDS), *device.eds.indices(TPDO_RECORDS)]
+    return [Pdo(device, index) for index in indices]
+
+
+def _need(device: Device, records: range, what: str) -> list[Pdo]:
+    indices = device.eds.indices(records)
+    if not indices:
+        assert device.sdo.read_code(records.start), f"an {what} that the EDS does not have"
+        pytest.skip(f"the device has no {what}")
+    return [Pdo(device, index) for index in indices]
+
+
+def silence(device: Device) -> None:
+    """Disable all TPDOs."""
+    for index in device.eds.indices(TPDO_RECORDS):
+        Pdo(device, index).disable()
+
+
+def usable(device: Device) -> list[Pdo]:
+    """Return the TPDOs that exist and carry something, then disable all."""
+    found = [pdo for pdo in tpdos(device) if pdo.valid and pdo.words()]
+    assert found, "no TPDO is valid by default"
+    if not found[0].offers(COB_ID):
+        pytest.skip("the COB-IDs of the TPDOs are fixed")
+    silence(device)
+    return found
+
+
+def word(variable: Any) -> int:
+    """Return the mapping entry of a variable."""
+    return int(variable.index) << 16 | int(variable.subindex) << 8 | bits(variable)
+
+
+def mappable(device: Device, access: set[str]) -> list[Any]:
+    """Return the variables a PDO may carry by their access types, the case's reason to exist."""
+    found = device.eds.find(access, mappable=True)
+    if not found:
+        pytest.skip(f"no mappable object has the access type {' or '.join(sorted(access))}")
+    return found

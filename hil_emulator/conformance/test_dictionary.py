@@ -1,0 +1,134 @@
+"""Chapter 4: the dictionary against its EDS (CiA 306)."""
+
+from typing import Any
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.device import OPERATIONAL, Device
+from hil_emulator.conformance.expectation import (
+    REFUSE_READ,
+    REFUSE_WRITE,
+    default,
+    encoded,
+    size,
+    where,
+)
+from hil_emulator.conformance.parameters import beyond, free, free_parameters
+
+NO_DATA = 0x0800_0024
+READ_ONLY = {0x0601_0000, 0x0601_0002, 0x0800_0000}
+WRITE_ONLY = {0x0601_0000, 0x0601_0001, 0x0800_0000}
+NO_SUCH_SUBINDEX = {0x0609_0011, 0x0800_0000}
+OUT_OF_RANGE = {0x0609_0030, 0x0609_0031, 0x0609_0032, 0x0800_0000}
+STRUCTURE = 0xFF
+ERROR_HISTORY = 0x1003
+
+
+def check_access(device: Device) -> None:
+    """Check that readable objects can be read, and writable ones written with what was read."""
+    for (index, subindex), variable in device.eds.variables.items():
+        if not variable.readable or device.eds.flags(variable) & REFUSE_READ:
+            continue
+        code = device.sdo.read_code(index, subindex)
+        allowed = (0, NO_DATA) if index == ERROR_HISTORY else (0,)
+        assert code in allowed, f"{where(variable)}: reading aborts with {code:08X}"
+    for variable in free_parameters(device.eds):
+        check_write_back(device, variable)
+
+
+def check_write_back(device: Device, variable: Any) -> None:
+    """Check that an object takes the value it has."""
+    if device.eds.flags(variable) & (REFUSE_READ | REFUSE_WRITE):
+        return
+    value = device.sdo.upload(variable.index, variable.subindex)
+    code = device.sdo.write_code(variable.index, variable.subindex, value)
+    assert code == 0, f"{where(variable)}: writing back {value.hex()} aborts with {code:08X}"
+
+
+def check_defaults(device: Device) -> None:
+    """Check that parameters have the EDS's defaults; process data have values of their own."""
+    for variable in device.eds.find({"const", "ro", "rw"}, mappable=False):
+        expected = default(variable)
+        skipped = device.eds.flags(variable) & REFUSE_READ or variable.index == ERROR_HISTORY
+        if expected is not None and not skipped:
+            value = device.sdo.upload(variable.index, variable.subindex)
+            assert value == expected, f"{where(variable)}: {value.hex()}, not {expected.hex()}"
+
+
+@case("4.1")
+def test_access_is_as_the_eds_says(device: Device) -> None:
+    """In PRE-OPERATIONAL every object can be read or written as its access type allows."""
+    check_access(device)
+
+
+@case("4.2")
+def test_defaults_are_those_of_the_eds(device: Device) -> None:
+    """After a reset the parameters have their defaults."""
+    check_defaults(device)
+
+
+@case("4.3")
+def test_read_only_objects_refuse_writes(device: Device) -> None:
+    """Objects that are ro or const abort a write of the right length."""
+    for variable in device.eds.find({"ro", "const"}):
+        code = device.sdo.write_code(variable.index, variable.subindex, bytes(size(variable) or 1))
+        assert code in READ_ONLY, f"{where(variable)}: writing ends with {code:08X}"
+
+
+@case("4.4")
+def test_write_only_objects_refuse_reads(device: Device) -> None:
+    """Objects abort a read exactly if they are wo."""
+    for (index, subindex), variable in device.eds.variables.items():
+        code = device.sdo.read_code(index, subindex)
+        allowed = WRITE_ONLY if variable.access_type == "wo" else {0, NO_DATA}
+        assert code in allowed, f"{where(variable)}: reading ends with {code:08X}"
+
+
+@case("4.5")
+def test_structure_is_that_of_the_eds(device: Device) -> None:
+    """Sub-index 255 tells data type and object type, or is absent as in the EDS."""
+    for index in device.eds.indices():
+        variable = device.eds.variables.get((index, STRUCTURE))
+        if variable is None:
+            assert device.sdo.read_code(index, STRUCTURE) in NO_SUCH_SUBINDEX, f"{index:04X}"
+            continue
+        value = device.sdo.read(index, STRUCTURE)
+        assert value & 0xFF == device.eds.object_type(index), where(variable)
+        member = device.eds.variables.get((index, 1)) or device.eds.variables[index, 0]
+        assert value >> 8 in (member.data_type, 0), where(variable)
+
+
+@case("4.6")
+def test_limits_are_those_of_the_eds(device: Device) -> None:
+    """One beyond either limit is refused, and the value the object has is not."""
+    for above in (True, False):
+        for variable, value in beyond(device.eds, above=above):
+            data = encoded(variable, value)
+            code = device.sdo.write_code(variable.index, variable.subindex, data)
+            assert code in OUT_OF_RANGE, f"{where(variable)}: {value} ends with {code:08X}"
+            check_write_back(device, variable)
+
+
+@case("4.7")
+def test_access_is_the_same_in_operational(device: Device) -> None:
+    """In OPERATIONAL every object can be read or written as its access type allows."""
+    device.enter(OPERATIONAL)
+    check_access(device)
+
+
+@case("4.8")
+def test_defaults_are_untouched_by_operational(device: Device) -> None:
+    """Started, the device has the defaults it had before."""
+    device.enter(OPERATIONAL)
+    check_defaults(device)
+
+
+@case("4.9")
+def test_parameters_are_given_back_in_operational(device: Device) -> None:
+    """In OPERATIONAL a parameter still has the value that was written to it."""
+    device.enter(OPERATIONAL)
+    for variable in device.eds.find({"rw"}, mappable=False):
+        if not free(variable) or device.eds.flags(variable) & (REFUSE_READ | REFUSE_WRITE):
+            continue
+        value = device.sdo.upload(variable.index, variable.subindex)
+        check_write_back(device, variable)
+        assert device.sdo.upload(variable.index, variable.subindex) == value, where(variable)

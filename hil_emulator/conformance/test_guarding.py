@@ -1,0 +1,86 @@
+"""Chapter 7, first part: node guarding and life guarding (CiA 301 7.2.8.3.2.1)."""
+
+import pytest
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.demands import need_guarding, need_object, need_writable
+from hil_emulator.conformance.device import (
+    GUARD_TIME,
+    HEARTBEAT_PRODUCER,
+    LIFE_TIME_FACTOR,
+    PRE_OPERATIONAL,
+    Device,
+)
+from hil_emulator.conformance.errors import LIFE_GUARD_OR_HEARTBEAT
+from hil_emulator.conformance.expectation import default
+
+TOGGLE = 0x80
+
+
+@pytest.fixture
+def guarded(device: Device) -> Device:
+    """Return the device with its heartbeat off, just booted, ready to be guarded."""
+    need_guarding(device)
+    if device.eds.writable(HEARTBEAT_PRODUCER):
+        device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
+    return device
+
+
+@case("7.1")
+def test_guarding_parameters(device: Device) -> None:
+    """0x100C and 0x100D have the defaults of the EDS."""
+    for index in (GUARD_TIME, LIFE_TIME_FACTOR):
+        need_object(device, index)
+        assert device.sdo.upload(index) == default(device.eds.variables[index, 0])
+
+
+@case("7.2")
+def test_guarding_is_answered(guarded: Device) -> None:
+    """A remote frame is answered with the state in one byte."""
+    answer = guarded.guard()
+    assert answer is not None, "no answer to a guarding request"
+    assert len(answer) == 1
+    assert answer[0] & ~TOGGLE == PRE_OPERATIONAL
+
+
+@case("7.3")
+def test_toggle_bit(guarded: Device) -> None:
+    """The first answer after boot-up has toggle 0, each further one the other value."""
+    answers = [guarded.guard() for _ in range(5)]
+    assert [answer and answer[0] & TOGGLE for answer in answers] == [0, TOGGLE, 0, TOGGLE, 0]
+
+
+@case("7.4")
+def test_other_nodes_guarding_is_not_answered(guarded: Device) -> None:
+    """Of the requests to all 127 nodes one is answered, with the device's identifier."""
+    since = len(guarded.wire.log)
+    for node_id in range(1, 128):
+        guarded.wire.send(0x700 + node_id, remote=True)
+        guarded.wire.run(1)
+    guarded.barrier()
+    answers = [f.can_id for _, f in guarded.wire.log[since:] if f.can_id in range(0x701, 0x780)]
+    assert answers == [guarded.error_control_id]
+
+
+@case("7.5")
+def test_guarding_parameters_are_taken(device: Device) -> None:
+    """0x100C and 0x100D read back what was written."""
+    need_writable(device, GUARD_TIME)
+    need_writable(device, LIFE_TIME_FACTOR)
+    device.sdo.write(GUARD_TIME, 0, 500, 2)
+    device.sdo.write(LIFE_TIME_FACTOR, 0, 3, 1)
+    assert device.sdo.read(GUARD_TIME) == 500
+    assert device.sdo.read(LIFE_TIME_FACTOR) == 3
+
+
+@case("7.6")
+def test_lost_master_is_reported(guarded: Device) -> None:
+    """When requests stop for guard time times life time factor, an emergency 8130 is sent."""
+    guarded.sdo.write(GUARD_TIME, 0, 200, 2)
+    guarded.sdo.write(LIFE_TIME_FACTOR, 0, 3, 1)
+    since = len(guarded.wire.log)
+    for _ in range(5):
+        assert guarded.guard() is not None
+        guarded.wire.run(20)
+    assert guarded.emergencies(since) == [], "an emergency while the master is there"
+    assert guarded.await_emergency(LIFE_GUARD_OR_HEARTBEAT, since) is not None

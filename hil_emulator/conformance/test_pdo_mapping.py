@@ -1,0 +1,208 @@
+"""Chapter 3, second part: what PDOs carry (CiA 301 7.5.2.36, 7.5.2.38)."""
+
+from typing import Any
+
+import pytest
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.device import OPERATIONAL, Device
+from hil_emulator.conformance.expectation import FIRST_OBJECT, bits, size
+from hil_emulator.conformance.pdo import (
+    Pdo,
+    mappable,
+    pdos,
+    rpdos,
+    silence,
+    tpdos,
+    word,
+)
+from hil_emulator.conformance.situations import EVERY, SYNC
+
+INPUTS, OUTPUTS = {"ro", "rwr", "const"}, {"rww", "wo"}
+RECEIVABLE, TRANSMITTABLE = {"rw", "rww", "wo"}, {"rw", "rwr", "ro", "const"}
+NOT_MAPPABLE = {0x0602_0000, 0x0604_0041, 0x0604_0042, 0x0604_0043, 0x0609_0030}
+TOO_MUCH = {0x0602_0000, 0x0604_0041, 0x0604_0042}
+PDO_TOO_SHORT, PDO_TOO_LONG = 0x8210, 0x8220
+DUMMY_UNSIGNED8 = 0x0005
+MAX_BITS = 64
+
+
+def variable_pdos(device: Device) -> list[Pdo]:
+    """Return the PDOs whose mapping can be written."""
+    found = [pdo for pdo in pdos(device) if device.eds.writable(pdo.mapping)]
+    if not found:
+        pytest.skip("all mappings are fixed")
+    return found
+
+
+def candidates(device: Device, pdo: Pdo) -> list[Any]:
+    """Return what may be mapped into a PDO, by the EDS."""
+    return device.eds.find(RECEIVABLE if pdo.receive else TRANSMITTABLE, mappable=True)
+
+
+def another_word(device: Device, pdo: Pdo) -> int:
+    """Return an entry that is allowed in a PDO but is not its first one, if there is any."""
+    words = [word(variable) for variable in candidates(device, pdo)]
+    if pdo.receive and DUMMY_UNSIGNED8 in device.eds.dummies:
+        words.append(DUMMY_UNSIGNED8 << 16 | 8)
+    return next((other for other in words if [other] != pdo.words()[:1]), words[0])
+
+
+def first_mapping_code(device: Device, pdo: Pdo, variable: Any) -> int:
+    """Return the abort code of mapping one variable alone, 0 if the device agrees."""
+    pdo.need_variable_mapping()
+    return pdo.map([word(variable)])
+
+
+def unmappable(device: Device) -> Any:
+    """Return a variable of fixed length that no PDO may carry."""
+    found = [v for v in device.eds.find(RECEIVABLE, mappable=False) if 1 <= bits(v) <= MAX_BITS]
+    assert found, "every object is mappable"
+    return found[0]
+
+
+@case("3.21")
+def test_default_mapping_is_sound(device: Device) -> None:
+    """Each default entry names an object of the EDS, with its length, that may be mapped so."""
+    for pdo in pdos(device):
+        words = pdo.words()
+        for entry in words:
+            index, subindex, length = entry >> 16, entry >> 8 & 0xFF, entry & 0xFF
+            if index < FIRST_OBJECT:
+                assert pdo.receive, f"{pdo.name} maps a dummy"
+                assert index in device.eds.dummies, f"{pdo.name}: dummy {index:04X} is not allowed"
+                continue
+            variable = device.eds.variables.get((index, subindex))
+            assert variable is not None, f"{pdo.name}: {entry:08X} does not exist"
+            assert variable in candidates(device, pdo), f"{pdo.name}: {entry:08X} is not mappable"
+            assert length == bits(variable), f"{pdo.name}: {entry:08X} has another length"
+        assert sum(entry & 0xFF for entry in words) <= MAX_BITS, f"{pdo.name} is too long"
+
+
+@case("3.22")
+def test_mapping_procedure(device: Device) -> None:
+    """Mapped anew by the procedure, a PDO has the new entry, and a TPDO is sent with it."""
+    silence(device)
+    for pdo in variable_pdos(device):
+        variable = candidates(device, pdo)[-1]
+        assert first_mapping_code(device, pdo, variable) == 0, pdo.name
+        assert pdo.words() == [word(variable)], pdo.name
+        if not pdo.receive:
+            pdo.configure(EVERY)
+        pdo.enable()
+    sent = {pdo.can_id: pdo.size() for pdo in variable_pdos(device) if not pdo.receive}
+    device.enter(OPERATIONAL)
+    device.wire.send(SYNC)
+    for can_id, length in sent.items():
+        data = device.wire.await_frame(can_id)
+        assert data is not None, f"{can_id:03X} was not sent"
+        assert len(data) == length
+
+
+@case("3.23")
+def test_entries_are_locked_while_counted(device: Device) -> None:
+    """With the PDO disabled but its entries still counted, an entry cannot be changed."""
+    for pdo in variable_pdos(device):
+        pdo.disable()
+        if not pdo.words():
+            pdo.map([word(candidates(device, pdo)[-1])])
+        before = pdo.words()
+        assert pdo.entry_code(1, another_word(device, pdo)), (
+            f"{pdo.name} took an entry without the procedure"
+        )
+        assert pdo.words() == before
+
+
+@case("3.24")
+def test_mapping_is_locked_while_valid(device: Device) -> None:
+    """A PDO that exists lets neither the number of entries nor an entry be changed."""
+    for pdo in [pdo for pdo in variable_pdos(device) if pdo.valid]:
+        before = pdo.words()
+        assert device.sdo.write_code(pdo.mapping, 0, b"\0"), f"{pdo.name} was emptied while valid"
+        assert pdo.entry_code(1, another_word(device, pdo)), f"{pdo.name} took an entry while valid"
+        assert pdo.words() == before
+
+
+@case("3.25")
+def test_too_many_objects_are_refused(device: Device) -> None:
+    """One object more than the mapping record has entries for cannot be counted."""
+    for pdo in variable_pdos(device):
+        smallest = min(candidates(device, pdo), key=bits)
+        room = pdo.capacity()
+        fitting = min(room, MAX_BITS // bits(smallest))
+        assert pdo.map([word(smallest)] * fitting) == 0, pdo.name
+        assert device.sdo.write_code(pdo.mapping, 0, b"\0") == 0
+        code = device.sdo.write_code(pdo.mapping, 0, bytes([room + 1]))
+        assert code in TOO_MUCH, f"{pdo.name}: {room + 1} objects end with {code:08X}"
+
+
+@case("3.26")
+def test_too_long_objects_are_refused(device: Device) -> None:
+    """Objects of more than 64 bits together do not fit."""
+    for pdo in variable_pdos(device):
+        longest = max(candidates(device, pdo), key=bits)
+        count = MAX_BITS // bits(longest) + 1
+        if count > pdo.capacity():
+            pytest.skip(f"{pdo.name} has no room for more than 64 bits")
+        code = pdo.map([word(longest)] * count)
+        assert code in TOO_MUCH, f"{pdo.name}: {count} x {bits(longest)} bits end with {code:08X}"
+
+
+@case("3.27")
+def test_rpdo_takes_an_output(device: Device) -> None:
+    """A process output (rww, wo, or rw where there is no other) can be mapped into an RPDO."""
+    pdo = rpdos(device)[0]
+    outputs = device.eds.find(OUTPUTS, mappable=True) or mappable(device, {"rw"})
+    assert first_mapping_code(device, pdo, outputs[0]) == 0
+
+
+@case("3.28")
+def test_rpdo_refuses_an_input(device: Device) -> None:
+    """A process input (ro, rwr) cannot be mapped into an RPDO."""
+    pdo = rpdos(device)[0]
+    assert first_mapping_code(device, pdo, mappable(device, INPUTS)[0]) in NOT_MAPPABLE
+
+
+@case("3.29")
+def test_rpdo_refuses_the_unmappable(device: Device) -> None:
+    """What the EDS does not let be mapped cannot be mapped into an RPDO."""
+    assert first_mapping_code(device, rpdos(device)[0], unmappable(device)) in NOT_MAPPABLE
+
+
+@case("3.30")
+def test_tpdo_takes_an_input(device: Device) -> None:
+    """A process input (ro, rwr) can be mapped into a TPDO."""
+    assert first_mapping_code(device, tpdos(device)[0], mappable(device, INPUTS)[-1]) == 0
+
+
+@case("3.31")
+def test_tpdo_refuses_an_output(device: Device) -> None:
+    """A process output (rww, wo) cannot be mapped into a TPDO."""
+    pdo = tpdos(device)[0]
+    assert first_mapping_code(device, pdo, mappable(device, OUTPUTS)[0]) in NOT_MAPPABLE
+
+
+@case("3.32")
+def test_tpdo_refuses_the_unmappable(device: Device) -> None:
+    """What the EDS does not let be mapped cannot be mapped into a TPDO."""
+    assert first_mapping_code(device, tpdos(device)[0], unmappable(device)) in NOT_MAPPABLE
+
+
+@case("3.33")
+def test_dummies_fill_an_rpdo(device: Device) -> None:
+    """With a byte of dummy before its object, an RPDO is received at its new length alone."""
+    pdo = rpdos(device)[0]
+    if DUMMY_UNSIGNED8 not in device.eds.dummies:
+        pytest.skip("the EDS allows no dummy UNSIGNED8")
+    pdo.need_variable_mapping()
+    variable = mappable(device, {"rww", "rw"})[0]
+    assert pdo.map([DUMMY_UNSIGNED8 << 16 | 8, word(variable)]) == 0
+    pdo.enable()
+    can_id = pdo.can_id
+    value = device.sdo.upload(variable.index, variable.subindex)
+    device.enter(OPERATIONAL)
+    device.wire.send(can_id, b"\xaa" + value)
+    device.barrier()
+    assert len(value) == size(variable)
+    codes = set(device.emergencies())
+    assert not codes & {PDO_TOO_SHORT, PDO_TOO_LONG}, "the RPDO had the wrong length"

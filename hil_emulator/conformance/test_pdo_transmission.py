@@ -1,0 +1,159 @@
+"""Chapter 3, first part: which PDOs there are, and when TPDOs are sent (CiA 301 7.2.2)."""
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.demands import NO_SUCH_OBJECT
+from hil_emulator.conformance.device import PRE_OPERATIONAL, STOPPED, Device
+from hil_emulator.conformance.pdo import (
+    CAN_ID,
+    COB_ID,
+    RPDO_RECORDS,
+    TO_MAPPING,
+    TPDO_RECORDS,
+    TRANSMISSION_TYPE,
+    Pdo,
+)
+from hil_emulator.conformance.situations import (
+    ACYCLIC_SYNC,
+    CYCLIC,
+    EVENT,
+    REMOTE,
+    SYNC_COUNTER,
+    TIMER,
+    check_not_sent,
+    check_sent,
+)
+
+
+def scan(device: Device, records: range) -> int:
+    """Check that the PDOs of a range are those of the EDS; return how many there are."""
+    for index in records:
+        if index not in device.eds:
+            code = device.sdo.read_code(index)
+            assert code in NO_SUCH_OBJECT, f"{index:04X} is not in the EDS, abort {code:08X}"
+            continue
+        pdo = Pdo(device, index)
+        assert device.sdo.read(index) >= TRANSMISSION_TYPE, f"{index:04X}: too few entries"
+        assert pdo.get(COB_ID) & CAN_ID, f"{pdo.name} has no identifier"
+        assert pdo.get(TRANSMISSION_TYPE) not in range(241, 252), f"{pdo.name}: reserved type"
+        assert device.sdo.read_code(index + TO_MAPPING) == 0, f"{pdo.name} has no mapping"
+    return len(device.eds.indices(records))
+
+
+@case("3.1")
+def test_rpdos_are_those_of_the_eds(device: Device) -> None:
+    """Of all 512 possible RPDOs those exist that the EDS has, and as many as it counts."""
+    assert scan(device, RPDO_RECORDS) == device.eds.information.nr_of_RXPDO
+
+
+@case("3.2")
+def test_tpdos_are_those_of_the_eds(device: Device) -> None:
+    """Of all 512 possible TPDOs those exist that the EDS has, and as many as it counts."""
+    assert scan(device, TPDO_RECORDS) == device.eds.information.nr_of_TXPDO
+
+
+@case("3.3")
+def test_operational_remote_frame(device: Device) -> None:
+    """Each remote frame is answered by one TPDO."""
+    check_sent(device, REMOTE)
+
+
+@case("3.4")
+def test_operational_event(device: Device) -> None:
+    """An event-driven TPDO comes no more often than its inhibit time allows."""
+    check_sent(device, EVENT)
+
+
+@case("3.5")
+def test_operational_event_timer(device: Device) -> None:
+    """The event timer has the TPDO sent again and again, at its period."""
+    check_sent(device, TIMER)
+
+
+@case("3.6")
+def test_operational_cyclic(device: Device) -> None:
+    """With type 2, six SYNC are worth three TPDOs."""
+    check_sent(device, CYCLIC)
+
+
+@case("3.7")
+def test_operational_acyclic(device: Device) -> None:
+    """With type 0 there is no TPDO but after a SYNC."""
+    check_sent(device, ACYCLIC_SYNC)
+
+
+@case("3.8")
+def test_operational_sync_start_value(device: Device) -> None:
+    """Of the SYNC 1 to 5, those from the start value 3 on are answered."""
+    check_sent(device, SYNC_COUNTER)
+
+
+@case("3.9")
+def test_stopped_remote_frame(device: Device) -> None:
+    """In STOPPED a remote frame is not answered."""
+    check_not_sent(device, REMOTE, STOPPED)
+
+
+@case("3.10")
+def test_stopped_event(device: Device) -> None:
+    """In STOPPED no event-driven TPDO is sent."""
+    check_not_sent(device, EVENT, STOPPED)
+
+
+@case("3.11")
+def test_stopped_event_timer(device: Device) -> None:
+    """In STOPPED the event timer sends nothing."""
+    check_not_sent(device, TIMER, STOPPED)
+
+
+@case("3.12")
+def test_stopped_cyclic(device: Device) -> None:
+    """In STOPPED SYNC has no TPDO sent."""
+    check_not_sent(device, CYCLIC, STOPPED)
+
+
+@case("3.13")
+def test_stopped_acyclic(device: Device) -> None:
+    """In STOPPED SYNC has no acyclic TPDO sent."""
+    check_not_sent(device, ACYCLIC_SYNC, STOPPED)
+
+
+@case("3.14")
+def test_stopped_sync_start_value(device: Device) -> None:
+    """In STOPPED the start value is as good as any."""
+    check_not_sent(device, SYNC_COUNTER, STOPPED)
+
+
+@case("3.15")
+def test_pre_operational_remote_frame(device: Device) -> None:
+    """In PRE-OPERATIONAL a remote frame is not answered."""
+    check_not_sent(device, REMOTE, PRE_OPERATIONAL)
+
+
+@case("3.16")
+def test_pre_operational_event(device: Device) -> None:
+    """In PRE-OPERATIONAL no event-driven TPDO is sent."""
+    check_not_sent(device, EVENT, PRE_OPERATIONAL)
+
+
+@case("3.17")
+def test_pre_operational_event_timer(device: Device) -> None:
+    """In PRE-OPERATIONAL the event timer sends nothing."""
+    check_not_sent(device, TIMER, PRE_OPERATIONAL)
+
+
+@case("3.18")
+def test_pre_operational_cyclic(device: Device) -> None:
+    """In PRE-OPERATIONAL SYNC has no TPDO sent."""
+    check_not_sent(device, CYCLIC, PRE_OPERATIONAL)
+
+
+@case("3.19")
+def test_pre_operational_acyclic(device: Device) -> None:
+    """In PRE-OPERATIONAL SYNC has no acyclic TPDO sent."""
+    check_not_sent(device, ACYCLIC_SYNC, PRE_OPERATIONAL)
+
+
+@case("3.20")
+def test_pre_operational_sync_start_value(device: Device) -> None:
+    """In PRE-OPERATIONAL the start value is as good as any."""
+    check_not_sent(device, SYNC_COUNTER, PRE_OPERATIONAL)

@@ -1,0 +1,83 @@
+"""Chapter 2, second part: segmented transfers (CiA 301 7.2.4.3.3 to 7.2.4.3.7)."""
+
+import pytest
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.demands import need_writable
+from hil_emulator.conformance.device import GUARD_TIME, HEARTBEAT_PRODUCER, Device
+from hil_emulator.conformance.expectation import STRING_TYPES, default, where
+from hil_emulator.conformance.parameters import strings
+
+TOGGLE_NOT_ALTERNATED = {0x0503_0000}
+OUT_OF_SEQUENCE = {0x0504_0001, 0x0800_0000}
+TIME_MS = (60_000).to_bytes(2, "little")
+
+
+def long_object(device: Device) -> tuple[int, int]:
+    """Return an object that the device sends in segments; leaves no transfer behind."""
+    for variable in strings(device.eds):
+        key = variable.index, variable.subindex
+        if device.sdo.read_code(*key):
+            continue
+        answer = device.sdo.initiate_upload(*key)
+        if not answer[0] & 0x02:
+            device.sdo.abort(*key)
+            return key
+    pytest.skip("the device has no object of more than four bytes")
+
+
+def takes_segmented(device: Device, index: int) -> None:
+    """Check that an object can be written in segments and holds what was written."""
+    need_writable(device, index)
+    device.sdo.download(index, 0, TIME_MS, segmented=True)
+    assert device.sdo.upload(index) == TIME_MS
+
+
+@case("2.13")
+def test_no_segment_follows_an_expedited_answer(device: Device) -> None:
+    """Device type is read, in segments if the device likes; then there are no more of them."""
+    device.sdo.upload(0x1000)
+    assert device.sdo.aborts(bytes([0x60])) in OUT_OF_SEQUENCE
+
+
+@case("2.14")
+def test_guard_time_is_taken_in_segments(device: Device) -> None:
+    """0x100C, written in one segment, reads back."""
+    takes_segmented(device, GUARD_TIME)
+
+
+@case("2.15")
+def test_heartbeat_time_is_taken_in_segments(device: Device) -> None:
+    """0x1017, written in one segment, reads back."""
+    takes_segmented(device, HEARTBEAT_PRODUCER)
+
+
+@case("2.16")
+def test_segmented_upload_announces_its_size(device: Device) -> None:
+    """The size that the first answer indicates is what the segments hold."""
+    answer = device.sdo.initiate_upload(*long_object(device))
+    assert answer[0] == 0x41, f"{answer.hex()} indicates no size"
+    assert len(device.sdo.upload_segments()) == int.from_bytes(answer[4:], "little") > 4
+
+
+@case("2.17")
+def test_toggle_bit_has_to_toggle(device: Device) -> None:
+    """A first segment asked for with the toggle bit set aborts, and the transfer is over."""
+    key = long_object(device)
+    device.sdo.initiate_upload(*key)
+    assert device.sdo.aborts(bytes([0x70])) in TOGGLE_NOT_ALTERNATED
+    assert device.sdo.aborts(bytes([0x60])) in OUT_OF_SEQUENCE
+    assert device.sdo.read_code(*key) == 0
+
+
+@case("2.18")
+def test_long_objects_are_uploaded_in_segments(device: Device) -> None:
+    """Every string reads as the EDS has it, twice the same where the EDS says nothing."""
+    long_object(device)
+    for variable in strings(device.eds):
+        key = variable.index, variable.subindex
+        if variable.data_type not in STRING_TYPES or device.sdo.read_code(*key):
+            continue
+        expected = default(variable) if variable.access_type == "const" else None
+        data = device.sdo.upload(*key)
+        assert data == (expected or device.sdo.upload(*key)), where(variable)

@@ -1,0 +1,146 @@
+"""Chapters 9 and 10: NMT states and transitions (CiA 301 7.3.2)."""
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.device import (
+    COMMANDS,
+    HEARTBEAT_PRODUCER,
+    OPERATIONAL,
+    PRE_OPERATIONAL,
+    RESET_COMMUNICATION,
+    RESET_NODE,
+    SETTLE_MS,
+    START,
+    STOPPED,
+    Device,
+)
+from hil_emulator.conformance.expectation import default
+from hil_emulator.conformance.pdo import Pdo, usable
+from hil_emulator.conformance.situations import EVERY, SYNC
+
+EVERYBODY = 0
+STATES = (PRE_OPERATIONAL, OPERATIONAL, STOPPED)
+READ_DEVICE_TYPE = bytes.fromhex("40001000")
+
+
+def synchronous_pdo(device: Device) -> int:
+    """Return the identifier of a TPDO sent at every SYNC, the only one there is."""
+    pdo: Pdo = usable(device)[0]
+    pdo.configure(EVERY)
+    pdo.enable()
+    return pdo.can_id
+
+
+def answers_sdo(device: Device) -> bool:
+    """Tell whether an SDO request is answered."""
+    since = device.sdo.send(READ_DEVICE_TYPE)
+    answer_id = 0x580 + device.node_id
+    return device.wire.await_frame(answer_id, since=since, patience_ms=SETTLE_MS) is not None
+
+
+def answers_sync(device: Device, can_id: int) -> bool:
+    """Tell whether SYNC has the TPDO sent."""
+    since = len(device.wire.log)
+    device.wire.send(SYNC)
+    return device.wire.await_frame(can_id, since=since, patience_ms=SETTLE_MS) is not None
+
+
+def check_state(device: Device, state: int) -> None:
+    """Check by heartbeat, else by guarding, else by its services, which state it is."""
+    if device.watch_state():
+        device.expect_state(state)
+    elif device.wire.remote_frames and device.guard() is not None:
+        assert device.guarded_state() == state
+    assert answers_sdo(device) == (state != STOPPED)
+
+
+def check_reachable(device: Device, target: int) -> None:
+    """Check that a command, to the node or to all, leads to a state from every state."""
+    if device.eds.writable(HEARTBEAT_PRODUCER):
+        device.sdo.write(HEARTBEAT_PRODUCER, 0, 20, 2)
+    for origin in STATES:
+        for address in (device.node_id, EVERYBODY):
+            device.enter(origin)
+            device.nmt(COMMANDS[target], address)
+            check_state(device, target)
+            device.enter(PRE_OPERATIONAL)
+
+
+@case("9.1")
+def test_boot_up_comes_with_defaults(device: Device) -> None:
+    """Reset node brings the boot-up message, and parameters are at their defaults."""
+    key = HEARTBEAT_PRODUCER, 0
+    if device.eds.writable(*key):
+        device.sdo.write(*key, 777, 2)
+    device.reset(RESET_NODE)
+    if device.eds.writable(*key):
+        assert device.sdo.upload(*key) == default(device.eds.variables[key])
+
+
+@case("9.2")
+def test_pre_operational_follows_boot_up(device: Device) -> None:
+    """After boot-up, unasked, the state is PRE-OPERATIONAL: SDO is answered and SYNC is not."""
+    can_id = synchronous_pdo(device)
+    check_state(device, PRE_OPERATIONAL)
+    assert not answers_sync(device, can_id)
+    boots = [data for data in device.wire.heard(device.error_control_id) if data == b"\0"]
+    assert boots == [], "a second boot-up message"
+
+
+@case("9.3")
+def test_operational_serves_everything(device: Device) -> None:
+    """In OPERATIONAL SDO and SYNC are answered."""
+    can_id = synchronous_pdo(device)
+    device.enter(OPERATIONAL)
+    check_state(device, OPERATIONAL)
+    assert answers_sync(device, can_id)
+
+
+@case("9.4")
+def test_stopped_serves_error_control_alone(device: Device) -> None:
+    """In STOPPED neither SDO nor SYNC is answered, and nothing but error control is sent."""
+    can_id = synchronous_pdo(device)
+    device.enter(OPERATIONAL)
+    device.enter(STOPPED)
+    since = len(device.wire.log)
+    check_state(device, STOPPED)
+    assert not answers_sync(device, can_id)
+    sent = {
+        frame.can_id for _, frame in device.wire.log[since:] if _of_device(device, frame.can_id)
+    }
+    assert sent <= {device.error_control_id}
+
+
+@case("10.1")
+def test_reset_from_every_state(device: Device) -> None:
+    """Both resets, to the node or to all, end in a boot-up message and PRE-OPERATIONAL."""
+    for command in (RESET_NODE, RESET_COMMUNICATION):
+        for origin in STATES:
+            for address in (device.node_id, EVERYBODY):
+                device.enter(origin)
+                device.reset(command, address)
+                check_state(device, PRE_OPERATIONAL)
+
+
+@case("10.2")
+def test_pre_operational_from_every_state(device: Device) -> None:
+    """Enter PRE-OPERATIONAL is obeyed in every state."""
+    check_reachable(device, PRE_OPERATIONAL)
+
+
+@case("10.3")
+def test_operational_from_every_state(device: Device) -> None:
+    """Start is obeyed in every state; a start to another node is not."""
+    device.nmt(START, device.node_id % 127 + 1)
+    check_state(device, PRE_OPERATIONAL)
+    check_reachable(device, OPERATIONAL)
+
+
+@case("10.4")
+def test_stopped_from_every_state(device: Device) -> None:
+    """Stop is obeyed in every state."""
+    check_reachable(device, STOPPED)
+
+
+def _of_device(device: Device, can_id: int) -> bool:
+    """Tell whether an identifier is one of the device's in the predefined connection set."""
+    return can_id & 0x7F == device.node_id

@@ -1,0 +1,175 @@
+"""Chapter 6: SYNC (CiA 301 7.2.5, 7.5.2.5 to 7.5.2.7, 7.5.2.22)."""
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.demands import need_object, need_writable
+from hil_emulator.conformance.device import (
+    CYCLE_PERIOD,
+    OPERATIONAL,
+    SAVE,
+    STORE_PARAMETERS,
+    SYNC_COB_ID,
+    SYNC_OVERFLOW,
+    Device,
+)
+from hil_emulator.conformance.expectation import default
+from hil_emulator.conformance.pdo import Pdo, usable
+from hil_emulator.conformance.situations import EVERY, SYNC
+
+WINDOW = 0x1007
+PRODUCE = 1 << 30
+CANNOT_PRODUCE = {0x0609_0030, 0x0800_0000, 0x0601_0002}
+INVALID_VALUE = {0x0609_0030, 0x0609_0031, 0x0609_0032, 0x0800_0000}
+LOCKED = {0x0800_0022, 0x0800_0000}
+SYNC_LENGTH_ERROR = 0x8240
+PERIOD_US = 20_000
+OTHER_SYNC = 0x6D0
+"""Not restricted, and of no predefined connection."""
+WATCH_MS = 250
+SYNCS = 5
+
+
+def produces(device: Device) -> bool:
+    """Switch the SYNC producer on; tell whether the device has one."""
+    if not (device.eds.writable(SYNC_COB_ID) and device.eds.writable(CYCLE_PERIOD)):
+        return False
+    device.sdo.write(CYCLE_PERIOD, 0, PERIOD_US, 4)
+    code = device.sdo.write_code(SYNC_COB_ID, 0, (PRODUCE | SYNC).to_bytes(4, "little"))
+    assert code == 0 or code in CANNOT_PRODUCE, f"bit 30 of 1005 ends with {code:08X}"
+    return code == 0
+
+
+def synchronous(device: Device) -> list[Pdo]:
+    """Return the TPDOs, all sent at every SYNC."""
+    found = usable(device)
+    for pdo in found:
+        pdo.configure(EVERY)
+        pdo.enable()
+    return found
+
+
+def check_answered(device: Device, pdos: list[Pdo], counters: list[int | None], sync: int) -> None:
+    """Check that each SYNC is answered by each TPDO once, and by no emergency."""
+    identifiers = [pdo.can_id for pdo in pdos]
+    device.enter(OPERATIONAL)
+    since = len(device.wire.log)
+    for counter in counters:
+        device.sync(counter, sync)
+    device.wire.run(20)
+    for can_id in identifiers:
+        count = len(device.wire.heard(can_id, since))
+        assert count == len(counters), f"{can_id:03X}: {count} for {len(counters)} SYNC"
+    assert SYNC_LENGTH_ERROR not in device.emergencies(since)
+
+
+@case("6.1")
+def test_predefined_sync_is_consumed(device: Device) -> None:
+    """0x1005 is 0x80 by default, as in the EDS."""
+    need_object(device, SYNC_COB_ID)
+    value = device.sdo.upload(SYNC_COB_ID)
+    assert value == default(device.eds.variables[SYNC_COB_ID, 0])
+    assert int.from_bytes(value, "little") & 0x7FF == SYNC
+
+
+@case("6.2")
+def test_sync_is_produced_or_not(device: Device) -> None:
+    """A producer sends SYNC at its period until told to stop; others refuse to, and do not."""
+    producing = produces(device)
+    since = len(device.wire.log)
+    elapsed_ms = device.wire.run(WATCH_MS)
+    count = len(device.wire.heard(SYNC, since))
+    if not producing:
+        assert count == 0, f"{count} SYNC from a device that refuses to produce them"
+        return
+    assert 3 <= count <= elapsed_ms * 1000 / PERIOD_US + 2, f"{count} SYNC in {elapsed_ms} ms"
+    device.sdo.write(SYNC_COB_ID, 0, SYNC, 4)
+    device.barrier()
+    since = len(device.wire.log)
+    device.wire.run(WATCH_MS)
+    assert device.wire.heard(SYNC, since) == []
+
+
+@case("6.3")
+def test_every_sync_is_answered(device: Device) -> None:
+    """As many TPDOs of type 1 are sent as there are SYNCs."""
+    need_object(device, SYNC_COB_ID)
+    check_answered(device, synchronous(device), [None] * SYNCS, SYNC)
+
+
+@case("6.4")
+def test_consumer_needs_no_period(device: Device) -> None:
+    """With 0x1006 at 0, no SYNC is sent, and those of others are consumed."""
+    need_writable(device, SYNC_COB_ID)
+    device.sdo.write(SYNC_COB_ID, 0, SYNC, 4)
+    if device.eds.writable(CYCLE_PERIOD):
+        device.sdo.write(CYCLE_PERIOD, 0, 0, 4)
+    since = len(device.wire.log)
+    check_answered(device, synchronous(device), [None] * SYNCS, SYNC)
+    assert device.wire.heard(SYNC, since) == []
+
+
+@case("6.5")
+def test_invalid_overflow_is_refused(device: Device) -> None:
+    """1 and 241 to 255 are no counter overflow values."""
+    need_writable(device, SYNC_OVERFLOW)
+    for value in (1, 241, 255):
+        assert device.sdo.write_code(SYNC_OVERFLOW, 0, bytes([value])) in INVALID_VALUE, value
+    assert device.sdo.read(SYNC_OVERFLOW) == 0
+
+
+@case("6.6")
+def test_overflow_of_zero_means_no_counter(device: Device) -> None:
+    """With 0x1019 at 0, a SYNC without data is right."""
+    need_writable(device, SYNC_OVERFLOW)
+    device.sdo.write(SYNC_OVERFLOW, 0, 0, 1)
+    check_answered(device, synchronous(device), [None] * SYNCS, SYNC)
+
+
+@case("6.7")
+def test_counter_runs_from_one_to_the_overflow(device: Device) -> None:
+    """A producer counts 1, 2, 3, 1, ...; a consumer takes a SYNC that does."""
+    need_writable(device, SYNC_OVERFLOW)
+    device.sdo.write(SYNC_OVERFLOW, 0, 3, 1)
+    if not produces(device):
+        device.sdo.write(CYCLE_PERIOD, 0, 0, 4)
+        check_answered(device, synchronous(device), [1, 2, 3, 1, 2], SYNC)
+        return
+    device.wire.run(WATCH_MS)
+    counters = [data[0] for data in device.wire.heard(SYNC) if len(data) == 1]
+    assert len(counters) >= 4
+    assert counters == [(counters[0] - 1 + n) % 3 + 1 for n in range(len(counters))]
+
+
+@case("6.8")
+def test_overflow_is_kept_over_a_restart(storing: Device) -> None:
+    """Saved, 0x1019 has its value again after reset node."""
+    need_writable(storing, SYNC_OVERFLOW)
+    need_writable(storing, STORE_PARAMETERS, 1)
+    storing.sdo.write(SYNC_OVERFLOW, 0, 20, 1)
+    storing.sdo.download(STORE_PARAMETERS, 1, SAVE)
+    storing.reset()
+    assert storing.sdo.read(SYNC_OVERFLOW) == 20
+
+
+@case("6.9")
+def test_overflow_is_locked_by_a_period(device: Device) -> None:
+    """While 0x1006 is not 0, 0x1019 cannot be changed."""
+    need_writable(device, SYNC_OVERFLOW)
+    need_writable(device, CYCLE_PERIOD)
+    device.sdo.write(CYCLE_PERIOD, 0, PERIOD_US, 4)
+    assert device.sdo.write_code(SYNC_OVERFLOW, 0, bytes([10])) in LOCKED
+    assert device.sdo.read(SYNC_OVERFLOW) == 0
+
+
+@case("6.10")
+def test_sync_parameters_are_kept_over_a_restart(storing: Device) -> None:
+    """Identifier, period and window are as saved after reset node, and the identifier acts."""
+    need_writable(storing, SYNC_COB_ID)
+    need_writable(storing, STORE_PARAMETERS, 1)
+    values = {SYNC_COB_ID: OTHER_SYNC, CYCLE_PERIOD: PERIOD_US, WINDOW: PERIOD_US}
+    values = {index: value for index, value in values.items() if storing.eds.writable(index)}
+    for index, value in values.items():
+        storing.sdo.write(index, 0, value, 4)
+    storing.sdo.download(STORE_PARAMETERS, 1, SAVE)
+    storing.reset()
+    assert {index: storing.sdo.read(index) for index in values} == values
+    check_answered(storing, synchronous(storing), [None] * SYNCS, OTHER_SYNC)

@@ -1,0 +1,78 @@
+"""A device without hydraulics: a node whose sensors always read the same, on any bus.
+
+    python constant_node.py interface channel node-ID eds-file
+
+It starts in a second where the model needs a minute, as in the virtual machine of tests/vcan.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.measured import Measured
+from hil_emulator.device.node import Node
+from hil_emulator.frame import Frame
+
+READINGS = {
+    "pressure_a": 10.0e6,
+    "pressure_b": 2.0e6,
+    "supply_pressure": 16.0e6,
+    "position": 0.1,
+    "load_force": 500.0,
+}
+"""SI."""
+TICK_NS = 1_000_000
+
+
+class FrameDoor(Protocol):
+    """The bus as the device sees it."""
+
+    def receive(self) -> list[Frame]:
+        """Return what has arrived."""
+        ...
+
+    def send(self, frames: list[Frame]) -> None:
+        """Send frames."""
+        ...
+
+
+def make_node(eds: Path, node_id: int) -> Node:
+    """Return a device; it commands a valve if its EDS has the object for it."""
+    dictionary = Dictionary.from_eds(eds, node_id)
+    commanding = dictionary.named("valve_current") is not None
+    return Node(dictionary, list(READINGS), {"valve_current": 0.0} if commanding else {})
+
+
+def stepper(node: Node, door: FrameDoor, tick_ns: int = TICK_NS) -> Callable[[], None]:
+    """Return a function that lets one tick of a node on a bus pass."""
+    now_ns = 0
+
+    def step() -> None:
+        nonlocal now_ns
+        node.receive(now_ns, door.receive())
+        door.send(node.publish(now_ns, Measured(list(READINGS.values()), [0] * len(READINGS))))
+        now_ns += tick_ns
+
+    return step
+
+
+def main() -> None:
+    """Serve until the process is ended."""
+    interface, channel, node_id, eds = sys.argv[1:]
+    node = make_node(Path(eds), int(node_id))
+    measured = Measured(list(READINGS.values()), [0] * len(READINGS))
+    with Bus({"interface": interface, "channel": channel}) as bus:
+        print("ready", flush=True)
+        while True:
+            bus.wait(TICK_NS * 1e-9)
+            now_ns = time.monotonic_ns()
+            node.receive(now_ns, bus.receive())
+            bus.send(node.publish(now_ns, measured))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""Running the conformance suite from a test, and what came of it."""
+
+import itertools
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.conformance.cases import CASES
+from hil_emulator.conformance.expectation import Expectation
+from hil_emulator.conformance.plugin import label
+from hil_emulator.conformance.wire import SteppedTime, Wire
+
+PLUGIN = "hil_emulator.conformance.plugin"
+_numbers = itertools.count()
+
+
+def own_channel() -> dict[str, object]:
+    """Return the settings of a virtual bus that nobody else is on."""
+    return {"interface": "virtual", "channel": f"conformance {next(_numbers)}"}
+
+
+def inapplicable(eds: Path, node_id: int) -> set[str]:
+    """Return the cases about what a device of this EDS need not and does not have."""
+    expectation = Expectation(eds, node_id)
+    cases = set()
+    if not expectation.indices(range(0x1400, 0x1600)):
+        cases |= {"3.27", "3.28", "3.29", "3.33"}  # RPDOs: a sensor takes no process data
+    if not expectation.find({"rww", "wo"}, mappable=True):
+        cases |= {"3.31"}  # a process output to be refused in a TPDO
+    return cases
+
+
+class Results:
+    """A pytest plugin: leads the suite to a device in this process, and collects outcomes.
+
+    Args:
+        peer: the suite's place on the virtual bus.
+        step: lets one tick of the device pass.
+
+    """
+
+    def __init__(self, peer: Bus, step: Callable[[], None]) -> None:
+        self.wire = Wire(peer, SteppedTime(step))
+        self.outcomes: dict[str, str] = {}
+        self.remarks: list[str] = []
+        self._labels: dict[str, str] = {}
+
+    def check(self, skipped: set[str]) -> None:
+        """Check that all cases passed, but for some that were skipped."""
+        wanted = {name: "skipped" if name in skipped else "passed" for name in CASES}
+        assert self.outcomes == wanted, "\n".join(self.remarks)
+
+    def pytest_conformance_wire(self) -> Wire:
+        """Return the wire to the device."""
+        return self.wire
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Note which test is which case."""
+        self._labels = {item.nodeid: str(label(item)) for item in session.items}
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note an outcome."""
+        name = self._labels[report.nodeid]
+        if report.when == "call" or report.outcome != "passed":
+            self.outcomes[name] = report.outcome
+            if report.outcome != "passed":
+                self.remarks.append(f"{name} {report.outcome}: {report.longrepr}")
+
+
+def run_in_lock_step(
+    peer: Bus, step: Callable[[], None], node_id: int, eds: Path, *options: str
+) -> Results:
+    """Run the suite against a device that stands still except while the suite waits for it."""
+    results = Results(peer, step)
+    arguments = ["--pyargs", "hil_emulator.conformance", "-p", PLUGIN, "-p", "no:cacheprovider"]
+    where = ["--node", str(node_id), "--eds", str(eds)]
+    pytest.main([*arguments, *where, "-q", "--no-header", *options], plugins=[results])
+    return results
