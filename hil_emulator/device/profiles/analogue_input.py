@@ -7,7 +7,6 @@ The field value is what the sensing element puts out, in its own unit; `Unit` an
 and follow it when it is changed. Objects the EDS leaves out have the value at their declaration.
 """
 
-import math
 from typing import Any
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
@@ -114,21 +113,22 @@ class AnalogueInput:
             upper * si / digit if limited else None,
         )
 
-    def measure(self, direction: int) -> None:
+    def measure(self, direction: int, *, valid: bool) -> None:
         """Turn the field value into process value, net value and status.
 
         Args:
             direction: -1 below the transducer's range, 0 inside, +1 above.
+            valid: whether the transducer reports a number; without one the values stand still.
 
         """
-        if self._mode.value != NORMAL_OPERATION:
+        if not valid or self._mode.value != NORMAL_OPERATION:
             self._status.value = NOT_VALID
             return
         value = self._filter(self._slope * self.field.value + self._base)
         self._value = value
         _show(self._gross, value * self._si)
         _show(self._net, (value - self._tare) * self._si)
-        status = 0 if value == value else NOT_VALID
+        status = 0
         if direction > 0 or value > self._high:
             status |= POSITIVE_OVERLOAD
         elif direction < 0 or value < self._low:
@@ -188,10 +188,10 @@ class AnalogueInput:
 
 
 def _show(entries: list[Entry], value: float) -> None:
-    """Write a value in SI into objects, saturated; what is no number shows as the lowest."""
+    """Write a value in SI into objects, saturated to their types."""
     for entry in entries:
         raw = value / entry.factor
         low, high = entry.type.low, entry.type.high
         if not low <= raw <= high:
             raw = high if raw > high else low
-        entry.value = raw if entry.type.kind == "real" or not math.isfinite(raw) else round(raw)
+        entry.value = raw if entry.type.kind == "real" else round(raw)

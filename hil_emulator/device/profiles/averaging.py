@@ -32,7 +32,7 @@ class Averaging:
 
     def __call__(self, sample: float) -> float:
         """Take a sample and return the filter's output."""
-        if self._count == 1 or sample != sample:  # no average of what is no number
+        if self._count == 1:
             return sample
         samples = self._samples
         samples.append(sample)

@@ -57,7 +57,8 @@ class MeasuringDevice:
     def measure(self, now_ns: int, measured: Measured) -> None:
         """Let each input turn its field value into a process value."""
         for position, made in self._wired:
-            made.measure(measured.overrange[position])
+            value = measured.values[position]
+            made.measure(measured.overrange[position], valid=value == value)
 
     def command(
         self, now_ns: int, commands: Mapping[str, float], *, operational: bool
