@@ -7,22 +7,20 @@ that the law is another one, or that the effect is unknown.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hil_emulator.identify.experiment import Array
-from hil_emulator.identify.fit import Fitter
-from hil_emulator.identify.linearised import propagate
-from hil_emulator.identify.observer import BURN_IN, Frozen
-from hil_emulator.identify.probes import PROBES
 from hil_emulator.identify.twin import Coordinate
+
+if TYPE_CHECKING:
+    from hil_emulator.identify.fit import Fitter
 
 HATS = 6
 """Hat functions of a block."""
 
 Drivers = dict[str, Array]
-
-_INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
 
 
 @dataclass(frozen=True)
@@ -142,8 +140,8 @@ def _knots(values: Array) -> Array | None:
 
 
 def score_blocks(
-    fitter: Fitter, coordinates: Sequence[Coordinate], at: Array, project: Callable[[Array], Array],
-    residual: Array, seed: int = 0,
+    fitter: "Fitter", coordinates: Sequence[Coordinate], at: Array,
+    project: Callable[[Array], Array], residual: Array, seed: int = 0,
 ) -> list[BlockScore]:  # fmt: skip
     """Return what every block explains, best first.
 
@@ -156,13 +154,12 @@ def score_blocks(
         seed: of the random signs that give the limits.
 
     """
-    twin = fitter.observer.twin
+    twin = fitter.predictor.twin
     par, chan = twin.memory(coordinates, at)
-    tracks = [fitter.observer.innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
-    driven = [drivers(t, twin.signal_names, f.experiment.period)
-              for t, f in zip(tracks, fitter.frozen, strict=True)]  # fmt: skip
-    channels = fitter.observer.channels
-    wanted = [b for b in BLOCKS if _available(b[0], channels)]
+    tracks = [fitter.predictor.innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
+    predictor = fitter.predictor
+    driven = [predictor.drivers(f, t) for f, t in zip(fitter.frozen, tracks, strict=True)]
+    wanted = [b for b in BLOCKS if b[0] in predictor.balances]
     found = []
     for balance, driver in wanted:
         knots = _knots(np.concatenate([d[driver] for d in driven]))
@@ -170,50 +167,25 @@ def score_blocks(
             continue
         terms = [hats(d[driver], knots) for d in driven]
         columns = np.column_stack([_column(fitter, balance, terms, i) for i in range(HATS)])
-        found.append(_score(balance, driver, knots, columns, project, residual, seed))
+        found.append(
+            _score(balance, driver, knots, columns, project, residual, seed, fitter.stretch)
+        )
     return sorted(found, key=lambda b: -(b.statistic / b.limit))
 
 
-def _available(balance: Balance, channels: Sequence[str]) -> bool:
-    if balance is SUPPLY:
-        return "supply_pressure" in channels
-    return not balance.channel or balance.channel in channels
-
-
-def _column(fitter: Fitter, balance: Balance, terms: Sequence[Array], hat: int) -> Array:
+def _column(fitter: "Fitter", balance: Balance, terms: Sequence[Array], hat: int) -> Array:
     parts = [
-        _through(frozen, balance, term[:, hat] * balance.scale)
+        fitter.predictor.through(frozen, balance, term[:, hat] * balance.scale)
         for frozen, term in zip(fitter.frozen, terms, strict=True)
     ]
     return np.concatenate(parts)
 
 
-def _through(frozen: Frozen, balance: Balance, term: Array) -> Array:
-    """Return the change of the weighted innovations that a term along the trajectory makes."""
-    count, m = frozen.measured.shape
-    drives, feeds = frozen.drives, frozen.feeds
-    inputs = np.zeros((count, drives.shape[2]))
-    outputs = np.zeros((count, m))
-    for probe, weight in balance.probes:
-        inputs[:, _INDEX[probe]] = weight * term
-    if balance.channel:
-        outputs[:, frozen.channels.index(balance.channel)] = term
-    if balance is SUPPLY:
-        drives, feeds = frozen.maps[:, :, -1:], frozen.senses[:, :, -1:]
-        inputs = term[:, None]
-    column = np.empty((count, m))
-    propagate(
-        frozen.gains, frozen.whitening, frozen.maps, frozen.senses, np.ascontiguousarray(drives),
-        np.ascontiguousarray(feeds), np.ascontiguousarray(inputs), outputs, column,
-    )  # fmt: skip
-    column[~np.isfinite(frozen.measured)] = 0.0
-    column[: round(BURN_IN / frozen.experiment.period)] = 0.0
-    return (column * frozen.weights).ravel()
-
-
 def _score(
     balance: Balance, driver: str, knots: Array, columns: Array,
-    project: Callable[[Array], Array], residual: Array, seed: int,
+    project: Callable[[Array], Array], residual: Array,
+    seed: int,
+    stretch: int,
 ) -> BlockScore:  # fmt: skip
     projected = np.column_stack([project(c) for c in columns.T])
     u, s, vt = np.linalg.svd(projected, full_matrices=False)
@@ -222,11 +194,17 @@ def _score(
     gain = basis.T @ residual
     curve = -(vt[keep].T @ (gain / s[keep])) * balance.scale
     return BlockScore(
-        balance, driver, float(gain @ gain), chance(basis, residual, seed), knots, curve, columns
+        balance,
+        driver,
+        float(gain @ gain),
+        chance(basis, residual, seed, 2 * stretch),
+        knots,
+        curve,
+        columns,
     )
 
 
-def chance(basis: Array, residual: Array, seed: int, length: int = 500) -> float:
+def chance(basis: Array, residual: Array, seed: int, length: int) -> float:
     """Return the statistic that residuals without any effect reach in one of a thousand.
 
     Whole stretches of the residual get random signs, which keeps their serial correlation.

@@ -3,11 +3,12 @@
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from hil_emulator.identify.experiment import Array, Experiment
-from hil_emulator.identify.observer import Frozen, Observer
+from hil_emulator.identify.predictor import Predictor
 from hil_emulator.identify.twin import Coordinate
 
 DIFFERENCE = 0.05
@@ -59,33 +60,39 @@ class Fitter:
     """Fits coordinates to frozen experiments.
 
     Args:
-        observer: computes innovations.
+        predictor: computes innovations.
         experiments: the training data.
         jobs: threads.
 
     """
 
-    def __init__(self, observer: Observer, experiments: Sequence[Experiment], jobs: int) -> None:
-        self.observer = observer
+    def __init__(self, predictor: Predictor, experiments: Sequence[Experiment], jobs: int) -> None:
+        self.predictor = predictor
         self.experiments = list(experiments)
-        self.frozen: list[Frozen] = []
+        self.frozen: list[Any] = []
         self._jobs = jobs
+
+    @property
+    def stretch(self) -> int:
+        """Number of successive residuals that may be correlated."""
+        samples = round(self.predictor.memory / self.experiments[0].period)
+        return max(1, samples) * len(self.predictor.channels)
 
     def freeze(self, coordinates: Sequence[Coordinate], at: Array) -> None:
         """Compute the gains at a point, and weights that give each channel's innovations one."""
-        par, chan = self.observer.twin.memory(coordinates, at)
-        self.frozen = [self.observer.freeze(e, par, chan) for e in self.experiments]
+        par, chan = self.predictor.twin.memory(coordinates, at)
+        self.frozen = [self.predictor.freeze(e, par, chan) for e in self.experiments]
         for frozen in self.frozen:
-            weigh(self.observer, frozen, par, chan)
+            self.predictor.weigh(frozen, par, chan)
 
     def residual(
         self, coordinates: Sequence[Coordinate], at: Array | Sequence[float],
-        frozen: Sequence[Frozen] | None = None,
+        frozen: Sequence[Any] | None = None,
     ) -> Array:  # fmt: skip
         """Return the weighted innovations at a point, flat, of all experiments."""
-        par, chan = self.observer.twin.memory(coordinates, at)
+        par, chan = self.predictor.twin.memory(coordinates, at)
         chosen = self.frozen if frozen is None else frozen
-        parts = [self.observer.innovations(f, par, chan)[0].ravel() for f in chosen]
+        parts = [self.predictor.innovations(f, par, chan)[0].ravel() for f in chosen]
         flat = np.concatenate(parts)
         np.nan_to_num(flat, copy=False, nan=WORST, posinf=WORST, neginf=-WORST)
         return tamed(np.clip(flat, -WORST, WORST))
@@ -168,23 +175,6 @@ def _step(slope: Array, residual: Array, weights: Array, at: Array) -> Array:
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
     scaled = normal / np.outer(scale, scale) + 1e-9 * np.eye(len(at))
     return -np.linalg.solve(scaled, gradient / scale) / scale
-
-
-def weigh(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> None:
-    """Give each channel's innovations a standard deviation of one."""
-    frozen.weights = np.ones(len(frozen.channels))
-    raw = observer.innovations(frozen, par, chan)[0]
-    present = np.isfinite(frozen.measured)
-    spread = [_robust_rms(raw[present[:, j], j]) for j in range(raw.shape[1])]
-    frozen.weights = 1.0 / np.array([s if s > 1e-6 else 1.0 for s in spread])
-
-
-def _robust_rms(values: Array) -> float:
-    """Return the root mean square without the largest hundredth."""
-    finite = np.sort(np.abs(values[np.isfinite(values)]))
-    if not len(finite):
-        return 0.0
-    return float(np.sqrt(np.mean(finite[: max(1, int(0.99 * len(finite)))] ** 2)))
 
 
 def tamed(residual: Array) -> Array:

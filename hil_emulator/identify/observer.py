@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.identify import filter as predictor
+from hil_emulator.identify.blocks import BLOCKS, SUPPLY, Balance, Drivers, drivers
 from hil_emulator.identify.experiment import SPANS, Array, Experiment, noise_of
-from hil_emulator.identify.linearised import linearise
+from hil_emulator.identify.linearised import linearise, propagate
 from hil_emulator.identify.probes import PROBES
 from hil_emulator.identify.twin import Twin
 
@@ -38,11 +39,16 @@ SMALLEST_STEP = 1e-5
 STABLE = 1.5
 """Step times largest eigenvalue: classical Runge-Kutta is stable up to 2.785."""
 
+MEMORY = 0.1
+"""Time over which innovations may be correlated [s] (assumed)."""
+
 BURN_IN = 0.05
 """Time at the start of an experiment that counts for nothing [s]: the states settle."""
 
 SMALLEST_NOISE = 2e-5
 """Noise of a channel without any, over its span (assumed: rounding of a recording)."""
+
+_INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
 
 
 @dataclass
@@ -96,6 +102,11 @@ class Observer:
         self.channels = channels
         self.largest_step = step
         self.chosen = np.array([twin.names.index(c) for c in channels])
+
+    @property
+    def memory(self) -> float:
+        """Time over which innovations may be correlated [s]."""
+        return MEMORY
 
     def step(self, par: Array) -> float:
         """Return an integration step that is stable for these parameters [s]."""
@@ -175,6 +186,49 @@ class Observer:
             start[list(self.twin.kernel.state.names or ()).index("position")] = first["position"]
         return start
 
+    @property
+    def balances(self) -> tuple[Balance, ...]:
+        """The balances that the channels can show."""
+        found = {b for b, _ in BLOCKS if not b.channel or b.channel in self.channels}
+        if "supply_pressure" not in self.channels:
+            found.discard(SUPPLY)
+        return tuple(found)
+
+    def drivers(self, frozen: Frozen, path: Array) -> Drivers:
+        """Return what a term may depend on."""
+        return drivers(path, self.twin.signal_names, frozen.experiment.period)
+
+    def through(self, frozen: Frozen, balance: Balance, term: Array) -> Array:
+        """Return the change of the weighted innovations that a term along the track makes."""
+        count, m = frozen.measured.shape
+        drives, feeds = frozen.drives, frozen.feeds
+        inputs = np.zeros((count, drives.shape[2]))
+        outputs = np.zeros((count, m))
+        for probe, weight in balance.probes:
+            inputs[:, _INDEX[probe]] = weight * term
+        if balance.channel:
+            outputs[:, frozen.channels.index(balance.channel)] = term
+        if balance is SUPPLY:
+            drives = np.ascontiguousarray(frozen.maps[:, :, -1:])
+            feeds = np.ascontiguousarray(frozen.senses[:, :, -1:])
+            inputs = term[:, None].copy()
+        column = np.empty((count, m))
+        propagate(
+            frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, inputs,
+            outputs, column,
+        )  # fmt: skip
+        column[~np.isfinite(frozen.measured)] = 0.0
+        column[: round(BURN_IN / frozen.experiment.period)] = 0.0
+        return np.asarray((column * frozen.weights).ravel())
+
+    def weigh(self, frozen: Frozen, par: Array, chan: Array) -> None:
+        """Give each channel's innovations a standard deviation of one."""
+        frozen.weights = np.ones(len(frozen.channels))
+        raw = self.innovations(frozen, par, chan)[0]
+        present = np.isfinite(frozen.measured)
+        spread = [_robust_rms(raw[present[:, j], j]) for j in range(raw.shape[1])]
+        frozen.weights = 1.0 / np.array([s if s > 1e-6 else 1.0 for s in spread])
+
     def _tuning(
         self, par: Array, names: Sequence[str], start: Array, top: float, period: float
     ) -> tuple[Array, Array, Array, Array]:
@@ -206,3 +260,11 @@ class Observer:
         diffusion = np.concatenate([growth, levels**2 * (1.0 - decay**2)])
         scales = np.array([r[2] for r in rows] + [1e-6, 1e4])
         return np.diag(spread**2), diffusion, decay, scales
+
+
+def _robust_rms(values: Array) -> float:
+    """Return the root mean square without the largest hundredth."""
+    finite = np.sort(np.abs(values[np.isfinite(values)]))
+    if not len(finite):
+        return 0.0
+    return float(np.sqrt(np.mean(finite[: max(1, int(0.99 * len(finite)))] ** 2)))

@@ -5,6 +5,7 @@ Holding them fixed invents effects: the nearest entry of the catalogue explains 
 """
 
 import math
+from collections.abc import Mapping
 
 from hil_emulator.identify.twin import Coordinate, Twin, concerns, predictable
 from hil_emulator.model import quantities
@@ -26,11 +27,15 @@ KNOB_PRIOR = 0.5
 """Relative standard deviation of an effect that the configuration states (assumed)."""
 
 
-def ordinary(twin: Twin) -> list[Coordinate]:
+STATIC_PRIORS = {"cylinder_piston_area": 0.10}
+"""The same where the force balance stands alone (assumed: seals and rods of unknown size)."""
+
+
+def ordinary(twin: Twin, priors: Mapping[str, float] = PRIORS) -> list[Coordinate]:
     """Return the ordinary parameters of a configuration."""
     found: list[Coordinate] = []
     units = {f"{t}_{p.name}": p for t, ps in quantities.PARAMS.items() for p in ps}
-    for field, prior in PRIORS.items():
+    for field, prior in priors.items():
         if field not in twin.plant_values or twin.plant_values[field] == 0.0:
             continue
         param = units[field]

@@ -2,14 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from hil_emulator.identify import gate, parameters
+from hil_emulator.identify import gate
 from hil_emulator.identify.blocks import BlockScore, score_blocks
 from hil_emulator.identify.experiment import Array, Experiment
-from hil_emulator.identify.fit import Fit, Fitter, weigh
-from hil_emulator.identify.observer import Frozen, Observer
+from hil_emulator.identify.fit import Fit, Fitter
+from hil_emulator.identify.predictor import Predictor
 from hil_emulator.identify.scan import Projection, Score, scan
 from hil_emulator.identify.twin import Coordinate
 
@@ -21,6 +22,13 @@ REFITS = 5
 
 SEVERAL = 5
 """Most effects that are looked for."""
+
+CONTENDERS = 0.75
+"""Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
+
+NEAR = 0.9
+"""Of effects that gain at least this part of the best on held-out data, the one with the fewest
+assumed shape parameters is named (assumed)."""
 
 OUT_EXPLAINED = 1.10
 """A block that explains this much more than the best effect says that its law is another one."""
@@ -68,31 +76,32 @@ class Searcher:
     """Runs a search.
 
     Args:
-        observer: the predictor.
+        predictor: computes innovations.
         training: experiments for the fit.
         validation: experiments for the gate.
         candidates: effects that may be named.
+        nuisances: ordinary parameters.
         jobs: threads.
         tell: takes progress in words.
 
     """
 
     def __init__(
-        self, observer: Observer, training: Sequence[Experiment],
-        validation: Sequence[Experiment], candidates: Sequence[Coordinate], jobs: int = 1,
+        self, predictor: Predictor, training: Sequence[Experiment],
+        validation: Sequence[Experiment], candidates: Sequence[Coordinate],
+        nuisances: Sequence[Coordinate], jobs: int = 1,
         tell: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
-        self.observer = observer
-        self.fitter = Fitter(observer, training, jobs)
+        self.predictor = predictor
+        self.fitter = Fitter(predictor, training, jobs)
         self.validation = list(validation)
         self.candidates = list(candidates)
+        self.nuisances = list(nuisances)
         self.tell = tell
-        period = training[0].period
-        self._stretch = max(1, round(0.1 / period)) * len(observer.channels)
 
     def run(self) -> Search:
         """Search until nothing more is justified."""
-        search = Search(parameters.ordinary(self.observer.twin))
+        search = Search(self.nuisances)
         search.at = np.zeros(len(search.nuisances))
         while len(search.effects) < SEVERAL:
             found = self._round(search)
@@ -133,7 +142,7 @@ class Searcher:
         held = self._held_out(base)
         likely = [s for s in scores if s.statistic > 4.0 and s.sensible]
         trials = [self._trial(base, s, held) for s in likely[:REFITTED]]
-        trials.sort(key=lambda t: -t.evidence.gain)
+        trials = ranked(trials)
         self.tell("looking for what no effect explains")
         project = Projection(base)
         blocks = score_blocks(self.fitter, base.coordinates, base.at, project, project.residual)
@@ -157,7 +166,7 @@ class Searcher:
         found.unknown = ratio > UNKNOWN
         found.accepted = not found.unknown
 
-    def _trial(self, base: Fit, score: Score, held: Sequence[Frozen]) -> Trial:
+    def _trial(self, base: Fit, score: Score, held: Sequence[Any]) -> Trial:
         free = [*base.coordinates, score.coordinate]
         at = np.append(base.at, 0.0)
         column = self.fitter.column(free, at, base.residual, len(base.at))
@@ -170,7 +179,7 @@ class Searcher:
         project = Projection(Fit(base.coordinates, fit.at[:-1], fit.residual, slope, 0.0))
         fresh = self.fitter.column(free, fit.at, fit.residual, len(base.at))
         projected = project(fresh)[: len(fit.residual)]
-        variance = gate.robust_variance(projected, fit.residual, self._stretch)
+        variance = gate.robust_variance(projected, fit.residual, self.fitter.stretch)
         wald = float(fit.at[-1] ** 2 / variance)
         held_out = float("nan")
         if held:
@@ -181,11 +190,11 @@ class Searcher:
         evidence = gate.Evidence(gain, wald, held_out, needed)
         return Trial(score, fit, evidence, float(np.sqrt(variance)))
 
-    def _held_out(self, base: Fit) -> list[Frozen]:
-        par, chan = self.observer.twin.memory(base.coordinates, base.at)
-        held = [self.observer.freeze(e, par, chan) for e in self.validation]
+    def _held_out(self, base: Fit) -> list[Any]:
+        par, chan = self.predictor.twin.memory(base.coordinates, base.at)
+        held = [self.predictor.freeze(e, par, chan) for e in self.validation]
         for frozen in held:
-            weigh(self.observer, frozen, par, chan)
+            self.predictor.weigh(frozen, par, chan)
         return held
 
     def _re_examine(self, search: Search) -> None:
@@ -204,3 +213,28 @@ class Searcher:
                 search.at = without.at
                 self.tell(f"{coordinate.name} is no longer needed")
                 return
+
+
+def ranked(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the candidates in the order of what they explain.
+
+    Where several explain the training data about equally well, held-out data decide: a law that
+    holds elsewhere beats one that bends to its data.
+    """
+    by_gain = sorted(trials, key=lambda t: -t.evidence.gain)
+    if not by_gain:
+        return by_gain
+    level = CONTENDERS * by_gain[0].evidence.gain
+    contenders = [t for t in by_gain if t.evidence.gain >= level]
+    if all(np.isfinite(t.evidence.held_out) for t in contenders):
+        contenders.sort(key=lambda t: -t.evidence.held_out)
+        near = NEAR * contenders[0].evidence.held_out
+        equals = [t for t in contenders if t.evidence.held_out >= near]
+        equals.sort(key=lambda t: _assumed(t.score.coordinate))
+        contenders = equals + [t for t in contenders if t.evidence.held_out < near]
+    return contenders + [t for t in by_gain if t.evidence.gain < level]
+
+
+def _assumed(coordinate: Coordinate) -> int:
+    """Return how many shape parameters of an effect are taken on trust."""
+    return len(coordinate.effect.shape) if coordinate.effect else 0

@@ -1,0 +1,249 @@
+"""The whole workflow as one function: experiments and a configuration in, a result out."""
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.config.load import Configuration
+from hil_emulator.errors import UserError
+from hil_emulator.identify import parameters, plausible, static
+from hil_emulator.identify.confusion import rivals_of
+from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.gap import one_step, traces
+from hil_emulator.identify.observer import Observer
+from hil_emulator.identify.predictor import Predictor
+from hil_emulator.identify.result import Finding, Result, Rival, Unexplained, in_words
+from hil_emulator.identify.search import Search, Searcher, Trial
+from hil_emulator.identify.twin import Coordinate, Twin
+from hil_emulator.model.sensors import CHANNELS
+
+DRIVEN = 0.2e-3
+"""Least travel of a rod that was moved at all [m] (assumed)."""
+
+SLOWEST = 5e-3
+"""Longest sample period that shows a hydraulic mode of some 50 Hz [s]."""
+
+Tell = Callable[[str], None]
+
+
+def identify(
+    config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment] = (),
+    only: Sequence[str] = (), exclude: Sequence[str] = (), jobs: int = 1,
+    tell: Tell = lambda _: None, cache: Path | None = None,
+) -> Result:  # fmt: skip
+    """Find what a configuration lacks.
+
+    Args:
+        config: what should describe the machine.
+        training: experiments for the fit.
+        validation: experiments for the gate; without any, the last third of the training
+            experiments is held out if there are at least three.
+        only: effects that may be named; empty for all.
+        exclude: effects that may not.
+        jobs: threads.
+        tell: takes progress in words.
+        cache: folder for compiled models.
+
+    Raises:
+        UserError: if an effect is unknown.
+
+    """
+    twin = Twin(config, cache)
+    learn, check = _split(training, validation)
+    notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
+    predictor, learn, check, why = _predictor(twin, learn, check)
+    if predictor is None:
+        return Result("cannot_examine", why, notes=notes)
+    notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
+    candidates = _chosen(_candidates(twin, predictor), only, exclude)
+    priors = parameters.PRIORS if isinstance(predictor, Observer) else parameters.STATIC_PRIORS
+    nuisances = parameters.ordinary(twin, priors)
+    searcher = Searcher(predictor, learn, check, candidates, nuisances, jobs, tell)
+    search = searcher.run()
+    result = conclude(searcher, search)
+    result.notes = notes
+    result.digests = {e.name: e.digest for e in (*learn, *check)}
+    hidden = {c.name for c in parameters.candidates(twin, twin.names)}
+    result.unseen = sorted(result.unseen + list(hidden - {c.name for c in candidates}))
+    if only or exclude:
+        barred = hidden - {c.name for c in candidates}
+        result.unseen = [name for name in result.unseen if name not in barred]
+    return result
+
+
+def _split(
+    training: Sequence[Experiment], validation: Sequence[Experiment]
+) -> tuple[list[Experiment], list[Experiment]]:
+    if validation or len(training) < 3:
+        return list(training), list(validation)
+    held = max(1, len(training) // 3)
+    return list(training[:-held]), list(training[-held:])
+
+
+def _predictor(
+    twin: Twin, learn: list[Experiment], check: list[Experiment]
+) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
+    """Choose what predicts by the channels that are there."""
+    everything = [*learn, *check]
+    names = tuple(
+        c.name for c in CHANNELS
+        if not c.differenced and all(c.name in e.readings for e in everything)
+    )  # fmt: skip
+    if "position" not in names:
+        why = "no experiment shows a moving position; without it no balance can be examined"
+        return None, learn, check, why
+    if any(np.nanmax(e.readings["position"]) - np.nanmin(e.readings["position"]) < DRIVEN
+           for e in everything):  # fmt: skip
+        return None, learn, check, "the rod hardly moves; move it by some millimetres"
+    contrary = plausible.contradictions(everything, twin)
+    if contrary:
+        return None, learn, check, "; ".join(contrary)
+    if all(len(e.current) for e in everything):
+        if max(e.period for e in everything) > SLOWEST:
+            why = (
+                f"sampled every {max(e.period for e in everything) * 1e3:.3g} ms: pressures move "
+                f"within that time; record at {SLOWEST * 1e3:g} ms or faster"
+            )
+            return None, learn, check, why
+        return Observer(twin, names), learn, check, ""
+    if "load_force" in names and {"pressure_a", "pressure_b"} & set(names):
+        turned = plausible.dissipative(everything, twin)
+        return (
+            static.StaticObserver(twin), turned[: len(learn)], turned[len(learn) :], ""
+        )  # fmt: skip
+    why = (
+        f"with {', '.join(names)} alone no balance can be examined; add valve_current, or a "
+        "chamber pressure and load_force"
+    )
+    return None, learn, check, why
+
+
+def _candidates(twin: Twin, predictor: Predictor) -> list[Coordinate]:
+    found = parameters.candidates(twin, predictor.channels)
+    if isinstance(predictor, Observer):
+        return found
+    return [c for c in found if static.examinable(c)]
+
+
+def _chosen(
+    candidates: list[Coordinate], only: Sequence[str], exclude: Sequence[str]
+) -> list[Coordinate]:
+    known = {c.name for c in candidates} | {c.name.rpartition(".")[2] for c in candidates}
+    for name in (*only, *exclude):
+        if name not in known:
+            raise UserError(
+                f"{name}: no such effect among those that these data could show; "
+                f"they are {', '.join(sorted(c.name for c in candidates))}"
+            )
+
+    def named(c: Coordinate, names: Sequence[str]) -> bool:
+        return c.name in names or c.name.rpartition(".")[2] in names
+
+    return [c for c in candidates if (not only or named(c, only)) and not named(c, exclude)]
+
+
+def conclude(searcher: Searcher, search: Search) -> Result:
+    """Turn a finished search into a result."""
+    findings = [_found(searcher, search, c) for c in search.effects]
+    total = sum(f.gain for f in findings) or 1.0
+    findings = [_with_share(f, f.gain / total) for f in findings]
+    last = search.rounds[-1]
+    unknown = []
+    if last.unknown:
+        unknown = [
+            Unexplained(
+                b.balance.name, b.driver, b.balance.unit, tuple(b.knots.tolist()),
+                tuple(b.curve.tolist()), in_words(b.driver, b.curve), b.statistic,
+            )
+            for b in [b for b in last.blocks if b.significant][:3]
+        ]  # fmt: skip
+    unseen = [s.coordinate.name for s in search.rounds[0].scores if not s.visible]
+    result = Result("nothing_missing", "the model explains the data within their noise")
+    result.effects, result.unknown, result.search = findings, unknown, search
+    result.unseen = [n for n in unseen if n not in {f.name for f in findings}]
+    if findings:
+        result.verdict = "missing_effects"
+        result.reason = "missing: " + "; ".join(str(f) for f in findings)
+    elif unknown:
+        result.verdict = "unknown_effect"
+        u = unknown[0]
+        result.reason = f"something acts on the {u.balance}, depending on {u.driver}: {u.shape}"
+    ambiguous = [f for f in findings if f.group]
+    if ambiguous:
+        f = ambiguous[0]
+        result.next_experiment = (
+            f"{f.name} and {', '.join(f.group)} look alike here; record steps and slow triangles "
+            "over the whole stroke, and a multisine of another amplitude"
+        )
+    _measure(searcher, search, result)
+    return result
+
+
+def _measure(searcher: Searcher, search: Search, result: Result) -> None:
+    """Fill gap, ladder, parameters and traces."""
+    final = search.final
+    if final is None:
+        return
+    base = search.rounds[0].base
+    predictor = searcher.fitter.predictor
+    training, validation = searcher.fitter.experiments, searcher.validation
+    result.gap = one_step(predictor, base, final, training, validation)
+    result.traces = traces(predictor, base, final, [*training, *validation])
+    result.parameters = {
+        c.name: {"configured": c.neutral, "refitted": float(c.value(float(a)))}
+        for c, a in zip(search.nuisances, final.at, strict=False)
+    }
+    for found in search.rounds:
+        if found.accepted:
+            t = found.trials[0]
+            result.ladder.append(
+                {
+                    "effect": t.score.coordinate.name,
+                    "training": t.evidence.gain,
+                    "validation": _or_none(t.evidence.held_out),
+                }
+            )
+
+
+def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
+    round_ = next(
+        r for r in search.rounds if r.accepted and r.trials[0].score.coordinate is coordinate
+    )
+    best = round_.trials[0]
+    final = search.final
+    assert final is not None
+    i = [c.name for c in final.coordinates].index(coordinate.name)
+    at, spread = float(final.at[i]), float(np.sqrt(final.covariance()[i, i]))
+    spread = max(spread, best.deviation)
+    ends = sorted(coordinate.value(at + k * spread) for k in (-1.96, 1.96))
+    group, size = rivals_of(best, round_.scores)
+    weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
+    return Finding(
+        name=coordinate.name,
+        knob=coordinate.effect.knob.name if coordinate.effect else coordinate.name,
+        value=float(coordinate.value(at)), unit=coordinate.unit, shown=coordinate.shown,
+        interval=(float(ends[0]), float(ends[1])), explained=0.0, gain=best.evidence.gain,
+        held_out=_or_none(best.evidence.held_out), group=tuple(group),
+        form_differs=coordinate.name in search.form_differs,
+        rivals=tuple(_rival(t, best) for t in weaker), separating_size=size,
+    )  # fmt: skip
+
+
+def _rival(trial: Trial, best: Trial) -> Rival:
+    reasons = trial.evidence.objections or [
+        f"gains {trial.evidence.gain:.0f}, {best.score.coordinate.name} {best.evidence.gain:.0f}"
+    ]
+    return Rival(
+        trial.score.coordinate.name, trial.evidence.gain, _or_none(trial.evidence.held_out),
+        "; ".join(reasons),
+    )  # fmt: skip
+
+
+def _with_share(finding: Finding, share: float) -> Finding:
+    return Finding(**{**vars(finding), "explained": share})
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,90 @@
+"""The workflow on data of the emulator itself: names, values, and silence where nothing is wrong.
+
+These prove that the machinery is sound; the independent generator proves that the names are.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.result import Result
+from hil_emulator.identify.session import identify
+from tests.identify.rig_data import CACHE, campaign, knee, without
+
+
+def found(changes: Mapping[str, float], **extra: object) -> Result:
+    """Identify the machine with some effects hidden in it."""
+    train, other = campaign(changes, sensors=extra.pop("sensors", None))  # type: ignore[arg-type]
+    return identify(knee(), train, other, cache=CACHE, **extra)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "name"),
+    [
+        ("internal_leakage_conductance", 1e-13, "internal_leakage"),
+        ("stribeck_friction_excess", 40.0, "stribeck_friction"),
+        ("transport_delay_time", 1.5e-3, "transport_delay"),
+        ("null_bias_bias", 2e-4, "null_bias"),
+    ],
+)
+def test_one_hidden_effect_is_named_with_its_value(field: str, value: float, name: str) -> None:
+    """The effect in the machine and not in the configuration is named, within 15 %."""
+    result = found({field: value})
+    assert [f.name for f in result.effects] == [name]
+    assert result.effects[0].value == pytest.approx(value, rel=0.15)
+
+
+def test_a_healthy_machine_lacks_nothing() -> None:
+    """Ordinary parameters off, drifting null, noise: no name and no unknown effect."""
+    assert found({}).verdict == "nothing_missing"
+
+
+def test_a_sensor_competes_on_equal_terms() -> None:
+    """A pressure sensor that reads 3 bar too much is named, not an effect of the plant."""
+    result = found({}, sensors={"pressure_a": {"offset_value": 3e5}})
+    assert [f.name for f in result.effects] == ["pressure_a.offset"]
+    assert result.effects[0].value == pytest.approx(3e5, rel=0.1)
+
+
+def test_it_works_with_fewer_channels() -> None:
+    """Without load cell and supply pressure, leakage is still named and the cell is not."""
+    train, other = campaign({"internal_leakage_conductance": 1e-13})
+    fewer = [[without(e, "load_force", "supply_pressure") for e in part] for part in (train, other)]
+    result = identify(knee(), *fewer, cache=CACHE)
+    assert [f.name for f in result.effects] == ["internal_leakage"]
+    assert "load_force.offset" in result.unseen
+
+
+def test_a_reversed_position_is_refused() -> None:
+    """A rod that moves against the valve current cannot be examined; the message says why."""
+    train, other = campaign({})
+    turned = [
+        replace(e, readings=e.readings | {"position": 0.08 - e.readings["position"]}) for e in train
+    ]
+    result = identify(knee(), turned, other, cache=CACHE)
+    assert result.verdict == "cannot_examine"
+    assert "reverse the sign of position" in result.reason
+
+
+def test_noise_gets_no_name() -> None:
+    """Random numbers in every channel are no machine."""
+    train, other = campaign({})
+    random = np.random.default_rng(5)
+
+    def noisy(e):  # type: ignore[no-untyped-def]
+        noise = {n: np.mean(v) + np.ptp(v) * random.standard_normal(len(v))
+                 for n, v in e.readings.items()}  # fmt: skip
+        return replace(e, readings=noise)
+
+    result = identify(knee(), [noisy(e) for e in train], [noisy(e) for e in other], cache=CACHE)
+    assert not result.effects
+
+
+def test_an_effect_that_does_not_exist_is_refused() -> None:
+    """A misspelt effect in --only ends in a message with the known ones."""
+    train, other = campaign({})
+    with pytest.raises(UserError, match="internal_leakage"):
+        identify(knee(), train, other, only=["internal_leak"], cache=CACHE)
