@@ -1,0 +1,117 @@
+"""Stored parameters on disk: one file per node, whole or refused.
+
+The file is JSON: what wrote it, for which device, the values by object, and a checksum over them.
+It is written beside the old one and moved over it, so a crash leaves the old or the new values,
+never half of them. A file that is torn, or of another device, is not used and not touched: the
+node starts with its defaults, and the next save replaces the file.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.storage import Values
+from hil_emulator.errors import UserError
+
+FORMAT = "hil-emulator parameters 1"
+
+
+class ParameterFile:
+    """Keeps a node's stored parameters in a file (a `hil_emulator.device.storage.Storage`).
+
+    Args:
+        path: the file; it need not exist, its folder is made.
+        dictionary: the node's dictionary, which tells the device apart from others.
+        tell: takes a message where a file is refused.
+
+    Raises:
+        UserError: the folder cannot be made, or the file cannot be read.
+
+    """
+
+    def __init__(self, path: Path, dictionary: Dictionary, tell: Callable[[str], None]) -> None:
+        self._path = path
+        self._device = fingerprint(dictionary)
+        self._values: Values = {}
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            text = path.read_text(encoding="utf-8") if path.exists() else ""
+        except UnicodeDecodeError:
+            text = "no text"
+        except OSError as error:
+            raise UserError(
+                f"{path}: stored parameters cannot be read: {error.strerror}; "
+                "mend its rights, or choose another storage folder"
+            ) from None
+        if text:
+            try:
+                self._values = _values(json.loads(text), self._device)
+            except (ValueError, KeyError, TypeError, AttributeError) as error:
+                reason = error if isinstance(error, _RefusedError) else "it is damaged"
+                tell(f"{path}: not used, {reason}; node {dictionary.node_id} starts with defaults")
+        elif path.exists():
+            tell(f"{path}: not used, it is empty; node {dictionary.node_id} starts with defaults")
+
+    def load(self) -> Values:
+        """Return what was last saved, nothing at first."""
+        return self._values
+
+    def save(self, values: Values) -> None:
+        """Write exactly these values.
+
+        Raises:
+            OSError: the file cannot be written; the old one is still there.
+
+        """
+        written = {f"{i:04X}:{s:02X}": data.hex() for (i, s), data in sorted(values.items())}
+        content = {
+            "format": FORMAT,
+            "device": self._device,
+            "checksum": _checksum(written),
+            "values": written,
+        }
+        new = self._path.with_suffix(self._path.suffix + ".new")
+        with new.open("w", encoding="utf-8") as out:
+            json.dump(content, out, indent=1)
+            out.flush()
+            os.fsync(out.fileno())
+        new.replace(self._path)
+        self._values = dict(values)
+
+
+class _RefusedError(ValueError):
+    """A file that is whole but cannot be used."""
+
+
+def fingerprint(dictionary: Dictionary) -> str:
+    """Return what tells one device's parameters from another's: identity and every object.
+
+    Two nodes of the same device have the same one; an EDS with another object, data type or
+    limit has another.
+    """
+    identity = [entry.default for entry in dictionary if entry.index == 0x1018]
+    objects = sorted(
+        (e.index, e.subindex, e.type.name, e.access, str(e.low), str(e.high)) for e in dictionary
+    )
+    return hashlib.sha256(json.dumps([identity, objects]).encode()).hexdigest()[:16]
+
+
+def _values(content: Any, device: str) -> Values:
+    if content["format"] != FORMAT:
+        raise _RefusedError("it has another format")
+    if content["checksum"] != _checksum(content["values"]):
+        raise _RefusedError("its checksum is wrong")
+    if content["device"] != device:
+        raise _RefusedError("it belongs to another device or to an older EDS")
+    return {
+        (int(key[:4], 16), int(key[5:], 16)): bytes.fromhex(data)
+        for key, data in content["values"].items()
+    }
+
+
+def _checksum(values: dict[str, str]) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
