@@ -44,8 +44,8 @@ def eds(request: pytest.FixtureRequest) -> Expectation:
 
 
 @pytest.fixture(scope="session")
-def wire(request: pytest.FixtureRequest) -> Iterator[Wire]:
-    """Yield the suite's place on the bus."""
+def wire(request: pytest.FixtureRequest, eds: Expectation) -> Iterator[Wire]:
+    """Yield the suite's place on the bus, opened once it is clear what is to be tested."""
     given = request.config.hook.pytest_conformance_wire(config=request.config)
     if given is not None:
         yield given
@@ -64,7 +64,7 @@ def wire(request: pytest.FixtureRequest) -> Iterator[Wire]:
 
 
 @pytest.fixture(scope="session")
-def found(request: pytest.FixtureRequest, wire: Wire, eds: Expectation) -> Device:
+def found(request: pytest.FixtureRequest, eds: Expectation, wire: Wire) -> Device:
     """Return the device, with nothing stored in it and all parameters at their defaults."""
     device = Device(wire, request.config.getoption("--node"), eds)
     device.reset()

@@ -9,6 +9,9 @@ import pytest
 from hil_emulator.conformance.cases import CASES, CHAPTERS, MARK
 from hil_emulator.conformance.wire import Wire
 
+PLUGIN = __name__
+"""What `pytest -p` calls it."""
+
 OUTCOMES = ("passed", "failed", "skipped")
 _PROPERTY = "conformance case"
 

@@ -9,10 +9,9 @@ import pytest
 from hil_emulator.bus.bus import Bus
 from hil_emulator.conformance.cases import CASES
 from hil_emulator.conformance.expectation import Expectation
-from hil_emulator.conformance.plugin import label
+from hil_emulator.conformance.plugin import PLUGIN, label
 from hil_emulator.conformance.wire import SteppedTime, Wire
 
-PLUGIN = "hil_emulator.conformance.plugin"
 _numbers = itertools.count()
 
 
