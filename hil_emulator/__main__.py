@@ -43,6 +43,24 @@ class _Duration(click.ParamType[float]):
         return seconds
 
 
+class _Quantity(click.ParamType[float]):
+    """A number with a unit."""
+
+    def __init__(self, unit: str, example: str) -> None:
+        self.name = example
+        self._unit = unit
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        from hil_emulator.units import to_si
+
+        try:
+            return to_si(value, self._unit, self.name)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
 @click.group(cls=_Commands)
 @click.version_option(__version__, prog_name="hil-emulator")
 def main() -> None:
@@ -179,6 +197,29 @@ def characterise(test: str, files: tuple[Path, ...], out: Path, seed: int | None
     from hil_emulator.commands import characterise as command
 
     command.run(test, files, out, seed)
+
+
+@main.command()
+@_FILES
+@click.option("--position", type=_Quantity("m", "40 mm"), help='Such as "40 mm"; else the start.')
+@click.option("--current", type=_Quantity("A", "1 mA"), default="0 mA", help="0 mA: at rest.")
+@click.option("--json", "as_json", is_flag=True, help="For programs; SI.")
+@click.option(
+    "--picture",
+    type=click.Path(path_type=Path, dir_okay=False, writable=True),
+    help="Draw the frequency responses.",
+)
+def linear(
+    files: tuple[Path, ...],
+    position: float | None,
+    current: float,
+    as_json: bool,
+    picture: Path | None,
+) -> None:
+    """Linearise an actuator: S1's coefficients, poles and zeros, and the exact ones."""
+    from hil_emulator.commands import linear as command
+
+    command.run(files, position, current, as_json, picture)
 
 
 @main.command()
