@@ -136,9 +136,35 @@ def plot(recording: Path, signals: tuple[str, ...], picture: Path | None) -> Non
 
 
 @main.command()
+@click.argument(
+    "files", metavar="SCENARIO...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+@click.option("--workers", type=click.IntRange(1), help="Processes; all cores without it.")
+@click.option("--cluster", default="", help="Address of a Dask scheduler in place of processes.")
+@click.option("--junit", type=click.Path(path_type=Path), help="Write JUnit XML.")
+@click.option("--html", "page", type=click.Path(path_type=Path), help="Write one HTML page.")
+@click.pass_context
+def scenario(
+    ctx: click.Context,
+    files: tuple[Path, ...],
+    workers: int | None,
+    cluster: str,
+    junit: Path | None,
+    page: Path | None,
+) -> None:
+    """Run scenarios; exit code 0 if all expectations are met."""
+    import os
+
+    from hil_emulator.commands import scenario as command
+
+    count = workers or os.cpu_count() or 1
+    ctx.exit(0 if command.scenario(files, count, cluster, junit, page) else 1)
+
+
+@main.command()
 @click.argument("recording", type=click.Path(path_type=Path))
 @click.argument("targets", nargs=-1, required=True, type=click.Path(path_type=Path))
-def export(recording: Path, targets: tuple[Path, ...]) -> None:
+def convert(recording: Path, targets: tuple[Path, ...]) -> None:
     """Write a .rec recording in other formats, by the files' endings."""
     from hil_emulator.recording import exports
 

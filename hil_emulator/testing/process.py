@@ -1,12 +1,11 @@
 """The emulator in a process of its own, for controllers that are processes themselves."""
 
 import re
-import select
 import signal
 import subprocess
 import sys
 import tempfile
-import time
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
@@ -71,7 +70,7 @@ class EmulatorProcess:
     def stop(self) -> str:
         """End it and return what it said; harmless when repeated."""
         if self._process.poll() is None:
-            self._process.send_signal(signal.SIGINT)
+            self._process.send_signal(signal.SIGTERM)
         text = self._process.communicate(timeout=30)[0] or ""
         self._folder.cleanup()
         return text
@@ -90,18 +89,15 @@ class EmulatorProcess:
     def _until(self, last: str) -> str:
         """Read its first lines, up to the one that says it runs."""
         assert self._process.stdout is not None
+        watchdog = threading.Timer(_START_S, self._process.kill)
+        watchdog.start()
         lines: list[str] = []
-        deadline = time.monotonic() + _START_S
-        while time.monotonic() < deadline:
-            if not select.select([self._process.stdout], [], [], 1.0)[0]:
-                continue
-            line = self._process.stdout.readline()
+        for line in self._process.stdout:
             lines.append(line)
             if last in line:
+                watchdog.cancel()
                 return "".join(lines)
-            if not line:
-                break
-        self._process.kill()
+        watchdog.cancel()
         self._process.wait()
         self._folder.cleanup()
         said = " ".join("".join(lines).split())

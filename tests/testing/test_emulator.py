@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from hil_emulator.errors import UserError
-from hil_emulator.testing import Emulator, NeverHeldError
+from hil_emulator.testing.emulator import Emulator, NeverHeldError
 
 
 def test_time_passes_only_where_it_is_let(emulator: Emulator) -> None:

@@ -1,0 +1,36 @@
+"""`hil-emulator scenario`: run scenarios, say how they went, write reports."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from hil_emulator.commands.text_table import text_table
+from hil_emulator.errors import UserError
+from hil_emulator.places import near
+from hil_emulator.scenario import report
+from hil_emulator.scenario.spread import run_all
+
+
+def scenario(
+    files: Sequence[Path], workers: int, cluster: str, junit: Path | None, page: Path | None
+) -> bool:
+    """Run scenarios and return whether all have passed.
+
+    Raises:
+        UserError: if the cluster cannot be reached or a report cannot be written.
+
+    """
+    outcomes = run_all(files, workers, cluster)
+    header = ("verdict", "scenario", "met", "took", "digest")
+    click.echo(text_table(header, report.rows(outcomes)))
+    for line in report.failures(outcomes):
+        click.echo(line)
+    for file, write in ((junit, report.junit), (page, report.page)):
+        if file is not None:
+            try:
+                write(outcomes, file)
+            except OSError as error:
+                raise UserError(f"{file}: cannot be written: {error.strerror}") from None
+            click.echo(f"report: {near(file)}")
+    return all(o.passed for o in outcomes)

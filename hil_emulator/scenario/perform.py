@@ -1,0 +1,166 @@
+"""One scenario in lock-step: the emulator, a controller on its bus, and the steps in time."""
+
+import dataclasses
+import hashlib
+import struct
+import time
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.config.load import load as load_config
+from hil_emulator.demo.controller import Controller
+from hil_emulator.errors import UserError
+from hil_emulator.frame import Frame
+from hil_emulator.scenario import schema
+from hil_emulator.scenario.judge import judge
+from hil_emulator.scenario.outcome import Curve, Outcome
+from hil_emulator.scenario.schema import NMT, SET_POINTS, Profile, Scenario, Step
+from hil_emulator.testing.emulator import Emulator
+
+DRAWN = (
+    "position", "model.position", "load_force", "pressure_a", "pressure_b", "supply_pressure",
+    "valve_current",
+)  # fmt: skip
+"""The signals that pictures show."""
+
+_POINTS = 600  # per curve of a picture
+_NANO = 1e9
+
+
+class Conductor:
+    """Plays the steps of a scenario and is the controller meanwhile.
+
+    Args:
+        emulator: what it is played on.
+        scenario: what happens.
+        folder: where its files are.
+
+    Attributes:
+        events: when a step was taken [s].
+
+    """
+
+    def __init__(self, emulator: Emulator, scenario: Scenario, folder: Path) -> None:
+        self.events: list[float] = []
+        self._emulator = emulator
+        self._folder = folder
+        self._bus = Bus(emulator.bus)
+        self._nodes = [n.id for n in emulator.config.nodes]
+        self._controller = Controller(self._bus, self._nodes[0])
+        self._period = emulator.config.tick_ns / _NANO
+        self._waiting = list(scenario.steps)
+        self._set_point: tuple[str, float] | None = None
+        self._silent = False
+        self._profiles: list[tuple[Profile, float, Curve, Curve]] = []
+
+    def play(self, duration: float) -> None:
+        """Let emulator time pass, and do what is due before each tick."""
+        while self._emulator.rig.now_ns < round(duration * _NANO):
+            for step in [s for s in self._waiting if self._due(s)]:
+                self._waiting.remove(step)
+                self._take(step)
+            self._follow()
+            self._control()
+            self._emulator.tick()
+            self._controller.listen()
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.close()
+
+    def _due(self, step: Step) -> bool:
+        late_enough = self._emulator.now >= step.at - 1e-9
+        return late_enough and (step.when is None or step.when.holds(self._emulator.rig.value))
+
+    def _take(self, step: Step) -> None:
+        self.events.append(self._emulator.now)
+        for name, value in step.set.items():
+            if name in SET_POINTS:
+                self._set_point = name, value
+            else:
+                self._emulator.rig.set(name, value)
+        if step.fault is not None:
+            self._emulator.rig.inject(step.fault)
+        if step.nmt is not None:
+            self._bus.send([Frame(0x000, bytes([NMT[step.nmt], 0]))])
+        if step.controller is not None:
+            self._silent = step.controller == "off"
+        if step.profile is not None:
+            self._profiles.append(
+                (step.profile, self._emulator.now, *_profile(self._folder / step.profile.file))
+            )
+
+    def _follow(self) -> None:
+        for profile, begin, times, values in self._profiles:
+            value = float(np.interp(self._emulator.now - begin, times, values))
+            self._emulator.rig.set(profile.signal, value)
+
+    def _control(self) -> None:
+        if self._set_point is None or self._silent:
+            return
+        name, value = self._set_point
+        if name == "position":
+            self._controller.hold_position(value)
+        elif name == "load_force":
+            self._controller.hold_force(value, self._period)
+        else:
+            counts = struct.pack("<i", round(value * _NANO))
+            self._bus.send([Frame(0x200 + self._nodes[0], counts)])
+
+
+def perform(file: Path) -> Outcome:
+    """Run a scenario; what the user can mend is an outcome too."""
+    begin = time.perf_counter()
+    try:
+        scenario = schema.load(file)
+        config = load_config([file.parent / name for name in scenario.config])
+        if scenario.seed is not None:
+            config = dataclasses.replace(config, seed=scenario.seed)
+        with Emulator(config) as emulator:
+            conductor = Conductor(emulator, scenario, file.parent)
+            try:
+                conductor.play(scenario.duration)
+            finally:
+                conductor.close()
+            return _outcome(file, scenario, emulator, conductor.events, begin)
+    except UserError as error:
+        return Outcome(str(file), file.stem, error=str(error))
+
+
+def _outcome(
+    file: Path, scenario: Scenario, emulator: Emulator, events: list[float], begin: float
+) -> Outcome:
+    recorder = emulator.recorder
+    table = recorder.table()
+    digest = hashlib.sha256(repr(recorder.frames).encode())
+    digest.update(recorder.rows().tobytes())
+    thin = slice(None, None, max(1, len(table["time"]) // _POINTS))
+    return Outcome(
+        file=str(file),
+        title=scenario.title,
+        checks=judge(scenario.expectations, recorder),
+        digest=digest.hexdigest()[:16],
+        duration=scenario.duration,
+        elapsed=time.perf_counter() - begin,
+        curves={name: table[name][thin].copy() for name in ("time", *DRAWN)},
+        events=tuple(events),
+    )
+
+
+def _profile(file: Path) -> tuple[Curve, Curve]:
+    """Return time [s] and value of a profile.
+
+    Raises:
+        UserError: if the file is not two columns of numbers under a header.
+
+    """
+    try:
+        rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
+        times, values = rows.T
+    except (OSError, ValueError) as error:
+        raise UserError(
+            f"{file}: not a profile: {error}; it has a header and the columns time [s] and value"
+        ) from None
+    return times, values

@@ -1,0 +1,183 @@
+"""What a scenario file says, checked and in SI."""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from hil_emulator import condition
+from hil_emulator.condition import Condition
+from hil_emulator.errors import UserError
+from hil_emulator.faults.fault import Fault, spoken
+from hil_emulator.rig import SETTINGS
+from hil_emulator.units import to_si
+
+SET_POINTS = {"position": "m", "load_force": "N", "valve_current": "A"}
+"""What the scenario's controller can be told to hold; one at a time."""
+
+NMT = {"start": 1, "stop": 2, "pre-operational": 128, "reset": 129, "reset communication": 130}
+"""NMT commands (CiA 301 7.2.8.2.1)."""
+
+
+def _time(text: object) -> float:
+    seconds = to_si(text, "s", "200 ms")
+    if not 0.0 <= seconds < float("inf"):
+        raise ValueError(f'"{text}" is not a time after the start')
+    return seconds
+
+
+def _broken(text: object) -> Fault:
+    try:
+        return spoken(str(text))
+    except UserError as error:
+        raise ValueError(str(error)) from None
+
+
+def _condition(text: object) -> Condition:
+    try:
+        return condition.parse(str(text))
+    except UserError as error:
+        raise ValueError(str(error)) from None
+
+
+def _values(given: object) -> object:
+    """Return set points and settings in SI."""
+    known = SET_POINTS | SETTINGS
+    if not isinstance(given, dict) or not given.keys() <= known.keys():
+        raise ValueError(f"set knows {', '.join(known)}")
+    return {name: to_si(value, known[name]) for name, value in given.items()}
+
+
+Seconds = Annotated[float, BeforeValidator(_time)]
+Broken = Annotated[Fault, BeforeValidator(_broken)]
+Holds = Annotated[Condition, BeforeValidator(_condition)]
+Values = Annotated[dict[str, float], BeforeValidator(_values)]
+
+
+class Table(BaseModel):
+    """A table of a scenario: frozen, and no key that it does not know."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+
+class Profile(Table):
+    """A setting over time, from a CSV file with a header and two columns: time [s], value (SI)."""
+
+    signal: Literal["supply_pressure", "external_force"]
+    file: str
+
+
+class Step(Table):
+    """Something done at a time, or when a condition first holds.
+
+    Attributes:
+        at: emulator time [s].
+        when: the condition; with `at`, not before that.
+        set: set points and settings.
+        fault: what breaks, as at the command line.
+        nmt: an NMT command to every node.
+        controller: "off" sends no more set points, "on" sends them again.
+        profile: a setting that follows a file from now on.
+
+    """
+
+    at: Seconds = 0.0
+    when: Holds | None = None
+    set: Values = Field(default_factory=dict)
+    fault: Broken | None = None
+    nmt: Literal["start", "stop", "pre-operational", "reset", "reset communication"] | None = None
+    controller: Literal["on", "off"] | None = None
+    profile: Profile | None = None
+
+
+class Expect(Table):
+    """What is expected of a signal or of the frames.
+
+    Attributes:
+        signal: a column of a recording.
+        within: lowest and highest value, as quantities.
+        start: from when on the signal has to be there [s]; written `from`.
+        until: to when [s]; the end without one.
+        by: by when at the latest it has to be there [s].
+        lasting: how long it has to stay from then [s]; written `for`; to the end without one.
+        frame: COB-ID such as 0x085 that is looked for from `from` to `until`.
+        data: how its data have to begin, in hexadecimal.
+        seen: whether it has to be seen, or not.
+
+    """
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, arbitrary_types_allowed=True, populate_by_name=True
+    )
+    signal: str | None = None
+    within: tuple[float, float] | None = None
+    start: Seconds = Field(0.0, alias="from")
+    until: Seconds | None = None
+    by: Seconds | None = None
+    lasting: Seconds | None = Field(None, alias="for")
+    frame: int | None = None
+    data: str = ""
+    seen: bool = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_si(cls, given: Any) -> Any:
+        """Read the band in the signal's unit, a frame in hexadecimal."""
+        given = dict(given)
+        if ("signal" in given) == ("frame" in given):
+            raise ValueError("name either a signal or a frame")
+        if isinstance(given.get("frame"), str):
+            given["frame"] = int(given["frame"], 16)
+        if "signal" in given:
+            try:
+                unit = condition.unit_of(given["signal"])
+            except UserError as error:
+                raise ValueError(str(error)) from None
+            low, high = given.get("within", (None, None))
+            given["within"] = tuple(0.0 if v == 0 else to_si(v, unit) for v in (low, high))
+        return given
+
+
+class Scenario(Table):
+    """A scenario.
+
+    Attributes:
+        title: one line for tables.
+        config: configuration files, beside the scenario.
+        duration: how long it takes [s].
+        seed: another seed of the sensor noise.
+        steps: what happens; written `[[step]]`.
+        expectations: what has to be true; written `[[expect]]`.
+
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    title: str
+    config: list[str] = Field(min_length=1)
+    duration: Seconds
+    seed: int | None = None
+    steps: list[Step] = Field(alias="step", min_length=1)
+    expectations: list[Expect] = Field(alias="expect", min_length=1)
+
+
+def load(file: Path) -> Scenario:
+    """Read and check a scenario.
+
+    Raises:
+        UserError: with every mistake found, each with its place.
+
+    """
+    try:
+        return Scenario.model_validate(tomllib.loads(file.read_text(encoding="utf-8")))
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{file}: cannot be read: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{file}: not valid TOML: {error}") from None
+    except ValidationError as error:
+        lines = [
+            f"{file}: {'.'.join(str(part) for part in e['loc'])}: "
+            f"{e['msg'].removeprefix('Value error, ')}"
+            for e in error.errors()
+        ]
+        raise UserError("\n".join(lines)) from None

@@ -1,0 +1,116 @@
+"""What a scenario can say, and what its reports say."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from hil_emulator.errors import UserError
+from hil_emulator.places import shipped
+from hil_emulator.scenario.perform import perform
+from hil_emulator.scenario.schema import load
+
+Write = Callable[[str], Path]
+
+BEGINNING = f"""
+title = "A short one"
+config = ["{shipped("configs/hyq_knee.toml")}"]
+duration = "100 ms"
+
+[[step]]
+nmt = "start"
+at = "5 ms"
+set = {{ valve_current = "0.5 mA" }}
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """Return a function that writes a scenario with a common beginning."""
+
+    def written(rest: str) -> Path:
+        file = tmp_path / "short.toml"
+        file.write_text(BEGINNING + rest)
+        return file
+
+    return written
+
+
+def check(file: Path) -> tuple[bool, str]:
+    """Return whether the one expectation is met, and what was found."""
+    (found,) = perform(file).checks
+    return found.passed, found.found
+
+
+@pytest.mark.parametrize(
+    ("expectation", "passed", "found"),
+    [
+        ('signal = "position"\nwithin = ["39 mm", "50 mm"]', True, "mm ..."),
+        ('signal = "position"\nwithin = ["39 mm", "40.5 mm"]', False, "mm ..."),
+        ('signal = "model.position"\nwithin = ["41 mm", "42 mm"]\nby = "90 ms"\nfor = "1 ms"',
+         True, "at 0.0"),
+        ('signal = "position"\nwithin = ["60 mm", "70 mm"]\nby = "90 ms"', False, "never"),
+        ('signal = "position"\nwithin = ["0 mm", "80 mm"]\nfrom = "2 s"\nuntil = "3 s"',
+         False, "no sample"),
+        ('frame = "0x705"\ndata = "00"', True, "1, first at 0.000 s"),
+        ('frame = "0x705"\ndata = "00"\nseen = false', False, "1, first"),
+        ('frame = "0x085"\nseen = false', True, "none"),
+        ('frame = "0x285"\nuntil = "4 ms"', False, "none"),
+    ],
+)  # fmt: skip
+def test_an_expectation_is_met_or_not(
+    write: Write, expectation: str, passed: bool, found: str
+) -> None:
+    """Bands over a time, bands reached in time, frames seen and not seen."""
+    assert check(write(f"[[expect]]\n{expectation}\n"))[0] is passed
+    assert found in check(write(f"[[expect]]\n{expectation}\n"))[1]
+
+
+EXPECT = '[[expect]]\nframe = "0x085"\nseen = false\n'
+
+
+@pytest.mark.parametrize(
+    ("rest", "message"),
+    [
+        ('[[step]]\nat = "5 bar"\n' + EXPECT, r"step\.1\.at: .* a time is wanted"),
+        ('[[step]]\nfault = "supply stuck"\n' + EXPECT, "supply cannot have 'stuck'.*loss, droop"),
+        ('[[step]]\nset = { speed = "1 m/s" }\n' + EXPECT, "set knows position, load_force"),
+        ('[[step]]\nwhen = "up"\n' + EXPECT, '"up" is not a comparison'),
+        ('[[step]]\nfualt = "x"\n' + EXPECT, r"step\.1\.fualt: Extra inputs"),
+        ('[[expect]]\nsignal = "speed"\n', "no signal 'speed'; there are time"),
+        ('[[expect]]\nwithin = ["1 mm", "2 mm"]\n', "name either a signal or a frame"),
+        ("", "expect: Field required"),
+    ],
+)
+def test_a_mistake_is_named_with_its_place(write: Write, rest: str, message: str) -> None:
+    """Before anything runs: the file, the table, the key, and what would be right."""
+    with pytest.raises(UserError, match=f"short.toml: .*{message}"):
+        load(write(rest))
+
+
+def test_a_scenario_that_cannot_run_is_an_outcome(write: Write) -> None:
+    """One wrong file does not stop the others."""
+    outcome = perform(write("[[expect]]\nframe = 3\nnothing = 1\n"))
+    assert not outcome.passed
+    assert "nothing" in outcome.error
+
+
+def test_the_command_reports_and_ends_with_the_verdict(write: Write, tmp_path: Path) -> None:
+    """Exit code 1, the unmet expectation in table, JUnit XML and HTML."""
+    file = write('[[expect]]\nsignal = "position"\nwithin = ["60 mm", "70 mm"]\n')
+    result = subprocess.run(
+        [sys.executable, "-m", "hil_emulator", "scenario", file, "--junit", tmp_path / "r.xml",
+         "--html", tmp_path / "r.html"],
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert result.returncode == 1
+    assert "FAIL     A short one" in result.stdout
+    assert "position in 60 mm ... 70 mm" in result.stdout
+    suite = ElementTree.parse(tmp_path / "r.xml").getroot()
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("1", "1", "0")
+    text = (tmp_path / "r.html").read_text()
+    assert "NOT MET" in text
+    assert "data:image/png;base64," in text

@@ -1,0 +1,36 @@
+"""The worked scenarios: they pass, fast, and in the same way wherever they run."""
+
+import time
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.scenario.spread import run_all
+
+FILES = sorted((Path(__file__).parents[2] / "configs" / "scenarios").glob("*.toml"))
+
+
+def test_all_ten_pass_in_less_than_a_minute() -> None:
+    """One after the other in this process; every expectation is met."""
+    begin = time.process_time()
+    outcomes = run_all(FILES)
+    assert time.process_time() - begin < 60.0
+    assert len(outcomes) == 10
+    missed = [(o.title, o.error, [c for c in o.checks if not c.passed]) for o in outcomes]
+    assert [m for m in missed if m[1] or m[2]] == []
+    assert all(o.checks for o in outcomes)
+
+
+@pytest.mark.slow
+def test_they_are_the_same_with_two_workers_and_on_a_cluster() -> None:
+    """Every frame and signal of all ten: in this process, in two, on a Dask cluster."""
+    from distributed import LocalCluster
+
+    alone = [o.digest for o in run_all(FILES)]
+    assert all(alone)
+    assert [o.digest for o in run_all(FILES, workers=2)] == alone
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+    ) as cluster:
+        spread = run_all(FILES, cluster=cluster.scheduler_address)
+    assert [o.digest for o in spread] == alone
