@@ -1,6 +1,7 @@
 """Running the conformance suite from a test, and what came of it."""
 
 import itertools
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,12 +13,21 @@ from hil_emulator.conformance.expectation import Expectation
 from hil_emulator.conformance.plugin import PLUGIN, label
 from hil_emulator.conformance.wire import SteppedTime, Wire
 
+SUITE = ("--pyargs", "hil_emulator.conformance", "-p", PLUGIN, "-p", "no:cacheprovider")
+"""What to tell pytest."""
 _numbers = itertools.count()
 
 
 def own_channel() -> dict[str, object]:
     """Return the settings of a virtual bus that nobody else is on."""
     return {"interface": "virtual", "channel": f"conformance {next(_numbers)}"}
+
+
+def total(report: str) -> list[int]:
+    """Return the last line of a report's table: cases, passed, failed, skipped."""
+    found = re.search(r"^all +(\d+) +(\d+) +(\d+) +(\d+)$", report, re.M)
+    assert found is not None, report
+    return [int(number) for number in found.groups()]
 
 
 def inapplicable(eds: Path, node_id: int) -> set[str]:
@@ -37,10 +47,12 @@ class Results:
     Args:
         peer: the suite's place on the virtual bus.
         step: lets one tick of the device pass.
+        only: the cases to run.
 
     """
 
-    def __init__(self, peer: Bus, step: Callable[[], None]) -> None:
+    def __init__(self, peer: Bus, step: Callable[[], None], only: set[str]) -> None:
+        self._only = only
         self.wire = Wire(peer, SteppedTime(step))
         self.outcomes: dict[str, str] = {}
         self.remarks: list[str] = []
@@ -54,6 +66,10 @@ class Results:
     def pytest_conformance_wire(self) -> Wire:
         """Return the wire to the device."""
         return self.wire
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Leave out the cases that are not to be run."""
+        items[:] = [item for item in items if label(item) in self._only]
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Note which test is which case."""
@@ -69,11 +85,10 @@ class Results:
 
 
 def run_in_lock_step(
-    peer: Bus, step: Callable[[], None], node_id: int, eds: Path, *options: str
+    peer: Bus, step: Callable[[], None], node_id: int, eds: Path, only: set[str] | None = None
 ) -> Results:
-    """Run the suite against a device that stands still except while the suite waits for it."""
-    results = Results(peer, step)
-    arguments = ["--pyargs", "hil_emulator.conformance", "-p", PLUGIN, "-p", "no:cacheprovider"]
+    """Run the suite, or some cases, on a device that moves only while the suite waits for it."""
+    results = Results(peer, step, only or set(CASES))
     where = ["--node", str(node_id), "--eds", str(eds)]
-    pytest.main([*arguments, *where, "-q", "--no-header", *options], plugins=[results])
+    pytest.main([*SUITE, *where, "-q", "--no-header"], plugins=[results])
     return results

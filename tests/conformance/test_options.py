@@ -1,13 +1,12 @@
 """What the suite asks of its user."""
 
 import pytest
+from suite import SUITE
 
 from hil_emulator.conformance.conftest import bus_settings
-from hil_emulator.conformance.plugin import PLUGIN
 from hil_emulator.errors import UserError
 from hil_emulator.places import shipped
 
-SUITE = ["--pyargs", "hil_emulator.conformance", "-p", PLUGIN, "-p", "no:cacheprovider", "-q"]
 DEVICE = ["--node", "5", "--eds", str(shipped("eds/hydraulic_actuator.eds"))]
 
 

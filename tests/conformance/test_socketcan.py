@@ -1,0 +1,44 @@
+"""The suite over the CAN of the Linux kernel, against a device in another process.
+
+The device is a node without its hydraulics, so that the virtual machine that has vcan0 where the
+kernel lacks it need not compile the model.
+"""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from suite import SUITE, inapplicable, total
+
+from hil_emulator.conformance.cases import CASES
+from hil_emulator.places import shipped
+
+NODE = 5
+EDS = shipped("eds/hydraulic_actuator.eds")
+PROGRAM = Path(__file__).with_name("constant_node.py")
+
+pytestmark = pytest.mark.vcan
+
+
+@pytest.fixture
+def channel(socketcan_channel: str) -> Iterator[str]:
+    """Yield an interface with a device on it."""
+    command = [sys.executable, str(PROGRAM), "socketcan", socketcan_channel, str(NODE), str(EDS)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        yield socketcan_channel
+        process.terminate()
+
+
+def test_a_device_conforms_over_socketcan(channel: str) -> None:
+    """All cases pass, those made of remote frames included."""
+    options = ["--can", f"socketcan:{channel}", "--node", str(NODE), "--eds", str(EDS)]
+    told = subprocess.run(
+        [sys.executable, "-m", "pytest", *SUITE, *options], capture_output=True, text=True
+    )
+    skipped = len(inapplicable(EDS, NODE))
+    report = told.stdout + told.stderr
+    assert total(report) == [len(CASES), len(CASES) - skipped, 0, skipped], report
