@@ -197,6 +197,22 @@ def check(files: tuple[Path, ...]) -> None:
 
 
 @main.command()
+@_FILES
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default="export",
+    show_default=True,
+    help="Folder for the files.",
+)
+def export(files: tuple[Path, ...], out: Path) -> None:
+    """Write EDS and DCF of each node and a DBC of the bus."""
+    from hil_emulator.commands import export as command
+
+    command.export(files, out)
+
+
+@main.command()
 @click.argument("files", metavar="[CONFIG]...", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--duration", type=_Duration(), default="10 s", help="Of the wall-clock part.")
 @click.option("--json", "as_json", is_flag=True, help="For programs; microseconds.")

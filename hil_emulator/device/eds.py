@@ -12,7 +12,8 @@ Four keys beyond CiA 306 tie an object to the physics behind it:
 | Delta | change in digits that is an event for an event-driven TPDO |
 
 They stand in the object's section, or, as checkers that know CiA 306 alone ask, in a line of
-`[Comments]`: `Line1=6100sub1: Signal=pressure_a Unit=Pa Factor=2500000`.
+`[Comments]`: `Line1=6100sub1: Signal=pressure_a Unit=Pa Factor=2500000`. Such a line may also give
+the DefaultValue or ParameterValue of a real number, which tools do not agree how to write.
 """
 
 import configparser
@@ -33,8 +34,9 @@ from hil_emulator.errors import UserError
 MANDATORY_OBJECTS = (0x1000, 0x1001, 0x1018)
 """CiA 301 7.5.1: device type, error register, identity."""
 
-_OBJECT_SECTION = re.compile(r"^[0-9A-Fa-f]{4}(sub[0-9A-Fa-f]+)?$", re.IGNORECASE)
-_BINDING = re.compile(r"^([0-9A-Fa-f]{4}(?:sub[0-9A-Fa-f]+)?):((?: \w+=\S+)+)$")
+OBJECT_SECTION = re.compile(r"^[0-9A-Fa-f]{4}(sub[0-9A-Fa-f]+)?$", re.IGNORECASE)
+BINDING = re.compile(r"^([0-9A-Fa-f]{4}(?:sub[0-9A-Fa-f]+)?):((?: \w+=\S+)+)$")
+"""A line of [Comments] that gives keys to an object's section."""
 
 
 def load(path: Path, node_id: int) -> list[Entry]:
@@ -83,7 +85,7 @@ def _parse(path: Path, text: str) -> configparser.RawConfigParser:
     except configparser.Error as error:
         raise UserError(f"{path} is not an EDS: {error}") from error
     seen: dict[str, str] = {}
-    for name in filter(_OBJECT_SECTION.match, sections.sections()):
+    for name in filter(OBJECT_SECTION.match, sections.sections()):
         twin = seen.setdefault(name.upper(), name)
         if twin != name:
             raise UserError(f"{path} describes one object twice: [{twin}] and [{name}]")
@@ -93,7 +95,7 @@ def _parse(path: Path, text: str) -> configparser.RawConfigParser:
 def _add_bindings(sections: configparser.RawConfigParser) -> None:
     """Copy the keys that lines of [Comments] give to objects into the objects' sections."""
     lines = sections["Comments"].values() if sections.has_section("Comments") else ()
-    for found in filter(None, map(_BINDING.match, lines)):
+    for found in filter(None, map(BINDING.match, lines)):
         section = _section_name(sections, found[1])
         if sections.has_section(section):
             for pair in found[2].split():
@@ -150,7 +152,7 @@ def _entry(
         variable.name,
         data_type,
         "const" if compact_members else variable.access_type,
-        default=compact_members or _default(where, variable, data_type),
+        default=compact_members or _default(where, sections, section, variable, data_type),
         mappable=variable.pdo_mappable,
         low=_limit(where, sections, section, "LowLimit", data_type, node_id),
         high=_limit(where, sections, section, "HighLimit", data_type, node_id),
@@ -175,11 +177,29 @@ def _real(
     return value
 
 
-def _default(where: str, variable: Any, data_type: DataType) -> Any:
+def _real_default(sections: configparser.RawConfigParser, section: str) -> float | None:
+    for key in ("ParameterValue", "DefaultValue"):
+        text = sections.get(section, key, fallback="").strip()
+        try:
+            return float(text)
+        except ValueError:
+            continue
+    return None
+
+
+def _default(
+    where: str,
+    sections: configparser.RawConfigParser,
+    section: str,
+    variable: Any,
+    data_type: DataType,
+) -> Any:
     """Return the value after a reset: ParameterValue of a DCF, else DefaultValue, else None."""
     value = variable.default if variable.value is None else variable.value
+    if data_type.kind == "real":
+        value = _real_default(sections, section)
     if value is None:
-        text = getattr(variable, "default_raw", "").strip()
+        text = sections.get(section, "DefaultValue", fallback="").strip()
         if text:
             raise UserError(f"{where}: DefaultValue {text!r} is not a {data_type.name}")
         return None

@@ -27,6 +27,7 @@ from hil_emulator.device.nmt import (
     State,
 )
 from hil_emulator.device.node_guarding import NodeGuarding
+from hil_emulator.device.pdo import PdoParameters
 from hil_emulator.device.process_data import Handler, ProcessData
 from hil_emulator.device.profiles.choice import profile_of
 from hil_emulator.device.sdo import SdoServer
@@ -187,6 +188,11 @@ class Node:
     def pdo_map(self) -> list[layout.PdoRow]:
         """Return the PDOs as they are configured now, RPDOs first."""
         return [layout.pdo_row(p.parameters) for p in self._pdos.all]
+
+    @property
+    def pdos(self) -> list[PdoParameters]:
+        """The parameters of all PDOs, RPDOs first."""
+        return [item.parameters for item in self._pdos.all]
 
     def bus_load(self, sync_us: int, tick_us: int = 1000) -> float:
         """Return the worst-case load in bit/s of the node's periodic traffic.

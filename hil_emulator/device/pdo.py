@@ -46,6 +46,7 @@ class PdoParameters:
 
     Attributes:
         name: such as "TPDO1".
+        receive: as given.
         mapping: what the PDO carries; empty while it does not exist.
         on_change: called after each accepted change.
 
@@ -59,7 +60,7 @@ class PdoParameters:
         self.mapping = Mapping(())
         self.on_change: Callable[[], None] = lambda: None
         self._dictionary = dictionary
-        self._receive = receive
+        self.receive = receive
         self._communication = number - 1 + (RPDO_COMMUNICATION if receive else TPDO_COMMUNICATION)
         self._mapping = number - 1 + (RPDO_MAPPING if receive else TPDO_MAPPING)
         for index in (self._communication, self._mapping):
@@ -122,7 +123,7 @@ class PdoParameters:
             if not value & cob_id.INVALID:
                 self._mapping_of(self._count())
         elif entry.subindex == TRANSMISSION_TYPE:
-            if value not in (RPDO_TYPES if self._receive else TPDO_TYPES):
+            if value not in (RPDO_TYPES if self.receive else TPDO_TYPES):
                 raise SdoAbort(AbortCode.INVALID_VALUE)
         elif entry.subindex in (INHIBIT_TIME, SYNC_START) and self.exists:
             raise SdoAbort(AbortCode.INVALID_VALUE)
@@ -138,7 +139,7 @@ class PdoParameters:
         if entry.subindex == 0:
             self._mapping_of(value)
         elif value != 0:
-            resolve(self._dictionary, value, receive=self._receive)
+            resolve(self._dictionary, value, receive=self.receive)
 
     def _mapping_of(self, count: int) -> Mapping:
         words = [self._dictionary.get(self._mapping, n) for n in range(1, count + 1)]
@@ -146,7 +147,7 @@ class PdoParameters:
             raise SdoAbort(AbortCode.PDO_LENGTH_EXCEEDED)
         return Mapping(
             [
-                resolve(self._dictionary, word.value, receive=self._receive)
+                resolve(self._dictionary, word.value, receive=self.receive)
                 for word in words
                 if word is not None
             ]

@@ -32,10 +32,10 @@ POSITION_ERROR = 0x0001
 FREQUENCY_EXCEEDED = 0x0001
 """Bit of 0x6505: faster than 0x6030 can tell."""
 
-METRE_PER_STEP = 1e-9
-"""Unit of 0x6005:01 and 0x6501, 0.001 um."""
-SPEED_PER_STEP = 1e-5
-"""Unit of 0x6005:02, 0.01 mm/s."""
+STEPS_PER_METRE = 1e9
+"""Of the unit of 0x6005:01 and 0x6501, 0.001 um."""
+STEPS_PER_METRE_PER_SECOND = 1e5
+"""Of the unit of 0x6005:02, 0.01 mm/s."""
 
 
 class Encoder:
@@ -82,13 +82,13 @@ class Encoder:
         step = self._value(MEASURING_STEP, missing=1)
         if parameters & SCALING:
             step = self._value(STEP_SETTINGS, 1, missing=step)
-        self._step = step * METRE_PER_STEP * (-1 if parameters & REVERSED else 1)
+        self._step = step / STEPS_PER_METRE * (-1 if parameters & REVERSED else 1)
         self._range = self._value(TOTAL_RANGE)
         for entry in self._position_values:
             entry.factor = self._step
         if self._speed_value is not None:
             step = self._value(STEP_SETTINGS, 2, missing=1)
-            self._speed_value.factor = SPEED_PER_STEP * step
+            self._speed_value.factor = step / STEPS_PER_METRE_PER_SECOND
         status = self._dictionary.get(OPERATING_STATUS)
         if status is not None:
             status.value = parameters

@@ -1,0 +1,35 @@
+"""The two layouts of the reference machine, exported."""
+
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.commands.export import contents
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.device.node import Node
+from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.places import shipped
+from hil_emulator.rig import nodes
+
+COMBINED = ("configs/hyq_knee.toml",)
+SEPARATE = ("configs/hyq_knee.toml", "configs/hyq_knee_separate.toml")
+
+
+@pytest.fixture(params=[COMBINED, SEPARATE], ids=["combined", "separate"])
+def config(request: pytest.FixtureRequest) -> Configuration:
+    """Return one of the layouts."""
+    return load([shipped(name) for name in request.param])
+
+
+@pytest.fixture
+def made(config: Configuration) -> list[Node]:
+    """Return its nodes."""
+    return nodes(config, [channel.name for channel in CHANNELS])
+
+
+@pytest.fixture
+def folder(config: Configuration, made: list[Node], tmp_path: Path) -> Path:
+    """Return a folder with its exported files."""
+    for name, text in contents(config, made).items():
+        (tmp_path / name).write_text(text, encoding="latin-1")
+    return tmp_path
