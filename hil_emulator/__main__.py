@@ -273,5 +273,47 @@ def effects(as_json: bool) -> None:
     command.effects(as_json)
 
 
+def _recordings(function: Any) -> Any:
+    """Add what `identify` and `gap` share."""
+    for option in (
+        click.option("--jobs", type=click.IntRange(1, 64), default=1, show_default=True),
+        click.option("--out", type=click.Path(path_type=Path), help="Folder for the report."),
+        click.option(
+            "--validate", multiple=True, type=click.Path(path_type=Path), help="Held-out data."
+        ),
+        click.argument(
+            "files", metavar="CONFIG... DATA...", nargs=-1, required=True,
+            type=click.Path(path_type=Path),
+        ),
+    ):  # fmt: skip
+        function = option(function)
+    return function
+
+
+@main.command()
+@_recordings
+@click.option("--only", multiple=True, metavar="EFFECT", help="Name none but these.")
+@click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not name these.")
+def identify(
+    files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],
+    exclude: tuple[str, ...], out: Path | None, jobs: int,
+) -> None:  # fmt: skip
+    """Name the physical effects that a recording shows and the configuration lacks."""
+    from hil_emulator.commands import identify as command
+
+    command.identify(files, validate, only, exclude, out, jobs)
+
+
+@main.command()
+@_recordings
+def gap(
+    files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int
+) -> None:
+    """Measure where a recording and the configuration disagree."""
+    from hil_emulator.commands import identify as command
+
+    command.identify(files, validate, (), (), out, jobs, search=False)
+
+
 if __name__ == "__main__":
     main()

@@ -188,11 +188,11 @@ def _score(
     stretch: int,
 ) -> BlockScore:  # fmt: skip
     projected = np.column_stack([project(c) for c in columns.T])
-    u, s, vt = np.linalg.svd(projected, full_matrices=False)
-    keep = s > 1e-2 * s[0] if s[0] > 0.0 else np.zeros(len(s), bool)
-    basis = u[:, keep]
+    values, vectors = np.linalg.eigh(projected.T @ projected)
+    keep = values > 1e-4 * max(values[-1], 1e-30)
+    basis = projected @ (vectors[:, keep] / np.sqrt(values[keep]))
     gain = basis.T @ residual
-    curve = -(vt[keep].T @ (gain / s[keep])) * balance.scale
+    curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ gain * balance.scale
     return BlockScore(
         balance,
         driver,

@@ -146,7 +146,7 @@ class Fitter:
         chi2 = float(residual @ residual + np.sum((weights * at) ** 2))
         slope = jacobian
         for i in range(rounds):
-            if slope is None or (jacobian is None and i):
+            if slope is None or (jacobian is None and i % 2 == 0):
                 slope = self.jacobian(free, at, residual)
             elif i and len(free):
                 slope[:, -1] = self.column(free, at, residual, len(free) - 1)

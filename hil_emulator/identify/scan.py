@@ -50,18 +50,18 @@ class Projection:
     """Takes out of a column what the free parameters, within their priors, can explain."""
 
     def __init__(self, fit: Fit) -> None:
-        rows = np.diag(prior_rows(fit.coordinates))
-        stacked = np.vstack([fit.jacobian, rows[:, : fit.jacobian.shape[1]]])
-        keep = np.linalg.norm(stacked, axis=0) > 1e-9
-        self._q = np.linalg.qr(stacked[:, keep])[0]
-        self._rows = len(rows)
-        weights = prior_rows(fit.coordinates)
-        self.residual = np.concatenate([fit.residual, weights * fit.at])
+        self._weights = prior_rows(fit.coordinates)
+        self._jacobian = fit.jacobian
+        normal = fit.jacobian.T @ fit.jacobian + np.diag(self._weights**2)
+        self._scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-12))
+        scaled = normal * np.outer(self._scale, self._scale)
+        self._inverse = np.linalg.pinv(scaled, rcond=1e-10, hermitian=True)
+        self.residual = np.concatenate([fit.residual, self._weights * fit.at])
 
     def __call__(self, column: Array) -> Array:
         """Return the projected column, with its part in the prior rows at the end."""
-        long = np.concatenate([column, np.zeros(self._rows)])
-        return np.asarray(long - self._q @ (self._q.T @ long))
+        moved = self._scale * (self._inverse @ (self._scale * (self._jacobian.T @ column)))
+        return np.concatenate([column - self._jacobian @ moved, -self._weights * moved])
 
 
 def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Score]:

@@ -20,6 +20,9 @@ REFITTED = 4
 REFITS = 5
 """Iterations of a joint refit."""
 
+PROMISING = 0.2
+"""Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
+
 SEVERAL = 5
 """Most effects that are looked for."""
 
@@ -116,6 +119,16 @@ class Searcher:
             self._re_examine(search)
         return search
 
+    def look(self) -> Search:
+        """Make the first round alone, and accept nothing."""
+        search = Search(self.nuisances)
+        search.at = np.zeros(len(search.nuisances))
+        first = self._round(search)
+        first.accepted = False
+        first.unknown = any(b.significant for b in first.blocks)
+        search.rounds.append(first)
+        return search
+
     def settle(self, search: Search, passes: int = 3) -> Fit:
         """Refit everything in the model, with gains refreshed."""
         free = [*search.nuisances, *search.effects]
@@ -141,7 +154,7 @@ class Searcher:
         scores = scan(self.fitter, base, rest)
         held = self._held_out(base)
         likely = [s for s in scores if s.statistic > 4.0 and s.sensible]
-        trials = [self._trial(base, s, held) for s in likely[:REFITTED]]
+        trials = self._trials(base, likely[:REFITTED], held)
         trials = ranked(trials)
         self.tell("looking for what no effect explains")
         project = Projection(base)
@@ -166,14 +179,26 @@ class Searcher:
         found.unknown = ratio > UNKNOWN
         found.accepted = not found.unknown
 
-    def _trial(self, base: Fit, score: Score, held: Sequence[Any]) -> Trial:
+    def _trials(self, base: Fit, likely: list[Score], held: Sequence[Any]) -> list[Trial]:
+        """Refit the likeliest candidates: all roughly, the better ones to the end."""
+        rough = [self._rough(base, score) for score in likely]
+        needed = gate.needed_gain(len(base.residual))
+        best = max((base.chi2 - fit.chi2 for fit in rough), default=0.0)
+        level = max(needed, PROMISING * best)
+        fits = [
+            self.fitter.fit(f.coordinates, f.at, REFITS) if base.chi2 - f.chi2 > level else f
+            for f in rough
+        ]
+        return [self._weighed(base, s, f, held) for s, f in zip(likely, fits, strict=True)]
+
+    def _rough(self, base: Fit, score: Score) -> Fit:
         free = [*base.coordinates, score.coordinate]
         at = np.append(base.at, 0.0)
         column = self.fitter.column(free, at, base.residual, len(base.at))
-        slope = np.column_stack([base.jacobian, column])
-        fit = self.fitter.fit(free, at, 2, jacobian=slope)
-        if base.chi2 - fit.chi2 > gate.needed_gain(len(fit.residual)):
-            fit = self.fitter.fit(free, fit.at, REFITS)
+        return self.fitter.fit(free, at, 2, jacobian=np.column_stack([base.jacobian, column]))
+
+    def _weighed(self, base: Fit, score: Score, fit: Fit, held: Sequence[Any]) -> Trial:
+        free = fit.coordinates
         gain = base.chi2 - fit.chi2
         slope = fit.jacobian[:, :-1]
         project = Projection(Fit(base.coordinates, fit.at[:-1], fit.residual, slope, 0.0))

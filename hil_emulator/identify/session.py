@@ -31,7 +31,7 @@ Tell = Callable[[str], None]
 def identify(
     config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment] = (),
     only: Sequence[str] = (), exclude: Sequence[str] = (), jobs: int = 1,
-    tell: Tell = lambda _: None, cache: Path | None = None,
+    tell: Tell = lambda _: None, cache: Path | None = None, search: bool = True,
 ) -> Result:  # fmt: skip
     """Find what a configuration lacks.
 
@@ -45,6 +45,7 @@ def identify(
         jobs: threads.
         tell: takes progress in words.
         cache: folder for compiled models.
+        search: False measures the gap after refitting ordinary parameters, and names nothing.
 
     Raises:
         UserError: if an effect is unknown.
@@ -61,8 +62,10 @@ def identify(
     priors = parameters.PRIORS if isinstance(predictor, Observer) else parameters.STATIC_PRIORS
     nuisances = parameters.ordinary(twin, priors)
     searcher = Searcher(predictor, learn, check, candidates, nuisances, jobs, tell)
-    search = searcher.run()
-    result = conclude(searcher, search)
+    found = searcher.run() if search else searcher.look()
+    result = conclude(searcher, found)
+    if not search:
+        result.verdict = "nothing_missing" if not result.unknown else "unknown_effect"
     result.notes = notes
     result.digests = {e.name: e.digest for e in (*learn, *check)}
     hidden = {c.name for c in parameters.candidates(twin, twin.names)}

@@ -4,6 +4,7 @@ import inspect
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,12 @@ class Coordinate:
         return (self.low - self.neutral) / self.scale, (self.high - self.neutral) / self.scale
 
 
+@lru_cache(maxsize=4)
+def _built(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
+    """Return the kernel with probes: one per catalogue, as what calls it is compiled for it."""
+    return kernel.build((*effects, *PROBES), cache=folder)
+
+
 class Twin:
     """Parameter memory of one configuration, with every effect's shape at its default.
 
@@ -85,7 +92,7 @@ class Twin:
     def __init__(self, config: Configuration, cache: Path | None) -> None:
         self.config = config
         self.effects = config.effects
-        self.kernel: Kernel = kernel.build((*config.effects, *PROBES), cache=cache)
+        self.kernel = _built(config.effects, cache)
         self.plant_values = self._with_shapes(config.plant)
         self.par = fill(self.kernel.parameters, self.kernel.effects, self.plant_values)
         self.names = tuple(c.name for c in CHANNELS)
@@ -101,6 +108,8 @@ class Twin:
         )
         self._par_at = {n: i for i, n in enumerate(self.kernel.parameters.names or ())}
         self._chan_at = {n: i for i, n in enumerate(self.kernel.channel.names or ())}
+        moving = [e for e in self.kernel.effects if e.stage in CONTINUOUS]
+        self._movers = [self._mover(e) for e in moving]
         self.signal_names = tuple(self.kernel.signals.names or ())
         self.sources = np.array([self.signal_names.index(c.signal) for c in CHANNELS])
         self.supply = self._par_at["supply_pressure"]
@@ -153,14 +162,13 @@ class Twin:
 
     def active(self, par: Array) -> list[str]:
         """Return the states that move: those of every actuator and of the effects that act."""
-        acting = [e for e in self.kernel.effects if e.stage in CONTINUOUS and self._acts(e, par)]
-        stages = {law.stage for e in acting for law in e.laws}
+        acting = [m for m in self._movers if is_on(m[0], float(par[m[1]]))]
         states = [q.name for q in quantities.STATES]
-        if source_acts.stage in stages:
+        if any(feeds for _, _, _, feeds, _ in acting):
             states += [q.name for q in quantities.SUPPLY_STATES]
-        if coupling_acts.stage in stages:
+        if any(couples for *_, couples in acting):
             states += [q.name for q in quantities.COUPLING_STATES]
-        return states + [e.field_of(q) for e in acting for q in e.states]
+        return states + [name for _, _, own, _, _ in acting for name in own]
 
     def fastest(self, par: Array) -> float:
         """Return the largest eigenvalue of the model around rest and slow motion [rad/s]."""
@@ -185,8 +193,12 @@ class Twin:
             return float("inf")
         return float(np.max(np.abs(np.linalg.eigvals(jacobian))))
 
-    def _acts(self, effect: Effect, par: Array) -> bool:
-        return is_on(effect, float(par[self._par_at[effect.field_of(effect.knob)]]))
+    def _mover(self, effect: Effect) -> tuple[Effect, int, list[str], bool, bool]:
+        """Return an effect, its knob's index, its states, whether it feeds a pump or couples."""
+        stages = {law.stage.name for law in effect.laws}
+        own = [effect.field_of(q) for q in effect.states]
+        at = self._par_at[effect.field_of(effect.knob)]
+        return effect, at, own, source_acts.stage.name in stages, coupling_acts.stage.name in stages
 
     def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
         """Return the knob of an effect as a coordinate."""

@@ -1,0 +1,96 @@
+"""`hil-emulator identify` and `gap`: what the configuration lacks, and where it disagrees."""
+
+import json
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import click
+
+from hil_emulator.commands.text_table import text_table
+from hil_emulator.config.load import load
+from hil_emulator.errors import UserError
+from hil_emulator.identify.data import load_experiments
+from hil_emulator.identify.layer import layer
+from hil_emulator.identify.report import report
+from hil_emulator.identify.result import Result
+from hil_emulator.identify.session import identify as run_identification
+from hil_emulator.places import cache_folder, near
+
+CONFIGURATIONS = {".toml"}
+
+
+def identify(
+    files: Sequence[Path], validate: Sequence[Path], only: Sequence[str], exclude: Sequence[str],
+    out: Path | None, jobs: int, search: bool = True,
+) -> None:  # fmt: skip
+    """Compare configurations (.toml) with recordings.
+
+    Args:
+        files: configurations and recordings, in any order.
+        validate: recordings that take no part in the fit.
+        only: effects that may be named; empty for all.
+        exclude: effects that may not.
+        out: folder for result.json, identified.toml and report.html.
+        jobs: threads.
+        search: False only measures the gap.
+
+    Raises:
+        UserError: for whatever the user can mend.
+
+    """
+    configs = [f for f in files if f.suffix in CONFIGURATIONS]
+    recordings = [f for f in files if f.suffix not in CONFIGURATIONS]
+    if not configs or not recordings:
+        raise UserError("name at least one configuration (.toml) and one recording (.csv, .npz)")
+    config = load(configs)
+    click.echo("Preparing the model (a quarter of a minute) ...", err=True)
+    result = run_identification(
+        config, load_experiments(recordings), load_experiments(validate), only, exclude, jobs,
+        lambda text: click.echo(f"  {text}", err=True), cache_folder(), search,
+    )  # fmt: skip
+    click.echo(summary(result))
+    if out is not None:
+        _write(result, configs, out)
+        click.echo(f"\nwritten   {near(out / 'report.html')}, result.json, identified.toml")
+
+
+def summary(result: Result) -> str:
+    """Return a result for the terminal."""
+    lines = [f"verdict   {result.verdict}", f"          {result.reason}"]
+    lines += [f"note      {note}" for note in result.notes]
+    for finding in result.effects:
+        lines.append(f"missing   {finding}, {100 * finding.explained:.0f} % of what is explained")
+        if finding.form_differs:
+            lines.append("          its law differs from the catalogue's form")
+        if finding.group:
+            lines.append(f"          not to be told from {', '.join(finding.group)}")
+        lines += [f"          rival {r.name}: {r.lost}" for r in finding.rivals[:3]]
+    lines += [f"unknown   {u.balance} over {u.driver}: {u.shape} {u.unit}" for u in result.unknown]
+    if result.next_experiment:
+        lines.append(f"next      {result.next_experiment}")
+    if result.gap:
+        rows = [
+            (channel, part, f"{v['before']:.3g}", f"{v['after']:.3g}")
+            for channel, parts in result.gap.items()
+            for part, v in parts.items()
+        ]
+        head = ("channel", "data", "before", "after")
+        lines += ["", "one-step disagreement over noise", text_table(head, rows)]
+    return "\n".join(lines)
+
+
+def _write(result: Result, configs: Sequence[Path], out: Path) -> None:
+    today = datetime.now(tz=UTC).strftime("%Y-%m-%d")
+    names = ", ".join(f.name for f in configs)
+    texts = {
+        "result.json": json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
+        "identified.toml": layer(result, configs, today),
+        "report.html": report(result, f"What {names} lacks"),
+    }
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (out / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{out}: cannot be written: {error}") from None

@@ -1,0 +1,82 @@
+"""The result as a layer of configuration that `run` takes after the original files."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from hil_emulator.identify.result import Finding, Result
+from hil_emulator.identify.search import Search
+from hil_emulator.identify.twin import Coordinate
+from hil_emulator.model import quantities
+
+
+def layer(result: Result, files: Sequence[Path], date: str) -> str:
+    """Return TOML with the missing effects and the refitted ordinary parameters.
+
+    Args:
+        result: what was found.
+        files: the configuration it was compared with.
+        date: when, for the provenance.
+
+    """
+    lines = [f"# Identified on {date} against {', '.join(f.name for f in files)}."]
+    lines += [f"# data {name} (sha256 {digest})" for name, digest in result.digests.items()]
+    lines.append(f"# verdict: {result.verdict}")
+    lines += [
+        f"# gap {channel}, {part}: {_gap(values)} (rms of the innovations over their noise)"
+        for channel, parts in result.gap.items()
+        for part, values in parts.items()
+    ]
+    tables: dict[str, list[str]] = {}
+    if result.search is not None and result.search.final is not None:
+        for finding in result.effects:
+            coordinate = next(c for c in result.search.effects if c.name == finding.name)
+            tables.setdefault(_table(coordinate), []).append(_effect(coordinate, finding))
+        for coordinate, value in _refitted(result.search):
+            tables.setdefault(_table(coordinate), []).append(_ordinary(coordinate, value))
+    for table, rows in tables.items():
+        lines += ["", f"[{table}]", *rows]
+    return "\n".join(lines) + "\n"
+
+
+def _gap(values: dict[str, float]) -> str:
+    return f"before {values.get('before', math.nan):.3g}, after {values.get('after', math.nan):.3g}"
+
+
+def _table(coordinate: Coordinate) -> str:
+    if coordinate.channel:
+        return f"sensors.{coordinate.channel}"
+    if coordinate.effect is not None:
+        return coordinate.effect.stage.table
+    return coordinate.field.partition("_")[0]
+
+
+def quoted(value: float, unit: str) -> str:
+    """Return a value as the configuration writes it."""
+    return repr(float(value)) if unit == "1" else f'"{value:.8g} {unit}"'
+
+
+def _effect(coordinate: Coordinate, finding: Finding) -> str:
+    assert coordinate.effect is not None
+    value = quoted(finding.value, finding.unit)
+    low, high = (f"{v:.4g}" for v in finding.interval)
+    return (
+        f"{coordinate.effect.name} = {{ {finding.knob} = {value} }}"
+        f"   # 95 %: {low} ... {high} {finding.unit}; {100 * finding.explained:.0f} % of the gap"
+    )
+
+
+def _refitted(search: Search) -> list[tuple[Coordinate, float]]:
+    assert search.final is not None
+    pairs = zip(search.nuisances, search.final.at, strict=False)
+    return [(c, float(c.value(float(a)))) for c, a in pairs if abs(float(a)) > 1e-3]
+
+
+def _ordinary(coordinate: Coordinate, value: float) -> str:
+    text = f"   # ordinary parameter, configured {coordinate.neutral:.6g} {coordinate.unit}"
+    if coordinate.effect is not None:
+        knob = coordinate.effect.knob.name
+        return f"{coordinate.effect.name}.{knob} = {quoted(value, coordinate.unit)}{text}"
+    table = coordinate.field.partition("_")[0]
+    assert table in quantities.PARAMS
+    return f"{coordinate.field[len(table) + 1 :]} = {quoted(value, coordinate.unit)}{text}"
