@@ -9,11 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil_emulator import realtime
+from hil_emulator.bench.fleet import FleetSpeed, measure_fleet
 from hil_emulator.bus.bus import Bus
 from hil_emulator.clock import LockStep, WallClock
 from hil_emulator.config.load import Configuration
 from hil_emulator.frame import Frame
 from hil_emulator.loop import Timing, run
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.stages import transducer
 from hil_emulator.rig import Rig, assemble
 
 _CHANNEL = "hil-emulator bench"
@@ -41,7 +44,8 @@ class Speeds:
     """What was measured; durations in microseconds.
 
     Attributes:
-        rk4_step_us: one integration step.
+        rk4_step_us: one integration step of the configured actuator.
+        rk4_step_all_us: the same with every effect of the catalogue at its typical value.
         tick_us: p50 and p99 of a full tick in lock-step: one set point and a SYNC in, four TPDOs
             out to one listener on the virtual bus.
         lockstep_x: emulated over elapsed time of such ticks.
@@ -50,10 +54,12 @@ class Speeds:
         overruns: ticks that began a whole period late.
         tcp_frames_per_s: frames a stock client in another process received through TCP.
         realtime: the measures that were in force under the wall clock.
+        fleet: eight actuators on four buses, in lock-step.
 
     """
 
     rk4_step_us: float
+    rk4_step_all_us: float
     tick_us: dict[str, float]
     lockstep_x: float
     lateness_us: dict[str, float]
@@ -61,6 +67,7 @@ class Speeds:
     overruns: int
     tcp_frames_per_s: float
     realtime: list[str]
+    fleet: FleetSpeed
 
 
 def measure(
@@ -74,9 +81,12 @@ def measure(
         master = _Master(listener, config.nodes[0].id)
         master.start(rig)
         say("Integration step ...")
-        step_us = _step_us(rig)
+        step_us = _step_us(rig.plant)
+        step_all_us = _step_us(_with_everything(rig, config))
         say("Lock-step ...")
         lockstep_x, tick = _lockstep(rig, master)
+        say("Eight actuators ...")
+        fleet = measure_fleet(cache)
         say("TCP ...")
         tcp_rate = _tcp_rate()
         say(f"Wall clock, {duration:g} s ...")
@@ -84,6 +94,7 @@ def measure(
         wall = _wall_clock(rig, master, duration)
     return Speeds(
         rk4_step_us=step_us,
+        rk4_step_all_us=step_all_us,
         tick_us={key: tick.execution.summary()[key] for key in ("p50", "p99")},
         lockstep_x=lockstep_x,
         lateness_us=wall.lateness.summary(),
@@ -91,6 +102,7 @@ def measure(
         overruns=wall.overruns,
         tcp_frames_per_s=tcp_rate,
         realtime=[str(m) for m in measures],
+        fleet=fleet,
     )
 
 
@@ -115,10 +127,17 @@ class _Master:
             pass
 
 
-def _step_us(rig: Rig) -> float:
+def _with_everything(rig: Rig, config: Configuration) -> Plant:
+    """Return the actuator with every effect of the plant at its typical value."""
+    plain = [e for e in config.effects if e.stage != transducer]
+    typical = {e.field_of(p): p.typical for e in plain for p in e.params}
+    return Plant(rig.plant.kernel, config.plant | typical, config.step)
+
+
+def _step_us(plant: Plant) -> float:
     def once() -> float:
         begin = time.perf_counter()
-        rig.plant.step(_STEPS)
+        plant.step(_STEPS)
         return (time.perf_counter() - begin) / _STEPS * 1e6
 
     return min(once() for _ in range(_REPEATS))

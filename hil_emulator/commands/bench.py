@@ -34,12 +34,22 @@ def _spread(us: dict[str, float]) -> str:
 def _table(s: Speeds, duration: float) -> str:
     rows = [
         ("integration step (RK4) [us]", f"{s.rk4_step_us:.2f}"),
+        ("the same, all effects on [us]", f"{s.rk4_step_all_us:.2f}"),
         ("tick in lock-step [us]", _spread(s.tick_us)),
         ("lock-step over real time", f"{s.lockstep_x:.1f}"),
         (f"tick under the wall clock, {duration:g} s [us]", _spread(s.execution_us)),
         ("lateness under the wall clock [us]", _spread(s.lateness_us)),
         ("ticks a period late or more", str(s.overruns)),
         ("frames through TCP [1/s]", f"{s.tcp_frames_per_s:.0f}"),
+        (
+            f"{s.fleet.nodes} nodes, 4 buses of {s.fleet.pdos_per_ms:.1f} frames/ms: lock-step",
+            f"{s.fleet.lockstep_x:.1f}",
+        ),
+        (
+            "their tick [us]",
+            f"{s.fleet.tick_us:.0f}: plants {s.fleet.plant_us:.0f}, bus {s.fleet.bus_us:.0f}, "
+            f"sensors and nodes {s.fleet.rest_us:.0f}",
+        ),
     ]
     table = text_table(("measured", "value"), rows)
     return f"{table}\nunder the wall clock: {'; '.join(s.realtime)}"

@@ -1,0 +1,141 @@
+"""Eight actuators, one CANopen node per instrument, on four full buses: a quadruped's worth."""
+
+import itertools
+import struct
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.machine import ActuatorSettings, MachineSettings
+from hil_emulator.frame import Frame
+from hil_emulator.machine import Machine, assemble_machine
+from hil_emulator.places import shipped
+from hil_emulator.rig import FrameDoor
+
+_BUSES = ("left front", "right front", "left hind", "right hind")
+_PER_BUS = 2  # two actuators of four nodes: eight PDOs of up to eight bytes a millisecond
+_TICKS = 1_000  # lock-step ticks timed at once
+_REPEATS = 5
+_SYNC = Frame(0x080)
+_START_ALL = Frame(0x000, bytes([1, 0]))
+
+
+@dataclass(frozen=True)
+class FleetSpeed:
+    """What was measured, and where a tick's time goes; durations in microseconds.
+
+    Attributes:
+        nodes: CANopen nodes in all.
+        pdos_per_ms: TPDOs sent per emulated millisecond on each bus.
+        lockstep_x: emulated over elapsed time.
+        tick_us: one tick of all actuators.
+        plant_us: of it, integrating the actuators.
+        bus_us: of it, handing the frames to python-can's virtual bus.
+        rest_us: of it, sensors and nodes.
+
+    """
+
+    nodes: int
+    pdos_per_ms: float
+    lockstep_x: float
+    tick_us: float
+    plant_us: float
+    bus_us: float
+    rest_us: float
+
+
+def measure_fleet(cache: Path) -> FleetSpeed:
+    """Run a quadruped's actuators in lock-step, SYNC and set points included."""
+    config = load([shipped("configs/hyq_knee.toml"), shipped("configs/hyq_knee_separate.toml")])
+    with _machine(config, cache) as (machine, peers):
+        _exchange(peers, [])
+        machine.step()
+        _exchange(peers, [_START_ALL])
+        machine.step()
+        frames = [_SYNC, *_set_points(config)]
+        seconds, sent = min(_timed(machine, peers, frames) for _ in range(_REPEATS))
+        plants = min(_timed_plants(machine, config) for _ in range(_REPEATS))
+        bus = next(iter(machine.rigs.values())).bus
+        per_frame = min(_timed_bus(bus, peers) for _ in range(_REPEATS))
+    tick_us = seconds / _TICKS * 1e6
+    bus_us = per_frame * sent / _TICKS * 1e6
+    plant_us = plants * 1e6
+    return FleetSpeed(
+        nodes=sum(len(rig.nodes) for rig in machine.rigs.values()),
+        pdos_per_ms=sent / _TICKS / len(_BUSES) / (machine.tick_ns * 1e-6),
+        lockstep_x=_TICKS * machine.tick_ns * 1e-9 / seconds,
+        tick_us=tick_us,
+        plant_us=plant_us,
+        bus_us=bus_us,
+        rest_us=tick_us - plant_us - bus_us,
+    )
+
+
+@contextmanager
+def _machine(config: Configuration, cache: Path) -> Iterator[tuple[Machine, list[Bus]]]:
+    """Yield the machine and a peer on each of its buses."""
+    actuators: list[ActuatorSettings] = []
+    for name, place in itertools.product(_BUSES, range(_PER_BUS)):
+        shifted = tuple(
+            replace(node, id=node.id + place * len(config.nodes)) for node in config.nodes
+        )
+        own = replace(config, nodes=shifted, seed=config.seed + len(actuators))
+        actuators.append(ActuatorSettings(f"{name} {place}", own, name))
+    settings = {n: {"interface": "virtual", "channel": f"bench {n}"} for n in _BUSES}
+    with ExitStack() as stack:
+        buses = {name: stack.enter_context(Bus(table)) for name, table in settings.items()}
+        peers = [stack.enter_context(Bus(table)) for table in settings.values()]
+        machine = MachineSettings(tuple(actuators), settings)
+        yield assemble_machine(machine, buses, cache), peers
+
+
+def _set_points(config: Configuration) -> list[Frame]:
+    """Return the set points of both valves on a bus: active, a tenth of the range."""
+    data = struct.pack("<Hh", 0x0F, 1638)
+    valve = config.nodes[0].id
+    return [Frame(0x200 + valve + i * len(config.nodes), data) for i in range(_PER_BUS)]
+
+
+def _exchange(peers: list[Bus], frames: list[Frame]) -> int:
+    """Send frames on every bus and count what the emulator had sent."""
+    count = 0
+    for peer in peers:
+        while arrived := peer.receive():
+            count += len(arrived)
+        peer.send(frames)
+    return count
+
+
+def _timed(machine: Machine, peers: list[Bus], frames: list[Frame]) -> tuple[float, int]:
+    """Return the time of many ticks [s] and the frames sent in them; the peers' work is not in."""
+    elapsed, sent = 0.0, -_exchange(peers, [])
+    for _ in range(_TICKS):
+        sent += _exchange(peers, frames)
+        begin = time.perf_counter()
+        machine.step()
+        elapsed += time.perf_counter() - begin
+    return elapsed, sent + _exchange(peers, [])
+
+
+def _timed_plants(machine: Machine, config: Configuration) -> float:
+    """Return the time in which all actuators are integrated over one tick [s]."""
+    begin = time.perf_counter()
+    for _ in range(100):
+        for rig in machine.rigs.values():
+            rig.plant.step(config.steps)
+    return (time.perf_counter() - begin) / 100
+
+
+def _timed_bus(bus: FrameDoor, peers: list[Bus]) -> float:
+    """Return the time of sending one frame to a bus with one listener [s]."""
+    frames = [Frame(0x180, bytes(8))] * 8
+    begin = time.perf_counter()
+    for _ in range(100):
+        bus.send(frames)
+    seconds = (time.perf_counter() - begin) / 800
+    _exchange(peers, [])
+    return seconds
