@@ -87,6 +87,7 @@ def main() -> None:
 @click.option("--before", type=_Duration(), default="5 s", help="How long before the trigger.")
 @click.option("--after", type=_Duration(), default="1 s", help="How long after the trigger.")
 @click.option("--fault", "faults", multiple=True, help='TARGET KIND NAME=VALUE...; see "faults".')
+@click.option("--control", type=click.IntRange(0, 65535), help="Port of the remote control (ctl).")
 def run(
     files: tuple[Path, ...],
     bus: str | None,
@@ -97,12 +98,13 @@ def run(
     before: float,
     after: float,
     faults: tuple[str, ...],
+    control: int | None,
 ) -> None:
     """Run the emulator on its bus."""
     from hil_emulator.commands import run as command
 
     capture = command.capture(trigger, before, after)
-    command.run(files, bus, clock, duration, record, capture, faults)
+    command.run(files, bus, clock, duration, record, capture, faults, control)
 
 
 @main.command("faults")
@@ -170,6 +172,16 @@ def convert(recording: Path, targets: tuple[Path, ...]) -> None:
 
     for target in targets:
         exports.export(recording, target)
+
+
+@main.command()
+@click.option("--port", type=click.IntRange(1, 65535), default=29537, show_default=True)
+@click.argument("words", metavar="status|read|fault|end|set ...", nargs=-1)
+def ctl(port: int, words: tuple[str, ...]) -> None:
+    """Control an emulator that runs with --control."""
+    from hil_emulator.commands import ctl as command
+
+    command.ctl(port, words)
 
 
 @main.command()

@@ -8,6 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from hil_emulator.config.load import Configuration
+from hil_emulator.device.abort import SdoAbort
+from hil_emulator.device.binding import raw_value
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
@@ -19,9 +21,10 @@ from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.record import MODEL, Tape
+from hil_emulator.settings import SETTINGS
 
-SETTINGS = {"supply_pressure": "Pa", "external_force": "N"}
-"""Conditions of the surroundings that can be set during a run, with their SI units."""
+COMMANDS = ("valve_current",)
+"""What a node commands the plant to do."""
 
 
 class FrameDoor(Protocol):
@@ -112,15 +115,17 @@ class Rig:
         return running
 
     def set(self, name: str, value: float) -> None:
-        """Set a condition of the surroundings, SI: one of `SETTINGS`.
+        """Set a condition of the surroundings or a set point, SI: one of `SETTINGS`.
 
         Raises:
-            UserError: lists the settings that there are.
+            UserError: lists the settings that there are, or the limit that a set point breaks.
 
         """
         if name not in SETTINGS:
             raise UserError(f"no setting '{name}'; there are {', '.join(SETTINGS)}")
-        if name in (self.plant.kernel.inputs.names or ()):
+        if name in COMMANDS:
+            self._command(name, value)
+        elif name in (self.plant.kernel.inputs.names or ()):
             self.plant.command({name: value})
         else:
             self.faults.parameters.set_sound(name, value)
@@ -141,6 +146,16 @@ class Rig:
         if name.startswith(MODEL):
             return float(self.plant.signals[name.removeprefix(MODEL)])
         return float(self.plant.inputs[name])
+
+    def _command(self, name: str, value: float) -> None:
+        """Write a set point into the nodes, as an SDO client does."""
+        for node in self.nodes:
+            entry = node.dictionary.named(name)
+            assert entry is not None, name
+            try:
+                node.dictionary.write(entry.index, entry.subindex, raw_value(entry, value))
+            except SdoAbort as abort:
+                raise UserError(f"{name}: {value:g} is refused: {abort}") from None
 
     def _ended(self, running: Running) -> None:
         if self.tape:

@@ -25,6 +25,9 @@ ALLOWED = {
         f"{OWN}.model", f"{OWN}.record", f"{OWN}.frame", f"{OWN}.units", f"{OWN}.errors",
         f"{OWN}.__version__",
     },
+    "remote": {
+        f"{OWN}.faults", f"{OWN}.record", f"{OWN}.settings", f"{OWN}.errors",
+    },
     "identify": {
         "numpy", "numba", "scipy", "matplotlib", f"{OWN}.model", f"{OWN}.config", f"{OWN}.units",
         f"{OWN}.errors", f"{OWN}.record", f"{OWN}.places",

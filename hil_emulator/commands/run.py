@@ -24,10 +24,12 @@ from hil_emulator.recording.capture import Capture
 from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.header import header
 from hil_emulator.recording.tape import FileTape
+from hil_emulator.remote.desk import Desk
 from hil_emulator.rig import Rig, assemble
 
 _FOREVER = 2**62
 _STATUS_S = 0.5  # between two status lines
+_CONTROL_S = 0.01  # emulator time between two looks at the remote control
 
 
 def run(
@@ -38,6 +40,7 @@ def run(
     record: Sequence[Path] = (),
     capture: Capture | None = None,
     faults: Sequence[str] = (),
+    control: int | None = None,
 ) -> None:
     """Run the emulator.
 
@@ -49,6 +52,7 @@ def run(
         record: files for signals and frames; see `recording.exports`.
         capture: records only what is around a condition, where there is one.
         faults: what breaks, a line each; see `faults.fault.spoken`.
+        control: TCP port of the remote control; off without one.
 
     Raises:
         UserError: for whatever the user can mend.
@@ -64,7 +68,7 @@ def run(
         follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
         click.echo("Preparing the model (a few seconds the first time) ...", err=True)
         rig = assemble(config, follow or door, cache_folder())
-        with _recording(rig, config, record, capture):
+        with _recording(rig, config, record, capture), _desk(control) as desk:
             for fault in broken:
                 rig.inject(fault)
             measures = [] if clock == "lockstep" else realtime.apply()
@@ -72,9 +76,23 @@ def run(
             ticks = _FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
             timing = Timing()
             try:
-                _loop(rig, _clock(clock, config, follow, rig), ticks, timing, door, config)
+                _loop(rig, _clock(clock, config, follow, rig), ticks, timing, door, config, desk)
             finally:
                 click.echo(summary(rig, timing, door))
+
+
+@contextmanager
+def _desk(port: int | None) -> Iterator[Desk | None]:
+    """Serve the remote control meanwhile, where there is a port for it."""
+    if port is None:
+        yield None
+        return
+    desk = Desk(port)
+    try:
+        click.echo(f"control   http://127.0.0.1:{desk.port}")
+        yield desk
+    finally:
+        desk.close()
 
 
 def capture(trigger: str | None, before: float, after: float) -> Capture | None:
@@ -141,17 +159,26 @@ def _banner(
 
 
 def _loop(
-    rig: Rig, clock: Clock, ticks: int, timing: Timing, bus: Bus, config: Configuration
+    rig: Rig,
+    clock: Clock,
+    ticks: int,
+    timing: Timing,
+    bus: Bus,
+    config: Configuration,
+    desk: Desk | None,
 ) -> None:
-    """Run in slices, with a status line between them; Ctrl-C and SIGTERM end it."""
+    """Run in slices; between them a status line and remote control; Ctrl-C, SIGTERM end it."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     live = sys.stderr.isatty()
-    slice_ticks = max(1, round(_STATUS_S * 1e9 / rig.tick_ns)) if live else ticks
+    pause = _CONTROL_S if desk else _STATUS_S
+    slice_ticks = max(1, round(pause * 1e9 / rig.tick_ns)) if live or desk else ticks
     shown = 0.0
     try:
         while timing.ticks < ticks:
             part = min(slice_ticks, ticks - timing.ticks)
             run_loop(rig, clock, part, timing, stop_when_late=config.late == "stop")
+            if desk:
+                desk.serve(rig)
             if live and time.monotonic() - shown > _STATUS_S / 2:
                 shown = time.monotonic()
                 _status(rig, timing, bus)

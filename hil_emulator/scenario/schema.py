@@ -10,7 +10,7 @@ from hil_emulator import condition
 from hil_emulator.condition import Condition
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
-from hil_emulator.rig import SETTINGS
+from hil_emulator.settings import SETTINGS
 from hil_emulator.units import to_si
 
 SET_POINTS = {"position": "m", "load_force": "N", "valve_current": "A"}

@@ -15,7 +15,8 @@ from hil_emulator.places import cache_folder
 from hil_emulator.record import MODEL, Recorder, columns
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
-from hil_emulator.rig import SETTINGS, assemble
+from hil_emulator.rig import assemble
+from hil_emulator.settings import setting
 from hil_emulator.units import to_si
 
 _numbers = itertools.count()
@@ -183,18 +184,3 @@ class Emulator:
         if isinstance(what, str):
             return [(name, units[name]) for name, _, _ in condition.parse(what).terms]
         return [(n, units[n]) for n in self.rig.sensors.names]
-
-
-def setting(name: str, value: str) -> float:
-    """Return the value of a setting in SI.
-
-    Raises:
-        UserError: for an unknown setting or a wrong unit.
-
-    """
-    if name not in SETTINGS:
-        raise UserError(f"no setting '{name}'; there are {', '.join(SETTINGS)}")
-    try:
-        return to_si(value, SETTINGS[name])
-    except ValueError as error:
-        raise UserError(f"{name}: {error}") from None

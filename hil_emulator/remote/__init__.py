@@ -1,0 +1,1 @@
+"""Remote control of a running emulator: HTTP and JSON on this machine, beside the loop."""

@@ -1,0 +1,160 @@
+"""Remote control of a running emulator, as a script and as a browser would use it."""
+
+import http.client
+import json
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from hil_emulator.errors import UserError
+from hil_emulator.places import shipped
+from hil_emulator.remote.client import request
+
+
+@pytest.fixture(scope="module")
+def port() -> Iterator[int]:
+    """Yield the port of an emulator under the wall clock."""
+    process = start("0")
+    assert process.stdout is not None
+    line = next(line for line in process.stdout if line.startswith("control"))
+    next(line for line in process.stdout if "Ctrl-C ends." in line)
+    number = int(line.rpartition(":")[2])
+    yield number
+    process.terminate()
+    assert process.wait(timeout=30) == 0
+    with pytest.raises(UserError, match="no emulator answers"):
+        request(number, "GET", "/status")
+
+
+def start(port: str, *options: str) -> subprocess.Popen[str]:
+    """Return an emulator with a remote control."""
+    command = [sys.executable, "-m", "hil_emulator", "run", str(shipped("configs/hyq_knee.toml"))]
+    return subprocess.Popen(
+        [*command, "--bus", "virtual:remote", "--control", port, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def ctl(port: int, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run `hil-emulator ctl`."""
+    command = [sys.executable, "-m", "hil_emulator", "ctl", "--port", str(port), *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+def value(port: int, name: str) -> float:
+    """Return a signal's present value."""
+    return float(request(port, "GET", f"/signals?name={name}")["signals"][name]["value"])
+
+
+def until(port: int, name: str, low: float, high: float) -> None:
+    """Wait until a signal is in a band."""
+    deadline = time.monotonic() + 20.0
+    while not low < value(port, name) < high:
+        assert time.monotonic() < deadline, f"{name} is {value(port, name)}"
+        time.sleep(0.02)
+
+
+def test_a_fault_begins_and_ends_at_a_word(port: int) -> None:
+    """The supply is lost while the loop runs, listed, and back when it is ended."""
+    assert "fault" in ctl(port, "fault", "supply", "droop", "drop=60 bar").stdout
+    until(port, "supply_pressure", 95e5, 105e5)
+    (listed,) = request(port, "GET", "/status")["faults"]
+    assert listed["fault"] == "supply droop, drop 60 bar"
+    assert f"ended [{listed['number']}]" in ctl(port, "end").stdout
+    until(port, "supply_pressure", 155e5, 165e5)
+
+
+def test_supply_and_load_can_be_set(port: int) -> None:
+    """The signals follow; `read` prints them with their units."""
+    assert ctl(port, "set", "supply_pressure", "120 bar").returncode == 0
+    until(port, "supply_pressure", 115e5, 125e5)
+    request(port, "PUT", "/settings", {"supply_pressure": "160 bar", "external_force": "200 N"})
+    until(port, "external_force", 199.0, 201.0)
+    text = ctl(port, "read", "external_force").stdout
+    assert text.split()[-3:] == ["external_force", "200", "N"]
+
+
+def test_a_set_point_is_written_into_the_node(port: int) -> None:
+    """As an SDO client would; beyond the object's limit it is refused."""
+    assert request(port, "PUT", "/settings", {"valve_current": "1 mA"})["set"]
+    with pytest.raises(UserError, match="valve_current: 5 is refused"):
+        request(port, "PUT", "/settings", {"valve_current": "5 A"})
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("fault", "supply", "stuck"), "supply cannot have 'stuck'"),
+        (("fault", "pressure_a", "offset", "value=3"), "a pressure is wanted"),
+        (("fault", "pressure_a", "offset", "3"), "is not NAME=VALUE"),
+        (("set", "temperature", "3"), "no setting 'temperature'"),
+        (("read", "speed"), "no signal 'speed'"),
+        (("end", "99"), "no fault number 99"),
+        (("jump",), "not understood; write one of"),
+    ],
+)
+def test_a_mistake_is_one_message(port: int, words: tuple[str, ...], message: str) -> None:
+    """The same messages as everywhere, exit code 2; the loop goes on."""
+    result = ctl(port, *words)
+    assert result.returncode == 2
+    assert message in result.stderr
+    before = request(port, "GET", "/status")["time"]
+    time.sleep(0.1)
+    assert request(port, "GET", "/status")["time"] > before
+
+
+def answer(port: int, method: str, path: str, body: bytes = b"", **headers: str) -> int:
+    """Return the status of a request with headers of one's own."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    connection.request(method, path, body, {k.replace("_", "-"): v for k, v in headers.items()})
+    status = connection.getresponse().status
+    connection.close()
+    return status
+
+
+def test_other_origins_are_refused(port: int) -> None:
+    """A page of another site, a host name rebound to this machine, a body that is no JSON."""
+    body = json.dumps({"target": "supply", "kind": "loss"}).encode()
+    kind = "application/json"
+    assert (
+        answer(port, "POST", "/faults", body, Content_Type=kind, Origin="http://evil.test") == 403
+    )
+    assert answer(port, "GET", "/signals", Origin="null") == 403
+    assert answer(port, "GET", "/signals", Host="evil.test") == 403
+    assert answer(port, "POST", "/faults", body, Content_Type="text/plain") == 415
+    assert answer(port, "POST", "/faults", b"{", Content_Type=kind) == 400
+    assert answer(port, "POST", "/faults", b"[]", Content_Type=kind) == 400
+    assert answer(port, "PUT", "/settings", b'{"supply_pressure": []}', Content_Type=kind) == 400
+    assert answer(port, "GET", "/nothing") == 404
+    assert answer(port, "GET", "/signals", Origin=f"http://127.0.0.1:{port}") == 200
+    assert request(port, "GET", "/status")["faults"] == []
+
+
+def test_it_listens_on_this_machine_only(port: int) -> None:
+    """No other address of this machine accepts a connection."""
+    with socket.socket() as probe:
+        probe.settimeout(2)
+        assert probe.connect_ex(("127.0.0.2", port)) != 0
+
+
+def test_it_is_off_unless_asked_for(port: int) -> None:
+    """Without --control nothing is said of it, and no process is started."""
+    command = [sys.executable, "-m", "hil_emulator", "run", str(shipped("configs/hyq_knee.toml"))]
+    options = ["--bus", "virtual:off", "--clock", "lockstep", "--duration", "10 ms"]
+    result = subprocess.run([*command, *options], capture_output=True, text=True, check=True)
+    assert "control" not in result.stdout
+
+
+def test_a_port_in_use_is_one_message(port: int) -> None:
+    """The second emulator at the same port says so and ends."""
+    process = start(str(port))
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert f"--control {port}: " in errors
+    assert "choose another port" in errors
