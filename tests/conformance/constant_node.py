@@ -47,15 +47,15 @@ def make_node(eds: Path, node_id: int) -> Node:
     return Node(dictionary, list(READINGS), {"valve_current": 0.0} if commanding else {})
 
 
-def stepper(node: Node, door: FrameDoor, tick_ns: int = TICK_NS) -> Callable[[], None]:
+def stepper(node: Node, door: FrameDoor, begin_ns: int = 0) -> Callable[[], None]:
     """Return a function that lets one tick of a node on a bus pass."""
-    now_ns = 0
+    now_ns = begin_ns
 
     def step() -> None:
         nonlocal now_ns
         node.receive(now_ns, door.receive())
         door.send(node.publish(now_ns, Measured(list(READINGS.values()), [0] * len(READINGS))))
-        now_ns += tick_ns
+        now_ns += TICK_NS
 
     return step
 
