@@ -1,8 +1,9 @@
 """The CANopen node: the services of CiA 301 around one dictionary.
 
 The order of a tick is the contract with the rig: `receive` all frames, move the plant, `publish`
-its sample. Within `publish` frames come in this order, which is that of their priority on a
-bus with the predefined connection set: EMCY, TPDOs by number, SDO answers, error control.
+its sample. Within `publish` frames come in this order, which is nearly that of their priority on a
+bus with the predefined connection set: SYNC, TIME, EMCY, TPDOs by number, SDO answers, error
+control.
 """
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -30,11 +31,12 @@ from hil_emulator.device.node_guarding import NodeGuarding
 from hil_emulator.device.pdo import PdoParameters
 from hil_emulator.device.process_data import Handler, ProcessData
 from hil_emulator.device.profiles.choice import profile_of
-from hil_emulator.device.sdo import SdoServer
+from hil_emulator.device.sdo_channels import SdoChannels
 from hil_emulator.device.storage import MemoryStorage, ParameterStore, Storage
-from hil_emulator.device.sync import SyncConsumer
-from hil_emulator.device.time_stamp import TimeConsumer
+from hil_emulator.device.sync import SyncConsumer, SyncProducer
+from hil_emulator.device.time_stamp import TimeStamp
 from hil_emulator.device.trigger import Trigger
+from hil_emulator.device.verify_configuration import VerifyConfiguration
 from hil_emulator.frame import Frame
 
 
@@ -82,12 +84,14 @@ class Node:
         self._store.reset(ALL_OBJECTS)
         self._set_points.fall_back()
         self._profile.reset()
-        self._sdo = SdoServer(dictionary)
+        self._sdo = SdoChannels(dictionary, self._route)
         self._heartbeat = Heartbeat(dictionary)
         self._guarding = NodeGuarding(dictionary, self._emergency)
         self._consumer = HeartbeatConsumer(dictionary, self._emergency, self._route)
         self._sync = SyncConsumer(dictionary, self._emergency, self._route)
-        self._time = TimeConsumer(dictionary, self._route)
+        self._sync_producer = SyncProducer(dictionary)
+        self._time = TimeStamp(dictionary, self._route)
+        VerifyConfiguration(dictionary)
         triggers = [Trigger(entry, delta=entry.delta) for entry in dictionary if entry.delta]
         self._pdos = ProcessData(
             dictionary,
@@ -156,6 +160,7 @@ class Node:
             return frames
         self._sensors.check_ranges(measured.overrange)
         if self._state is not State.STOPPED:
+            self._produce(now_ns, frames)
             self._emergency.publish(now_ns, frames)
             if self._state is State.OPERATIONAL:
                 self._pdos.publish(now_ns, frames)
@@ -163,6 +168,16 @@ class Node:
         self._guarding.publish(self._state, frames)
         self._heartbeat.publish(now_ns, self._state, frames)
         return frames
+
+    def _produce(self, now_ns: int, frames: list[Frame]) -> None:
+        """Append SYNC and TIME where the node is their producer; it hears its own SYNC too."""
+        sync = self._sync_producer.due(now_ns)
+        if sync is not None:
+            frames.append(sync)
+            self._on_sync(now_ns, sync.data)
+        time = self._time.due(now_ns)
+        if time is not None:
+            frames.append(time)
 
     def raise_error(self, key: Hashable, code: int, bit: ErrorBit) -> None:
         """Let the node report an error of its hardware, until it is cleared.
@@ -230,6 +245,7 @@ class Node:
         self._set_points.stale = True
         if state is State.STOPPED:
             self._sdo.reset()
+            self._sync_producer.reset()
         if state is State.OPERATIONAL:
             self._pdos.start()
         self._route()
@@ -256,6 +272,8 @@ class Node:
         if self._sensors.shown is not None:
             self._profile.measure(0, self._sensors.shown)  # nothing is monitored yet
         self._sdo.reset()
+        self._sync_producer.reset()
+        self._time.reset()
         self._pdos.reload()
         self._guarding.reset()
         self._consumer.reset()
@@ -278,7 +296,7 @@ class Node:
             for node_id in self._consumer.node_ids:
                 routes[ERROR_CONTROL_COB_ID + node_id] = [self._heartbeat_handler(node_id)]
         if self._state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
-            routes[self._sdo.request_can_id] = [self._sdo.request]
+            self._sdo.add_routes(routes)
             if self._sync.can_id is not None:
                 routes.setdefault(self._sync.can_id, []).append(self._on_sync)
             if self._time.can_id is not None:

@@ -9,6 +9,7 @@ import struct
 from dataclasses import dataclass
 from typing import Protocol
 
+from hil_emulator.device import cob_id
 from hil_emulator.device.abort import AbortCode, SdoAbort
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.sdo_block import MAX_BLOCK, BlockDownload, BlockUpload, check_block_size
@@ -60,26 +61,37 @@ class SdoServer:
 
     Args:
         dictionary: what is read and written.
+        index: the channel's parameters, 0x1200 or one of those that follow.
 
     """
 
-    def __init__(self, dictionary: Dictionary) -> None:
+    def __init__(self, dictionary: Dictionary, index: int = SDO_SERVER_PARAMETER) -> None:
         self._dictionary = dictionary
+        self._index = index
         self.reset()
 
     @property
-    def request_can_id(self) -> int:
-        """Identifier of the client's requests: 0x1200:01, or the predefined one."""
-        return self._can_id(1, 0x600)
+    def exists(self) -> bool:
+        """Whether both COB-IDs of the channel are valid."""
+        return not (self._cob_id(1, 0x600) | self._cob_id(2, 0x580)) & cob_id.INVALID
 
-    def _can_id(self, subindex: int, predefined: int) -> int:
-        entry = self._dictionary.get(SDO_SERVER_PARAMETER, subindex)
-        value = predefined + self._dictionary.node_id if entry is None else int(entry.value)
-        return value & 0x7FF
+    @property
+    def request_can_id(self) -> int:
+        """Identifier of the client's requests: sub-index 1, or the predefined one."""
+        return self._cob_id(1, 0x600) & cob_id.CAN_ID_MASK
+
+    @property
+    def answer_can_id(self) -> int:
+        """Identifier of the answers: sub-index 2, or the predefined one."""
+        return self._cob_id(2, 0x580) & cob_id.CAN_ID_MASK
+
+    def _cob_id(self, subindex: int, predefined: int) -> int:
+        entry = self._dictionary.get(self._index, subindex)
+        return predefined + self._dictionary.node_id if entry is None else int(entry.value)
 
     def reset(self) -> None:
         """Drop the transfer under way and all answers not yet sent."""
-        self._answer_can_id = self._can_id(2, 0x580)
+        self._answer_can_id = self.answer_can_id
         self._transfer: _Transfer | None = None
         self._upload: _PendingUpload | None = None
         self._answers: list[bytes] = []

@@ -1,4 +1,7 @@
-"""SYNC consumer: which frame is the SYNC, and is it well formed (CiA 301 7.2.5)."""
+"""SYNC: which frame it is, is it well formed, and, as its producer, when it is due.
+
+CiA 301 7.2.5, 7.5.2.5 to 7.5.2.7 and 7.5.2.22.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,6 +11,7 @@ from hil_emulator.device.abort import AbortCode, SdoAbort
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
 from hil_emulator.device.entry import Entry
+from hil_emulator.frame import Frame
 
 SYNC_COB_ID = 0x1005
 COMMUNICATION_CYCLE_PERIOD = 0x1006
@@ -66,8 +70,9 @@ class SyncConsumer:
     def check(self, entry: Entry, value: Any) -> None:
         """Refuse what CiA 301 7.5.2.5 and 7.5.2.22 do not allow.
 
-        Producing SYNC, bad identifiers and a counter of 1 or above 240 are 0609 0030; a change
-        of the counter while 0x1006 is not 0 is 0800 0022.
+        Bad identifiers, another identifier while the node produces SYNC, producing it without a
+        cycle period object, and a counter of 1 or above 240 are 0609 0030; a change of the
+        counter while 0x1006 is not 0 is 0800 0022.
         """
         if entry.index == SYNC_COUNTER_OVERFLOW:
             if self._period is not None and self._period.value != 0:
@@ -75,10 +80,63 @@ class SyncConsumer:
             if value not in _COUNTER_VALUES:
                 raise SdoAbort(AbortCode.INVALID_VALUE)
             return
-        if value & cob_id.PRODUCER:
+        moved = (entry.value ^ value) & cob_id.CAN_ID_MASK
+        if moved and entry.value & value & cob_id.PRODUCER:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        if value & cob_id.PRODUCER and self._period is None:
             raise SdoAbort(AbortCode.INVALID_VALUE)
         cob_id.check_can_id(value)
 
     def changed(self, entry: Entry) -> None:
         """Listen for the new identifier."""
         self._on_change()
+
+
+class SyncProducer:
+    """Sends SYNC while bit 30 of 0x1005 is set and the cycle period 0x1006 is not 0.
+
+    The period is in us and never drifts; one that is shorter than a tick gives a SYNC per tick.
+    The counter begins with 1 whenever producing begins.
+
+    Args:
+        dictionary: the node's dictionary.
+
+    """
+
+    def __init__(self, dictionary: Dictionary) -> None:
+        self._cob_id = dictionary.get(SYNC_COB_ID)
+        self._period = dictionary.get(COMMUNICATION_CYCLE_PERIOD)
+        self._overflow = dictionary.get(SYNC_COUNTER_OVERFLOW)
+        self._running_ns = 0  # the period in force, 0 while SYNC is not produced
+        self._next_ns = 0
+        self._counter = 0
+
+    def reset(self) -> None:
+        """Begin afresh: after a reset, and on leaving STOPPED."""
+        self._running_ns = 0
+
+    def due(self, now_ns: int) -> Frame | None:
+        """Return the SYNC to send now, if one is due."""
+        period_ns = self._period_ns()
+        if period_ns != self._running_ns:
+            self._running_ns = period_ns
+            self._next_ns = now_ns + period_ns
+            self._counter = 0
+            return None
+        if not period_ns or now_ns < self._next_ns:
+            return None
+        self._next_ns += ((now_ns - self._next_ns) // period_ns + 1) * period_ns
+        assert self._cob_id is not None  # without it there is no period
+        return Frame(self._cob_id.value & cob_id.CAN_ID_MASK, self._data())
+
+    def _period_ns(self) -> int:
+        if self._cob_id is None or self._period is None:
+            return 0
+        return self._period.value * NS_PER_US if self._cob_id.value & cob_id.PRODUCER else 0
+
+    def _data(self) -> bytes:
+        overflow = 0 if self._overflow is None else self._overflow.value
+        if not overflow:
+            return b""
+        self._counter = self._counter % overflow + 1
+        return bytes([self._counter])

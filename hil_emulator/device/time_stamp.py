@@ -1,7 +1,8 @@
-"""TIME consumer: the network's time of day (CiA 301 7.2.6).
+"""TIME: the network's time of day (CiA 301 7.2.6).
 
-The node only shows what it is told: its own time is an argument, and the object `network_time`
-holds the last TIME message received.
+As a consumer the node only shows what it is told: the object `network_time` holds the last TIME
+message received. As a producer it tells the time since it was switched on, which begins with
+1 January 1984, or goes on from the last TIME message it has heard.
 """
 
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from hil_emulator.device import cob_id
 from hil_emulator.device.abort import AbortCode, SdoAbort
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
+from hil_emulator.frame import Frame
 
 TIME_COB_ID = 0x1012
 CONSUMER = 1 << 31
@@ -22,8 +24,18 @@ _RESERVED = 0xF000_0000
 """Upper bits of the milliseconds, which CiA 301 7.4.7.1 leaves void."""
 
 
-class TimeConsumer:
-    """Takes TIME messages while bit 31 of 0x1012 is set.
+PERIOD_NS = 1_000_000_000
+"""Between two TIME messages; CiA 301 leaves it open (assumed)."""
+NS_PER_MS = 1_000_000
+MS_PER_DAY = 86_400_000
+DAYS_SHIFT = 32
+"""Days since 1984 stand above the milliseconds of the day (CiA 301 7.4.7.1)."""
+UNSTARTED = -1
+_MILLISECONDS = 0x0FFF_FFFF
+
+
+class TimeStamp:
+    """Takes TIME messages while bit 31 of 0x1012 is set, and sends them while bit 30 is.
 
     Args:
         dictionary: the node's dictionary.
@@ -35,6 +47,9 @@ class TimeConsumer:
         self._cob_id = dictionary.get(TIME_COB_ID)
         self._shown = dictionary.named(NETWORK_TIME)
         self._on_change = on_change
+        self._heard_ns = 0
+        self._heard_ms = 0
+        self._next_ns = UNSTARTED
         dictionary.watch(TIME_COB_ID, self)
 
     @property
@@ -44,14 +59,39 @@ class TimeConsumer:
             return None
         return int(self._cob_id.value) & cob_id.CAN_ID_MASK
 
+    def reset(self) -> None:
+        """Begin a new period: after a reset."""
+        self._next_ns = UNSTARTED
+
+    def due(self, now_ns: int) -> Frame | None:
+        """Return the TIME to send now, once a second while bit 30 of 0x1012 is set."""
+        if self._cob_id is None or not self._cob_id.value & cob_id.PRODUCER:
+            self._next_ns = UNSTARTED
+            return None
+        if self._next_ns == UNSTARTED:
+            self._next_ns = now_ns + PERIOD_NS
+        if now_ns < self._next_ns:
+            return None
+        self._next_ns += ((now_ns - self._next_ns) // PERIOD_NS + 1) * PERIOD_NS
+        elapsed_ms = self._heard_ms + (now_ns - self._heard_ns) // NS_PER_MS
+        days, milliseconds = divmod(elapsed_ms, MS_PER_DAY)
+        data = (days << DAYS_SHIFT | milliseconds).to_bytes(_LENGTH, "little")
+        return Frame(self._cob_id.value & cob_id.CAN_ID_MASK, data)
+
     def receive(self, now_ns: int, data: bytes) -> None:
         """Take a message; one of another length is no TIME."""
-        if len(data) == _LENGTH and self._shown is not None:
-            self._shown.value = int.from_bytes(data, "little") & ~_RESERVED
+        if len(data) != _LENGTH:
+            return
+        value = int.from_bytes(data, "little") & ~_RESERVED
+        self._heard_ns = now_ns
+        self._heard_ms = (value >> DAYS_SHIFT) * MS_PER_DAY + (value & _MILLISECONDS)
+        if self._shown is not None:
+            self._shown.value = value
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Refuse to produce TIME, and identifiers that are not allowed (0609 0030)."""
-        if value & cob_id.PRODUCER:
+        """Refuse bad identifiers, and another one while the node produces TIME (0609 0030)."""
+        moved = (entry.value ^ value) & cob_id.CAN_ID_MASK
+        if moved and entry.value & value & cob_id.PRODUCER:
             raise SdoAbort(AbortCode.INVALID_VALUE)
         cob_id.check_can_id(value)
 

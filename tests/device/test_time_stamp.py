@@ -34,8 +34,36 @@ def test_reserved_bits_do_not_count(master: Master) -> None:
 
 
 def test_consuming_can_be_switched_off(master: Master) -> None:
-    """With bit 31 of 0x1012 clear TIME passes by; producing is refused."""
+    """With bit 31 of 0x1012 clear TIME passes by."""
     master.remote.sdo[0x1012].raw = 0x100
     master.network.time.transmit(EPOCH_1984_S + DAY_S)
     assert network_time(master) == (0, 0)
-    assert master.abort_code(0x1012, 0, (0xC000_0100).to_bytes(4, "little")) == 0x06090030
+
+
+def test_time_is_produced_once_a_second(master: Master) -> None:
+    """With bit 30 of 0x1012 the node tells the time, beginning with 1984."""
+    master.remote.sdo[0x1012].raw = 0x4000_0100
+    master.run(2100)
+    assert len(master.data(0x100)) == 2
+    first, second = (int.from_bytes(data[:4], "little") for data in master.data(0x100))
+    assert second - first == 1000
+    assert master.data(0x100)[0][4:] == b"\0\0"
+
+
+def test_produced_time_goes_on_from_the_one_heard(master: Master) -> None:
+    """A node that has heard the time before tells that one, past midnight too."""
+    master.network.time.transmit(EPOCH_1984_S + 3 * DAY_S - 0.5)
+    master.remote.sdo[0x1012].raw = 0x4000_0100
+    master.run(1100)
+    (data,) = master.data(0x100)
+    assert int.from_bytes(data[4:], "little") == 3
+    assert 400 < int.from_bytes(data[:4], "little") < 700
+
+
+def test_a_produced_time_keeps_its_identifier(master: Master) -> None:
+    """It can be switched off, not moved, while it is produced."""
+    master.remote.sdo[0x1012].raw = 0x4000_0100
+    assert master.abort_code(0x1012, 0, (0x4000_0101).to_bytes(4, "little")) == 0x06090030
+    master.remote.sdo[0x1012].raw = 0x8000_0100
+    master.run(1100)
+    assert master.data(0x100) == []
