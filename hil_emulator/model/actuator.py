@@ -19,7 +19,7 @@ from typing import Any
 
 from hil_emulator.model.constants import (
     ATMOSPHERE,
-    FASTEST_DRY_FRICTION,
+    FASTEST_SLIP,
     LIGHTEST_ROD,
     PIECES,
     SMALLEST_VOLUME,
@@ -226,12 +226,12 @@ def friction_force(x: Any, dx: Any, par: Any, held: Any, y: Any, mass: float) ->
     rate F/(m v_w) at which dry friction stops the mass.
     """
     v = x.velocity
-    smooth = friction(par, x, dx, v, x.position, held.viscosity)
-    level = dry_friction(par, x, dx, v, x.position, y.pressure_a, y.pressure_b)
     scale = friction_scale(par, x, dx, 1.0, v, x.position)
-    slowest = scale * level / (mass * FASTEST_DRY_FRICTION)
+    smooth = friction(par, x, dx, v, x.position, held.viscosity, scale)
+    level = scale * dry_friction(par, x, dx, v, x.position, y.pressure_a, y.pressure_b)
+    slowest = level / (mass * FASTEST_SLIP)
     width = max(par.friction_transition_velocity, slowest)
-    force: float = scale * (smooth + level * math.tanh(v / width))
+    force: float = smooth + level * math.tanh(v / width)
     return force
 
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.model.constants import (
-    ATMOSPHERE, FASTEST_DRY_FRICTION, LIGHTEST_ROD, PIECES, SMALLEST_VOLUME, VELOCITY_DOUBT,
+    ATMOSPHERE, FASTEST_SLIP, LIGHTEST_ROD, PIECES, SMALLEST_VOLUME, VELOCITY_DOUBT,
 )
 '''
 

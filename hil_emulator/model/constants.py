@@ -13,11 +13,11 @@ LIGHTEST_ROD = 0.1
 SMALLEST_VOLUME = 0.01
 """Part of its dead volume that a chamber keeps, wherever the rod is (assumed)."""
 
-FASTEST_DRY_FRICTION = 5e4
-"""Largest rate at which dry friction may stop a mass [1/s] (assumed).
+FASTEST_SLIP = 5e4
+"""Largest rate at which dry friction, bristles or magnetisation change sides [1/s] (assumed).
 
-A step of 20 us is exact to 1e-4 at this rate. Dry friction on a light rod changes its sign over a
-wider velocity where the transition velocity alone would be faster."""
+A step of 20 us is exact to 1e-4 at this rate. Where a light mass or a high speed would be faster,
+the change takes a wider way instead; nothing else about it differs."""
 
 PIECES = 8
 """Number of pieces into which the integrator divides a step in which something hits (assumed)."""

@@ -82,7 +82,7 @@ outward_leakage = Stage(
 
 # rod and load
 friction = Stage(
-    "friction", "friction", ("velocity", "position", "viscosity"),
+    "friction", "friction", ("velocity", "position", "viscosity", "scale"),
     "friction force of the seals that is continuous in velocity", "N", "sum",
 )  # fmt: skip
 dry_friction = Stage(

@@ -6,6 +6,7 @@ continuous as tanh(v/v_t).
 
 import math
 
+from hil_emulator.model.constants import FASTEST_SLIP
 from hil_emulator.model.declare import Param, Quantity, effect
 from hil_emulator.model.stages import dry_friction, friction, friction_scale
 
@@ -22,9 +23,9 @@ _STRIBECK_VELOCITY = Param(
     source="S1 eq. 3.18",
     signature="hydraulic force minus load cell, proportional to velocity",
 )  # fmt: skip
-def viscous_friction(velocity: float, viscosity: float, coefficient: float) -> float:
+def viscous_friction(velocity: float, viscosity: float, scale: float, coefficient: float) -> float:
     """F = B v nu/nu_40."""
-    return coefficient * velocity * viscosity
+    return scale * coefficient * velocity * viscosity
 
 
 @effect(
@@ -84,13 +85,19 @@ def pressure_friction(pressure_a: float, pressure_b: float, area: float) -> floa
     not_modelled="lag of the lubricant film; stands for coulomb_friction, so set that to 0",
 )  # fmt: skip
 def presliding(
-    velocity: float, bristle: float, force: float, stiffness: float, excess: float,
+    velocity: float, scale: float, bristle: float, force: float, stiffness: float, excess: float,
     stribeck_velocity: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """F = s_0 z,  dz/dt = v - s_0 |v| z / (F_c + F_s exp(-|v|/C_s))."""
+    """F = s_0 z,  dz/dt = v - s_0 |v| z / (F_c + F_s exp(-|v|/C_s)).
+
+    What scales friction scales the level at which bristles slip, not the springs they are. At
+    speeds where bristles would slip faster than anything here may, they follow at that rate.
+    """
     speed = abs(velocity)
-    level = force + excess * math.exp(-speed / stribeck_velocity)
-    return stiffness * bristle, velocity - stiffness * speed * bristle / level
+    level = scale * (force + excess * math.exp(-speed / stribeck_velocity))
+    slip = stiffness * speed / level
+    rate = (velocity - slip * bristle) / max(1.0, slip / FASTEST_SLIP)
+    return stiffness * bristle, rate
 
 
 @effect(

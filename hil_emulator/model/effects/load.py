@@ -93,7 +93,7 @@ def _lever_squared(
     With c = c_0 + x and k = (a² + b² - c²)/2 = a b cos(theta): l = a b sin(theta)/c, so
     l² = (a² b² - k²)/c². Kept above a tenth of the crank, where the triangle would fold.
     """
-    c = retracted_length + position
+    c = max(0.1 * crank, retracted_length + position)
     k = 0.5 * (base_distance * base_distance + crank * crank - c * c)
     squared = (base_distance * base_distance * crank * crank - k * k) / (c * c)
     if squared < 0.01 * crank * crank:

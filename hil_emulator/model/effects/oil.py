@@ -65,8 +65,16 @@ def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus:
     oil,
     knob=Param("fraction", "1", "air volume at 1 atm over oil volume", 0.005, 0.0, 0.2, shown="%"),
     shape=(
-        Param("polytropic_exponent", "1", "1 isothermal, 1.4 adiabatic", 1.4, 1.0, 1.4, default=1.4,
-              source="S2: kappa = 1.4"),
+        Param(
+            "polytropic_exponent",
+            "1",
+            "1 isothermal, 1.4 adiabatic",
+            1.4,
+            1.0,
+            1.4,
+            default=1.4,
+            source="S2: kappa = 1.4",
+        ),
     ),
     source="S2 eq. 1, corrected: the printed one does not give E for vanishing air",
     signature="chambers get soft below some 50 bar; pressures end above vacuum",

@@ -21,6 +21,7 @@ _INF = math.inf
     source="S2 eq. 9-10 with the factor 1/n_s that the printed eq. 10 misses; the mean of "
            "differences is one difference over the window",
     signature="channel velocity alone: trails by half the window, steps with the resolution",
+    not_modelled="windows longer than 127 ticks",
 )  # fmt: skip
 def velocity_estimator(differenced: float, period: float, window: float, history: Array) -> float:
     """v = (x(t) - x(t - n T)) / (n T)."""
@@ -144,6 +145,7 @@ def lag(reading: float, period: float, time_constant: float, memory: float) -> t
     states=(Quantity("history", "span", "readings of the last ticks", length=HISTORY),),
     source="conversion and digital filtering: dead time, linear between ticks",
     signature="phase of the channel, proportional to frequency",
+    not_modelled="readings older than 127 ticks",
 )
 def delay(reading: float, period: float, time: float, history: Array) -> float:
     """y(t) = x(t - T_d)."""

@@ -5,6 +5,7 @@ The spool position is expressed in ampere: the current that holds the spool ther
 
 import math
 
+from hil_emulator.model.constants import FASTEST_SLIP
 from hil_emulator.model.declare import Param, Quantity, effect
 from hil_emulator.model.effects.history import HISTORY, Array, past
 from hil_emulator.model.stages import command, pilot, set_point, spool, spool_force, travel
@@ -16,7 +17,7 @@ from hil_emulator.model.stages import command, pilot, set_point, spool, spool_fo
     states=(Quantity("history", "A", "set points of the last ticks", length=HISTORY),),
     source="dead time of a bus and a digital driver; 0 to 3 ms assumed",
     signature="phase of everything against the set point, proportional to frequency",
-    not_modelled="jitter of the delay",
+    not_modelled="jitter of the delay; set points older than 127 ticks",
 )
 def transport_delay(set_point: float, period: float, time: float, history: Array) -> float:
     """u(t) = u_set(t - T_d), linear between ticks."""
@@ -157,8 +158,9 @@ def hysteresis(
     travel: float, spool_speed: float, side: float, width: float, transition: float
 ) -> tuple[float, float]:
     """u = u_v - (h/2) z,  dz/dt = (du_v/dt - |du_v/dt| z) / u_t."""
-    rate = (spool_speed - abs(spool_speed) * side) / transition
-    return travel - 0.5 * width * side, rate
+    speed = abs(spool_speed)
+    way = max(transition, speed / FASTEST_SLIP)
+    return travel - 0.5 * width * side, (spool_speed - speed * side) / way
 
 
 EFFECTS = (

@@ -1,0 +1,133 @@
+"""The step that a configuration needs, and what holds for every configuration there is."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from reference_machine import STEP, machine
+
+from hil_emulator.model.declare import Param
+from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.model.kernel import Kernel
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.quantities import PARAMS
+from hil_emulator.model.stability import REACH, required_step
+
+PLANT = [e for e in CATALOGUE if e.stage.table != "sensors"]
+LARGE = 1e3
+"""What stands for an infinite bound, relative to the typical value."""
+
+
+def test_the_reference_machine_needs_the_default_step(model: Kernel) -> None:
+    """The fastest mode is the chamber at the stop behind a wide edge: beta K_v u/(v sqrt delta)."""
+    fastest = 1.3e9 * 6.68e-6 * 0.01 / (3e-6 * math.sqrt(1e5))
+    found = required_step(model, machine())
+    assert found == pytest.approx(REACH / fastest, rel=0.02)
+    assert found > STEP
+
+
+def test_every_effect_at_typical_keeps_the_default_step(model: Kernel) -> None:
+    """The whole catalogue on is no reason for a smaller step."""
+    values = machine() | {e.field_of(e.knob): e.knob.typical for e in PLANT}
+    assert required_step(model, values) > STEP
+
+
+@pytest.mark.parametrize(
+    "stiff",
+    [
+        {"valve_laminar_width": 1e3},
+        {"cylinder_dead_volume_a": 1e-7},
+        {"driver_lag_time_constant": 2e-6},
+        {"supply_line_length": 5e-3},
+    ],
+    ids=lambda s: next(iter(s)),
+)
+def test_a_stiff_configuration_needs_less_and_gets_along_with_it(
+    stiff: dict[str, float], model: Kernel
+) -> None:
+    """At the default step it goes wild; at the step that is named it agrees with a finer one."""
+    values = machine(**stiff)
+    step = required_step(model, values)
+    assert step < 0.8 * STEP
+
+    def run(width: float) -> float:
+        plant = Plant(model, values, width)
+        plant.inputs.valve_current = 8e-3
+        plant.step(round(0.02 / width))
+        return float(plant.signals.position)
+
+    assert run(step) == pytest.approx(run(step / 4), rel=1e-3)
+
+
+def choice(param: Param) -> st.SearchStrategy[float]:
+    """Draw a value from a parameter's whole allowed range, small ones as often as large ones."""
+    scale = LARGE * max(abs(param.typical), 1e-30)
+    low, high = max(param.low, -scale), min(param.high, scale)
+    if low < 0.0:
+        return st.floats(low, high)
+    floor = max(low, 1e-6 * high)
+    logarithm = st.floats(math.log(floor), math.log(high))
+    return logarithm.map(lambda e: min(high, max(low, math.exp(e))))
+
+
+def near(param: Param) -> st.SearchStrategy[float]:
+    """Draw a value within a factor of three of the typical one."""
+    factor = st.floats(-1.0, 1.0).map(lambda e: 3.0**e)
+    return factor.map(lambda f: min(param.high, max(param.low, f * param.typical)))
+
+
+@st.composite
+def configurations(
+    draw: st.DrawFn, value: Callable[[Param], st.SearchStrategy[float]]
+) -> dict[str, float]:
+    """Draw an actuator and the effects that act on it."""
+    values = {f"{t}_{p.name}": draw(value(p)) for t, ps in PARAMS.items() for p in ps}
+    values["initial_position"] = values["cylinder_stroke"] * draw(st.floats(0.0, 1.0))
+    for effect in PLANT:
+        if draw(st.booleans()):
+            values |= {effect.field_of(p): draw(value(p)) for p in effect.params}
+    return values
+
+
+@settings(
+    max_examples=40, deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)  # fmt: skip
+@given(values=configurations(choice) | configurations(near), seed=st.integers(0, 2**31))
+def test_no_configuration_leaves_physics(
+    values: dict[str, float], seed: int, model: Kernel
+) -> None:
+    """Whatever is allowed, at the step it needs: finite, no tension in oil, no energy made.
+
+    Losses in valve and leaks are never negative at any moment; what friction, end stops and the
+    coupling have taken in since the start is never negative either.
+    """
+    step = min(STEP, required_step(model, values))
+    if "backlash_gap" in values or "coupling_compliance_compliance" in values:
+        step /= 4  # the account below adds up samples: a ringing coupling needs enough of them
+    plant = Plant(model, values, step)
+    rng = np.random.default_rng(seed)
+    force = values["cylinder_piston_area"] * values["supply_pressure"]
+    friction = stop = coupling = passed = throughput = 0.0
+    for _ in range(20):
+        plant.inputs.valve_current = rng.uniform(-0.02, 0.02)
+        plant.inputs.external_force = rng.uniform(-1.0, 1.0) * force
+        for _ in range(50):
+            plant.step(1)
+            s = plant.signals
+            assert np.all(np.isfinite(plant.signal_vector))
+            assert min(s.pressure_a, s.pressure_b, s.supply_pressure, s.tank_pressure) >= 0.0
+            assert s.valve_loss >= -1e-9 * abs(s.supply_power)
+            assert s.leakage_loss >= 0.0
+            friction += s.friction_loss * step
+            stop -= s.stop_force * s.velocity * step
+            coupling += s.load_force * (s.velocity - s.load_velocity) * step
+            passed += abs(s.load_force * (s.velocity - s.load_velocity)) * step
+            throughput += step * (
+                abs(s.friction_loss) + abs(s.stop_force * s.velocity) + abs(s.load_power)
+            )
+    assert min(friction, stop) >= -1e-2 * throughput
+    assert coupling >= -5e-2 * (throughput + passed)
