@@ -12,6 +12,7 @@ from hil_emulator.device.node import Node
 from hil_emulator.faults import frames, plant, sensor
 from hil_emulator.faults.declare import Layer
 from hil_emulator.faults.fault import Fault
+from hil_emulator.faults.passage import FrameFault
 from hil_emulator.faults.strength import Strength, strength
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant, Sensors
@@ -100,7 +101,7 @@ class Faults:
         self._changes: list[tuple[Running, str, plant.Change]] = []
         self._coil: list[tuple[Running, plant.Change]] = []
         self._samples: list[tuple[Running, sensor.Act]] = []
-        self._frames: list[tuple[Running, Node, frames.FrameFault]] = []
+        self._frames: list[tuple[Running, Node, FrameFault]] = []
         self._freed: list[tuple[Node, list[Frame], list[Frame]]] = []
         self.active = False
 
