@@ -126,8 +126,8 @@ class AnalogueInput:
             return
         value = self._filter(self._slope * self.field.value + self._base)
         self._value = value
-        _show(self._gross, value * self._si)
-        _show(self._net, (value - self._tare) * self._si)
+        _show(self._gross_digits, value)
+        _show(self._net_digits, value - self._tare)
         status = 0
         if direction > 0 or value > self._high:
             status |= POSITIVE_OVERLOAD
@@ -177,6 +177,8 @@ class AnalogueInput:
             real = entry.type.kind == "real"
             entry.unit = unit[0]
             entry.factor = unit[1] if real else unit[1] * 10.0 ** -int(self._digits.value)
+        self._gross_digits = [(entry, self._si / entry.factor) for entry in self._gross]
+        self._net_digits = [(entry, self._si / entry.factor) for entry in self._net]
 
     def _parameter(self, index: int, missing: float, kind: DataType = _REAL32) -> Entry:
         entry = self._dictionary.get(index, self._number)
@@ -187,11 +189,11 @@ class AnalogueInput:
         return [entry for entry in found if entry is not None]
 
 
-def _show(entries: list[Entry], value: float) -> None:
-    """Write a value in SI into objects, saturated to their types."""
-    for entry in entries:
-        raw = value / entry.factor
-        low, high = entry.type.low, entry.type.high
-        if not low <= raw <= high:
-            raw = high if raw > high else low
-        entry.value = raw if entry.type.kind == "real" else round(raw)
+def _show(entries: list[tuple[Entry, float]], value: float) -> None:
+    """Write a value into objects, each with its digits per physical unit, saturated."""
+    for entry, digits in entries:
+        kind = entry.type
+        raw = value * digits
+        if not kind.low <= raw <= kind.high:
+            raw = kind.high if raw > kind.high else kind.low
+        entry.value = raw if kind.kind == "real" else round(raw)
