@@ -63,6 +63,13 @@ def test_a_missing_configuration_is_one_clear_message(tmp_path: Path) -> None:
     assert "nowhere.toml: no such file" in text
 
 
+def test_the_example_of_the_readme_passes(tmp_path: Path) -> None:
+    """As it is printed there."""
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    (code,) = re.findall(r"^```python\n(# test_step\.py\n.*?)^```$", readme, re.M | re.S)
+    assert "1 passed" in suite(tmp_path, code)
+
+
 def test_nothing_is_imported_for_tests_that_do_not_use_it(tmp_path: Path) -> None:
     """A suite that knows nothing of emulators pays nothing: numba and python-can stay out."""
     text = """
