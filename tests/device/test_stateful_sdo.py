@@ -146,6 +146,32 @@ class SdoConversation(RuleBasedStateMachine):
         checksum = crc_hqx(transfer.data[: len(transfer.data) - padding], 0) ^ mistake
         self.say(bytes([0xC1 | padding << 2]) + checksum.to_bytes(2, "little") + bytes(5))
 
+    @rule(block=st.integers(1, 5), received=st.lists(st.integers(0, 5), max_size=4))
+    def upload_blocks(self, block: int, received: list[int]) -> None:
+        """Take a string in blocks of which some segments get lost."""
+        self.begin_block_upload((0x1008, 0), block, 0)
+        self.start_block()
+        for count in received:
+            self.acknowledge(count, block)
+
+    @rule(key=targets, value=values, checked=st.booleans(), mistake=st.booleans())
+    def download_block(
+        self, key: tuple[int, int], value: bytes, checked: bool, mistake: bool
+    ) -> None:
+        """Write an object as a block, at times with a wrong checksum."""
+        self.begin_block_download(key, True, checked, 0)
+        self.send_block_segment(value + bytes(3), True, 0)
+        self.end_block_download(mistake)
+
+    @rule(key=targets, value=values, announced=st.booleans(), short=st.booleans())
+    def download_segment(
+        self, key: tuple[int, int], value: bytes, announced: bool, short: bool
+    ) -> None:
+        """Write an object in a segment, at times with fewer bytes than announced."""
+        length = len(self.reference.objects[key].value)
+        self.begin_download(key, length, announced)
+        self.send_segment(value + bytes(3), 7 - length + short, True, False)
+
     @rule(key=keys)
     def give_up(self, key: tuple[int, int]) -> None:
         """Abort as a client."""
