@@ -19,7 +19,7 @@ NULL_TIME = 4.0
 """Time over which the null drifts [s] (assumed)."""
 
 SUPPLY_DRIFT = 5e4
-"""Standard deviation of what moves the supply beside the model [Pa] (assumed)."""
+"""Largest standard deviation of what moves the supply beside the model [Pa] (assumed)."""
 
 SUPPLY_TIME = 0.02
 """Time over which it does [s] (assumed: pump ripple at some 10 Hz)."""
@@ -123,8 +123,9 @@ class Observer:
         active = np.array([names.index(n) for n in active_names])
         start = self._start(par, measured)
         top = max(float(np.nanmax(np.abs(experiment.current), initial=0.0)), 1e-6)
+        wander = self._supply_drift(experiment)
         cov0, diffusion, decay, scales = self._tuning(
-            par, active_names, start[active], top, experiment.period
+            par, active_names, start[active], top, wander, experiment.period
         )
         z0 = np.concatenate([start[active], [0.0, 0.0]])
         count, n, q = len(measured), len(z0), len(PROBES)
@@ -174,6 +175,15 @@ class Observer:
                 for c in self.channels
             ]
         )
+
+    def _supply_drift(self, experiment: Experiment) -> float:
+        """Return how far the supply wanders: what its reading shows beyond white noise [Pa]."""
+        readings = experiment.readings.get("supply_pressure")
+        if readings is None:
+            return SUPPLY_DRIFT
+        noise = noise_of(readings)
+        beyond = float(np.nanvar(readings)) - noise**2
+        return float(np.clip(np.sqrt(max(beyond, 0.0)), 0.03 * noise + 1.0, SUPPLY_DRIFT))
 
     def _start(self, par: Array, measured: Array) -> Array:
         """Return the state at rest with what was measured at first put in."""
@@ -230,7 +240,13 @@ class Observer:
         frozen.weights = 1.0 / np.array([s if s > 1e-6 else 1.0 for s in spread])
 
     def _tuning(
-        self, par: Array, names: Sequence[str], start: Array, top: float, period: float
+        self,
+        par: Array,
+        names: Sequence[str],
+        start: Array,
+        top: float,
+        wander: float,
+        period: float,
     ) -> tuple[Array, Array, Array, Array]:
         """Return initial covariance, diffusion per sample, decay, and steps of differences."""
         p = dict(zip(self.twin.kernel.parameters.names or (), par.tolist(), strict=True))
@@ -253,7 +269,7 @@ class Observer:
                 for n, s in zip(names, start, strict=True)]  # fmt: skip
         drift = NULL_DRIFT * top
         times = np.array([NULL_TIME, SUPPLY_TIME])
-        levels = np.array([drift, SUPPLY_DRIFT])
+        levels = np.array([drift, wander])
         decay = np.exp(-period / times)
         spread = np.array([r[0] for r in rows] + [10.0 * drift, SUPPLY_DRIFT])
         growth = np.array([r[1] for r in rows]) ** 2 * period
