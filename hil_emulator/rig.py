@@ -92,6 +92,8 @@ class Rig:
 
     def serve(self, frames: Sequence[Frame]) -> None:
         """Let the nodes answer frames at the present moment; the plant stands still."""
+        if self.tape:
+            self.tape.event(self.now_ns, {"serve": len(frames)})
         self._receive(frames)
         self._publish()
 

@@ -52,7 +52,7 @@ def draw(recording: Recording, names: Sequence[str], picture: Path) -> None:
         for name in [n for n in names if units[n] == unit]:
             dashed = "--" if name.startswith(MODEL) else "-"
             axis.plot(table["time"], table[name] / factor(unit, shown), dashed, lw=0.9, label=name)
-        for now_ns, _ in recording.events:
+        for now_ns in [now for now, what in recording.events if "serve" not in what]:
             axis.axvline(now_ns * 1e-9, color="0.6", lw=0.6, ls=":")
         axis.set_ylabel(shown)
         axis.grid(alpha=0.3)

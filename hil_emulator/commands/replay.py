@@ -42,8 +42,14 @@ class Script:
         self.now_ns = 0
 
     def receive(self) -> list[Frame]:
-        """Return the frames of this tick."""
-        return self._frames.get(self.now_ns, [])
+        """Return what is left of the frames of this tick."""
+        return self._frames.pop(self.now_ns, [])
+
+    def take(self, count: int) -> list[Frame]:
+        """Return the next frames of this tick, those that were served before it began."""
+        frames = self._frames.get(self.now_ns, [])
+        taken, frames[:] = frames[:count], frames[count:]
+        return taken
 
     def send(self, frames: Iterable[Frame]) -> None:
         """Let them go: the recorder has them."""
@@ -104,7 +110,7 @@ def compare(recording: Recording, config: Configuration) -> Comparison:
     for _ in range(ticks):
         script.now_ns = rig.now_ns
         while events and events[0][0] <= rig.now_ns:
-            _repeat(rig, events.pop(0)[1], running)
+            _repeat(rig, script, events.pop(0)[1], running)
         rig.step()
     repeated = remembered(recorder, recording.header)
     return Comparison(
@@ -114,8 +120,11 @@ def compare(recording: Recording, config: Configuration) -> Comparison:
     )
 
 
-def _repeat(rig: Rig, what: dict[str, Any], running: list[Any]) -> None:
+def _repeat(rig: Rig, script: Script, what: dict[str, Any], running: list[Any]) -> None:
     """Do to the rig again what was done to it then."""
+    if "serve" in what:
+        rig.serve(script.take(what["serve"]))
+        return
     if "fault" in what:
         options = dict(what["fault"])
         running.append(rig.fault(options.pop("target"), options.pop("kind"), **options))

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 from recorded import script
-from rigs import bench, reference
+from rigs import START, bench, reference, set_point
 
+from hil_emulator.clock import FollowSync
 from hil_emulator.commands.replay import compare
 from hil_emulator.config.load import load
 from hil_emulator.demo.script import perform
+from hil_emulator.frame import Frame
 from hil_emulator.places import cache_folder, shipped
 from hil_emulator.recording import journal as journals
 from hil_emulator.recording.exports import export
@@ -68,6 +70,26 @@ def test_a_log_of_frames_can_be_replayed_too(tmp_path: Path, ending: str) -> Non
     export(tmp_path / "run.rec", tmp_path / f"run{ending}")
     result = hil_emulator("replay", tmp_path / f"run{ending}", REFERENCE)
     assert f"bit for bit: {sum(sent for _, sent, _ in made.frames)} frames" in result.stdout
+
+
+def test_a_recording_under_the_clients_sync_is_reproduced() -> None:
+    """What a master asks while time stands still is answered then, in the repetition too."""
+    config = reference()
+    with bench(config) as b:
+        follow = FollowSync(b.rig.bus, config.sync_period_ns)  # type: ignore[arg-type]
+        follow.serve = b.rig.serve
+        b.rig.bus, b.clock = follow, follow
+        b.rig.serve(())
+        request = Frame(0x605, bytes.fromhex("4000100000000000"))
+        b.tick(request, Frame(0x080))
+        b.tick(START, set_point(1.0), Frame(0x080))
+        for _ in range(50):
+            b.tick(set_point(1.0), Frame(0x080), request)
+        made = remembered(b.recorder, header(config, b.rig.nodes))
+    assert sum("serve" in what for _, what in made.events) > 50
+    result = compare(made, config)
+    assert len(result.recorded) > 150
+    assert result.same
 
 
 def test_a_capture_is_not_replayed(recording: Recording, tmp_path: Path) -> None:
