@@ -1,11 +1,12 @@
-"""`hil-emulator export`: EDS, DCF and DBC of a configuration."""
+"""`hil-emulator export`: EDS and DCF of every node, a DBC of every bus."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import click
 
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.machine import MachineSettings, load_machine
+from hil_emulator.device.collisions import collisions
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 from hil_emulator.export.can_database import database
@@ -19,34 +20,52 @@ BIT_RATE = 1_000_000
 
 
 def export(files: Sequence[Path], folder: Path) -> None:
-    """Write EDS and DCF of each node, and a DBC of the bus.
+    """Write EDS and DCF of each node, and a DBC of each bus.
 
     Raises:
         UserError: for whatever is wrong with the configuration, or for a folder that cannot be
             written to.
 
     """
-    config = load(files)
-    made = nodes(config, [c.name for c in CHANNELS])
+    texts = contents(load_machine(files))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in contents(config, made).items():
+        for name, text in texts.items():
             (folder / name).write_text(text, encoding="latin-1", newline="\r\n")
             click.echo(near(folder / name))
     except OSError as error:
         raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
 
 
-def contents(config: Configuration, made: Sequence[Node]) -> dict[str, str]:
-    """Return the files' texts by their names."""
-    files: dict[str, str] = {}
-    pdos = {}
-    bit_rate = int(config.bus.get("bitrate", BIT_RATE))
-    for node, settings in zip(made, config.nodes, strict=True):
-        name = f"{settings.eds.stem}_{node.node_id}"
-        files[f"{name}.eds"] = eds(node.dictionary, f"{name}.eds")
-        files[f"{name}.dcf"] = dcf(node.dictionary, f"{name}.dcf", name, bit_rate)
-        pdos[name] = node.pdos
-    bus = database(pdos, config.sync_period_ns // 1_000_000)
-    files["bus.dbc"] = bus.as_dbc_string()
-    return files
+def contents(settings: MachineSettings) -> dict[str, str]:
+    """Return the files' texts by their names.
+
+    Raises:
+        UserError: if a node cannot be made, or COB-IDs on a bus collide.
+
+    """
+    texts: dict[str, str] = {}
+    for bus, arguments in settings.buses.items():
+        bit_rate = int(arguments.get("bitrate", BIT_RATE))
+        named = dict(_nodes(settings, bus))
+        wrong = collisions(list(named.values()))
+        if wrong:
+            raise UserError(f"bus {bus}: {'; '.join(wrong)}")
+        for name, node in named.items():
+            texts[f"{name}.eds"] = eds(node.dictionary, f"{name}.eds")
+            texts[f"{name}.dcf"] = dcf(node.dictionary, f"{name}.dcf", name, bit_rate)
+        sync_ms = settings.actuators[0].config.sync_period_ns // 1_000_000
+        pdos = {name: node.pdos for name, node in named.items()}
+        texts[f"{bus}.dbc"] = database(pdos, sync_ms).as_dbc_string()
+    return texts
+
+
+def _nodes(settings: MachineSettings, bus: str) -> Iterator[tuple[str, Node]]:
+    """Yield the nodes on a bus, each with a name no other node has."""
+    several = len(settings.actuators) > 1
+    for actuator in settings.actuators:
+        if actuator.bus == bus:
+            made = nodes(actuator.config, [channel.name for channel in CHANNELS])
+            for node, source in zip(made, actuator.config.nodes, strict=True):
+                name = f"{source.eds.stem}_{node.node_id}"
+                yield f"{actuator.name}_{name}" if several else name, node

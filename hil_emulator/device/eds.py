@@ -82,6 +82,11 @@ def _parse(path: Path, text: str) -> configparser.RawConfigParser:
     sections.optionxform = str  # type: ignore[assignment,method-assign]
     try:
         sections.read_string(text, str(path))
+    except configparser.DuplicateSectionError as error:
+        raise UserError(
+            f"{path} describes one object twice: [{error.section}], again in line "
+            f"{error.lineno}; keep one of them"
+        ) from error
     except configparser.Error as error:
         raise UserError(f"{path} is not an EDS: {error}") from error
     seen: dict[str, str] = {}

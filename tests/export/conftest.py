@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from hil_emulator.commands.export import contents
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.load import Configuration
+from hil_emulator.config.machine import MachineSettings, load_machine
 from hil_emulator.device.node import Node
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.places import shipped
@@ -16,9 +17,15 @@ SEPARATE = ("configs/hyq_knee.toml", "configs/hyq_knee_separate.toml")
 
 
 @pytest.fixture(params=[COMBINED, SEPARATE], ids=["combined", "separate"])
-def config(request: pytest.FixtureRequest) -> Configuration:
+def machine(request: pytest.FixtureRequest) -> MachineSettings:
     """Return one of the layouts."""
-    return load([shipped(name) for name in request.param])
+    return load_machine([shipped(name) for name in request.param])
+
+
+@pytest.fixture
+def config(machine: MachineSettings) -> Configuration:
+    """Return its only actuator."""
+    return machine.actuators[0].config
 
 
 @pytest.fixture
@@ -28,8 +35,8 @@ def made(config: Configuration) -> list[Node]:
 
 
 @pytest.fixture
-def folder(config: Configuration, made: list[Node], tmp_path: Path) -> Path:
+def folder(machine: MachineSettings, tmp_path: Path) -> Path:
     """Return a folder with its exported files."""
-    for name, text in contents(config, made).items():
+    for name, text in contents(machine).items():
         (tmp_path / name).write_text(text, encoding="latin-1")
     return tmp_path
