@@ -19,12 +19,9 @@ from typing import Any
 
 from hil_emulator.model.constants import (
     ATMOSPHERE,
-    FASTEST_SLIP,
-    LIGHTEST_ROD,
-    PIECES,
     SMALLEST_VOLUME,
-    VELOCITY_DOUBT,
 )
+from hil_emulator.model.mechanics import MECHANICS, move_rod
 from hil_emulator.model.quantities import (
     COUPLING_STATES,
     HELD,
@@ -37,25 +34,16 @@ from hil_emulator.model.quantities import (
 from hil_emulator.model.stages import (
     capacity,
     command,
-    coupling,
-    coupling_acts,
     cross_leakage,
     discharge,
-    dry_friction,
-    friction,
-    friction_scale,
     gas_pressure,
-    inertia,
     line_flow,
     line_rates,
-    load,
-    load_inertia,
     metering,
     oil,
     outward_leakage,
     pilot,
     pilot_flow,
-    play,
     pump_loss,
     relief,
     return_rates,
@@ -63,7 +51,6 @@ from hil_emulator.model.stages import (
     source_acts,
     spool,
     spool_force,
-    stop,
     supply,
     tank,
     travel,
@@ -219,70 +206,6 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     )  # fmt: skip
 
 
-def friction_force(x: Any, dx: Any, par: Any, held: Any, y: Any, mass: float) -> float:
-    """Friction of the seals on the mass that moves with them (S1 eq. 3.18) [N].
-
-    sign(v) is made continuous as tanh(v/v_w). v_w is the transition velocity, or what bounds the
-    rate F/(m v_w) at which dry friction stops the mass.
-    """
-    v = x.velocity
-    scale = friction_scale(par, x, dx, 1.0, v, x.position)
-    smooth = friction(par, x, dx, v, x.position, held.viscosity, scale)
-    level = scale * dry_friction(par, x, dx, v, x.position, y.pressure_a, y.pressure_b)
-    slowest = level / (mass * FASTEST_SLIP)
-    width = max(par.friction_transition_velocity, slowest)
-    force: float = smooth + level * math.tanh(v / width)
-    return force
-
-
-def move_rod(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
-    """Sum the forces on rod and load (S1 eq. 3.15-3.19) into accelerations."""
-    position = x.position
-    velocity = x.velocity
-    area = par.cylinder_piston_area
-    f_h = area * (y.pressure_a - par.cylinder_area_ratio * y.pressure_b)
-    f_stop = stop(par, x, dx, position, velocity)
-    x_l = position - x.stretch
-    v_l = velocity - x.stretch_speed
-    f_load = load(par, x, dx, x_l, v_l) + held.external_force
-    m_l = par.load_mass + load_inertia(par, x, dx, x_l)
-    m_rod = inertia(par, x, dx, position)
-    m_free = max(m_rod, LIGHTEST_ROD) if coupling_acts(par) else m_l + m_rod
-    f_f = friction_force(x, dx, par, held, y, m_free)
-    net = f_h - f_f + f_stop
-    if coupling_acts(par):
-        f = coupling_force(x, dx, par)
-        a_l = (f - f_load) / m_l
-        acceleration = (net - f) / m_free
-        dx.stretch = x.stretch_speed
-        dx.stretch_speed = acceleration - a_l
-    else:
-        acceleration = (net - f_load) / m_free
-        a_l = acceleration
-        f = net - m_rod * acceleration
-    dx.position = velocity
-    dx.velocity = acceleration
-    y.position = position
-    y.velocity = velocity
-    y.acceleration = acceleration
-    y.hydraulic_force = f_h
-    y.friction_force = f_f
-    y.stop_force = f_stop
-    y.load_force = f
-    y.resisting_force = f_load
-    y.load_position = x_l
-    y.load_velocity = v_l
-    y.load_acceleration = a_l
-
-
-def coupling_force(x: Any, dx: Any, par: Any) -> float:
-    """F = k d (1 + c d' sign(d)), never beyond zero: elastic, damped, continuous at contact [N]."""
-    stretch = play(par, x, dx, x.stretch)
-    growth = 1.0 + par.load_coupling_damping * math.copysign(1.0, stretch) * x.stretch_speed
-    force: float = stretch / coupling(par, x, dx) * max(0.0, growth)
-    return force
-
-
 def feed(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Continuity at the pump, and the rates of the lines."""
     p_pump = y.pump_pressure
@@ -315,73 +238,8 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
     y.transverse_force = held.transverse_force
 
 
-def slopes(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float) -> None:
-    """Fill the four slopes of a classical Runge-Kutta step from rows[0]: rows[2] to rows[5]."""
-    n = len(memory) // 6
-    for stage in range(4):
-        # the first slope belongs to the state itself, the others to the trial state in rows[1]
-        derivative(rows[min(stage, 1)], rows[2 + stage], par, held, y)
-        reach = step if stage == 2 else 0.5 * step
-        for i in range(n):
-            memory[n + i] = memory[i] + reach * memory[(2 + stage) * n + i]
-
-
-def advance(memory: Any, step: float) -> None:
-    """Move the state by the mean of the four slopes."""
-    n = len(memory) // 6
-    for i in range(n):
-        slope = memory[2 * n + i] + 2.0 * (memory[3 * n + i] + memory[4 * n + i])
-        memory[i] += step / 6.0 * (slope + memory[5 * n + i])
-
-
-def bend(first: float, second: float, third: float, fourth: float) -> float:
-    """Return how far four slopes of a step are from a straight line in time."""
-    return abs((first - second) - (third - fourth))
-
-
-def unsure(rows: Any, step: float) -> bool:
-    """Tell whether the acceleration bends more within a step than a smooth motion lets it.
-
-    It does where something hits: an end stop, a wall, the flanks of a backlash, a light rod on a
-    stiff load cell.
-    """
-    k_1, k_2, k_3, k_4 = rows[2], rows[3], rows[4], rows[5]
-    rod = bend(k_1.velocity, k_2.velocity, k_3.velocity, k_4.velocity)
-    stretch = bend(k_1.stretch_speed, k_2.stretch_speed, k_3.stretch_speed, k_4.stretch_speed)
-    doubt: bool = step * max(rod, stretch) > VELOCITY_DOUBT
-    return doubt
-
-
-def integrate(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float, steps: int) -> None:
-    """Take `steps` steps of classical Runge-Kutta with the inputs held.
-
-    A step in which something hits is taken in pieces instead.
-
-    Args:
-        rows: six state records: the state, a trial state, four rates.
-        memory: the same memory as float64, shape (6 * states,).
-        par: parameters.
-        held: inputs and what follows from parameters, constant over the call.
-        y: signals; they belong to the state reached.
-        step: step width [s].
-        steps: number of steps.
-
-    """
-    for _ in range(steps):
-        slopes(rows, memory, par, held, y, step)
-        if not unsure(rows, step):
-            advance(memory, step)
-            continue
-        for _ in range(PIECES):
-            slopes(rows, memory, par, held, y, step / PIECES)
-            advance(memory, step / PIECES)
-    # the signals of a trial state are not those of the state reached
-    derivative(rows[0], rows[2], par, held, y)
-
-
 BALANCES = (
     hold, pressure_root, chamber_pressure, gas_factor, ports, move_spool, edge_flow, meter,
-    fill_chambers, coupling_force, friction_force, move_rod, feed, account, derivative, slopes,
-    advance, bend, unsure, integrate,
+    fill_chambers, *MECHANICS, feed, account, derivative,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

@@ -4,10 +4,12 @@ import inspect
 import math
 from collections.abc import Iterable, Sequence
 
-from hil_emulator.model import actuator, sensors
+from hil_emulator.model import actuator, integrator, sensors
 from hil_emulator.model.declare import DeclarationError, Effect, Law, Stage
 from hil_emulator.model.layout import base_fields
 from hil_emulator.model.stages import ACTS, CONTINUOUS, SAMPLED, TICKED
+
+BALANCES = (*actuator.BALANCES, *integrator.INTEGRATOR, sensors.sample)
 
 _HEADER = '''"""Stages, balances and sensor chain, composed by hil_emulator.model.compose."""
 
@@ -25,7 +27,7 @@ from hil_emulator.model.constants import (
 # Plain float arrays cross the border from Python: records would cost microseconds to unpack there.
 _ENTRIES = '''@entry
 def run(memory, par, inputs, signals, step, steps):
-    """Integrate: `actuator.integrate` on views of flat memory."""
+    """Integrate: `integrator.integrate` on views of flat memory."""
     parameters = par.view(PARAMETERS)[0]
     held = np.empty(HELD_LENGTH).view(HELD)[0]
     hold(parameters, inputs.view(INPUTS)[0], held)
@@ -147,7 +149,7 @@ def acts_source(stage: Stage, effects: Iterable[Effect]) -> str:
 
 
 def _check_names(effects: Sequence[Effect], stages: Sequence[Stage]) -> None:
-    taken = {s.name for s in stages} | {f.__name__ for f in actuator.BALANCES}
+    taken = {s.name for s in stages} | {f.__name__ for f in BALANCES}
     for effect in effects:
         if effect.name in taken:
             raise DeclarationError(f"effect '{effect.name}' bears the name of a stage or balance")
@@ -169,5 +171,5 @@ def module_source(effects: Sequence[Effect]) -> str:
     parts = [_HEADER]
     parts += [f"@compiled\n{stage_source(s, effects, base)}" for s in stages]
     parts += [f"@compiled\n{acts_source(a.stage, effects)}" for a in ACTS]
-    parts += [f"@compiled\n{inspect.getsource(f)}" for f in (*actuator.BALANCES, sensors.sample)]
+    parts += [f"@compiled\n{inspect.getsource(f)}" for f in BALANCES]
     return "\n\n".join([*parts, _ENTRIES])

@@ -35,7 +35,7 @@ class Kernel:
     All memory is flat float64 arrays; the record types give names to the same memory.
 
     Attributes:
-        run: `run(memory, par, inputs, signals, step, steps)`, see `actuator.integrate`.
+        run: `run(memory, par, inputs, signals, step, steps)`, see `integrator.integrate`.
         tick: `tick(memory, past, par, inputs, signals, step, steps)`: the same for one tick, with
             the set point's delay.
         rate: `rate(state, rates, par, inputs, signals)`, see `actuator.derivative`.

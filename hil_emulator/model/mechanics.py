@@ -1,0 +1,89 @@
+"""Newton's law for the rod and the load (S1 eq. 3.15-3.19).
+
+Signs and the arguments of every function as in `actuator`.
+"""
+
+import math
+from typing import Any
+
+from hil_emulator.model.constants import FASTEST_SLIP, LIGHTEST_ROD
+from hil_emulator.model.stages import (
+    coupling,
+    coupling_acts,
+    dry_friction,
+    friction,
+    friction_scale,
+    inertia,
+    load,
+    load_inertia,
+    play,
+    stop,
+)
+
+
+def friction_force(x: Any, dx: Any, par: Any, held: Any, y: Any, mass: float) -> float:
+    """Friction of the seals on the mass that moves with them (S1 eq. 3.18) [N].
+
+    sign(v) is made continuous as tanh(v/v_w). v_w is the transition velocity, or what bounds the
+    rate F/(m v_w) at which dry friction stops the mass.
+    """
+    v = x.velocity
+    scale = friction_scale(par, x, dx, 1.0, v, x.position)
+    smooth = friction(par, x, dx, v, x.position, held.viscosity, scale)
+    level = scale * dry_friction(par, x, dx, v, x.position, y.pressure_a, y.pressure_b)
+    slowest = level / (mass * FASTEST_SLIP)
+    width = max(par.friction_transition_velocity, slowest)
+    force: float = smooth + level * math.tanh(v / width)
+    return force
+
+
+def move_rod(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Sum the forces on rod and load (S1 eq. 3.15-3.19) into accelerations."""
+    position = x.position
+    velocity = x.velocity
+    area = par.cylinder_piston_area
+    f_h = area * (y.pressure_a - par.cylinder_area_ratio * y.pressure_b)
+    f_stop = stop(par, x, dx, position, velocity)
+    x_l = position - x.stretch
+    v_l = velocity - x.stretch_speed
+    f_load = load(par, x, dx, x_l, v_l) + held.external_force
+    m_l = par.load_mass + load_inertia(par, x, dx, x_l)
+    m_rod = inertia(par, x, dx, position)
+    m_free = max(m_rod, LIGHTEST_ROD) if coupling_acts(par) else m_l + m_rod
+    f_f = friction_force(x, dx, par, held, y, m_free)
+    net = f_h - f_f + f_stop
+    if coupling_acts(par):
+        f = coupling_force(x, dx, par)
+        a_l = (f - f_load) / m_l
+        acceleration = (net - f) / m_free
+        dx.stretch = x.stretch_speed
+        dx.stretch_speed = acceleration - a_l
+    else:
+        acceleration = (net - f_load) / m_free
+        a_l = acceleration
+        f = net - m_rod * acceleration
+    dx.position = velocity
+    dx.velocity = acceleration
+    y.position = position
+    y.velocity = velocity
+    y.acceleration = acceleration
+    y.hydraulic_force = f_h
+    y.friction_force = f_f
+    y.stop_force = f_stop
+    y.load_force = f
+    y.resisting_force = f_load
+    y.load_position = x_l
+    y.load_velocity = v_l
+    y.load_acceleration = a_l
+
+
+def coupling_force(x: Any, dx: Any, par: Any) -> float:
+    """F = k d (1 + c d' sign(d)), never beyond zero: elastic, damped, continuous at contact [N]."""
+    stretch = play(par, x, dx, x.stretch)
+    growth = 1.0 + par.load_coupling_damping * math.copysign(1.0, stretch) * x.stretch_speed
+    force: float = stretch / coupling(par, x, dx) * max(0.0, growth)
+    return force
+
+
+MECHANICS = (coupling_force, friction_force, move_rod)
+"""What `kernel` compiles of this file, in the order of use."""
