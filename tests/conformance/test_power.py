@@ -107,7 +107,7 @@ BREAKAGES = {
     "no history": Breakage(Emergency, "_record", nothing, "5.6"),
     "no error register": Breakage(Emergency, "_update_register", nothing, "5.5"),
     "any SYNC counter": Breakage(SyncConsumer, "check", nothing, "6.5 6.9"),
-    "deaf to SYNC": Breakage(Tpdo, "sync", nothing, "3.6 3.8 6.3 6.4 6.6 6.7 9.3"),
+    "deaf to SYNC": Breakage(Tpdo, "sync", nothing, "3.6 3.8 6.3 6.4 6.6 9.3"),
     "deaf to requests": Breakage(Tpdo, "request", nothing, "3.3"),
     "no event timer": Breakage(Tpdo, "_on_timer", nothing, "3.5"),
     "no inhibit time": Breakage(PdoParameters, "inhibit_us", 0, "3.4"),
