@@ -1,0 +1,54 @@
+"""`hil-emulator identify` and `gap` on measured seals, as a user calls them."""
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from hil_emulator.__main__ import main
+from hil_emulator.config.load import load
+
+DATA = Path(__file__).parent / "data"
+RIG = str(DATA / "friction_rig.toml")
+TRAIN = [str(DATA / f"oring_{bar}bar.csv") for bar in (1, 5)]
+CHECK = [f"--validate={DATA / f'oring_{bar}bar.csv'}" for bar in (3, 7)]
+
+
+def test_identify_writes_page_result_and_layer(tmp_path: Path) -> None:
+    """The layer it writes is accepted after the original; page and JSON tell the same."""
+    done = CliRunner().invoke(main, ["identify", RIG, *TRAIN, *CHECK, f"--out={tmp_path}"])
+    assert done.exit_code == 0, done.output
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["verdict"] == "missing_effects"
+    force = result["effects"][0]["value"]
+    assert result["effects"][0]["name"] == "coulomb_friction"
+    layered = load([Path(RIG), tmp_path / "identified.toml"])
+    assert layered.plant["coulomb_friction_force"] == pytest.approx(force, rel=1e-6)
+    page = (tmp_path / "report.html").read_text()
+    assert "coulomb_friction" in page
+    assert page.count("data:image/png;base64") >= 4
+    assert "http://" not in page
+
+
+def test_the_layer_closes_the_gap(tmp_path: Path) -> None:
+    """Asked again with the layer, neither effect is missing any more."""
+    CliRunner().invoke(main, ["identify", RIG, *TRAIN, *CHECK, f"--out={tmp_path}"])
+    layer = str(tmp_path / "identified.toml")
+    again = CliRunner().invoke(main, ["identify", RIG, layer, *TRAIN, *CHECK])
+    assert "missing   " not in again.output
+
+
+def test_gap_names_nothing() -> None:
+    """`gap` measures; it does not name."""
+    done = CliRunner().invoke(main, ["gap", RIG, *TRAIN])
+    assert done.exit_code == 0, done.output
+    assert "force on the piston" in done.output
+    assert "missing   " not in done.output
+
+
+def test_a_configuration_without_data_is_refused() -> None:
+    """Without a recording there is one message and exit code 2."""
+    done = CliRunner().invoke(main, ["identify", RIG])
+    assert done.exit_code == 2
+    assert "one recording" in done.output
