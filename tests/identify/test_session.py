@@ -14,6 +14,8 @@ from hil_emulator.identify.result import Result
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, campaign, knee, without
 
+SLOW = pytest.mark.slow
+
 
 def found(changes: Mapping[str, float], **extra: object) -> Result:
     """Identify the machine with some effects hidden in it."""
@@ -25,9 +27,9 @@ def found(changes: Mapping[str, float], **extra: object) -> Result:
     ("field", "value", "name"),
     [
         ("internal_leakage_conductance", 1e-13, "internal_leakage"),
-        ("stribeck_friction_excess", 40.0, "stribeck_friction"),
-        ("transport_delay_time", 1.5e-3, "transport_delay"),
-        ("null_bias_bias", 2e-4, "null_bias"),
+        pytest.param("stribeck_friction_excess", 40.0, "stribeck_friction", marks=SLOW),
+        pytest.param("transport_delay_time", 1.5e-3, "transport_delay", marks=SLOW),
+        pytest.param("null_bias_bias", 2e-4, "null_bias", marks=SLOW),
     ],
 )
 def test_one_hidden_effect_is_named_with_its_value(field: str, value: float, name: str) -> None:
@@ -42,6 +44,7 @@ def test_a_healthy_machine_lacks_nothing() -> None:
     assert found({}).verdict == "nothing_missing"
 
 
+@pytest.mark.slow
 def test_a_sensor_competes_on_equal_terms() -> None:
     """A pressure sensor that reads 3 bar too much is named, not an effect of the plant."""
     result = found({}, sensors={"pressure_a": {"offset_value": 3e5}})
@@ -49,6 +52,7 @@ def test_a_sensor_competes_on_equal_terms() -> None:
     assert result.effects[0].value == pytest.approx(3e5, rel=0.1)
 
 
+@pytest.mark.slow
 def test_it_works_with_fewer_channels() -> None:
     """Without load cell and supply pressure, leakage is still named and the cell is not."""
     train, other = campaign({"internal_leakage_conductance": 1e-13})
@@ -69,6 +73,7 @@ def test_a_reversed_position_is_refused() -> None:
     assert "reverse the sign of position" in result.reason
 
 
+@pytest.mark.slow
 def test_noise_gets_no_name() -> None:
     """Random numbers in every channel are no machine."""
     train, other = campaign({})

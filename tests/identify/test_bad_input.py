@@ -1,0 +1,50 @@
+"""What cannot be examined is said, with the reason; nothing crashes and nothing gets a name."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.session import identify
+from tests.identify.rig_data import CACHE, knee
+
+TIME = np.arange(1000) * 1e-3
+WAVE = np.sin(2.0 * np.pi * 1.5 * TIME)
+SPEED = np.cos(2.0 * np.pi * 1.5 * TIME)
+
+
+def log(period: float = 1e-3, driven: bool = True, **readings: np.ndarray) -> Experiment:
+    """Return a plausible experiment with some channels replaced."""
+    channels = {
+        "position": 0.04 + 0.01 * WAVE,
+        "pressure_a": 6e6 + 1e5 * WAVE,
+        "pressure_b": 1e7 - 1e5 * WAVE,
+    } | readings
+    current = 1e-3 * SPEED if driven else np.zeros(0)
+    return Experiment("log", period, current, {n: v for n, v in channels.items() if len(v)})
+
+
+@pytest.mark.parametrize(
+    ("experiment", "words"),
+    [
+        (log(position=np.full(1000, 0.04) + 1e-6 * WAVE), "hardly moves"),
+        (log(position=np.zeros(0)), "no experiment shows a moving position"),
+        (log(period=0.1), "sampled every 100 ms"),
+        (log(position=0.04 - 0.01 * WAVE), "reverse the sign"),
+        (log(driven=False), "no balance can be examined"),
+    ],
+)
+def test_it_says_why_it_cannot_examine(experiment: Experiment, words: str) -> None:
+    """A still rod, a missing position, a slow log, a wrong sign, missing channels."""
+    result = identify(knee(), [experiment], cache=CACHE)
+    assert result.verdict == "cannot_examine"
+    assert words in result.reason
+    assert not result.effects
+
+
+def test_load_force_against_the_pressures_is_refused() -> None:
+    """A load cell of the wrong sign contradicts the chamber pressures."""
+    area_a, area_b = 2.0106e-4, 0.61 * 2.0106e-4
+    force = area_a * (6e6 + 1e5 * WAVE) - area_b * (1e7 - 1e5 * WAVE)
+    result = identify(knee(), [log(load_force=-force)], cache=CACHE)
+    assert result.verdict == "cannot_examine"
+    assert "load force and pressures are opposite" in result.reason
