@@ -12,6 +12,7 @@ from hil_emulator.device import bus_load, layout, nmt
 from hil_emulator.device.binding import Sensors, SetPoints
 from hil_emulator.device.dictionary import ALL_OBJECTS, COMMUNICATION_OBJECTS, Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit
+from hil_emulator.device.entry import Entry
 from hil_emulator.device.error_control import (
     ERROR_CONTROL_COB_ID,
     PRODUCER_HEARTBEAT_TIME,
@@ -99,6 +100,7 @@ class Node:
             self._set_points,
             self._sources,
             [*self._profile.triggers, *triggers],
+            self._on_written,
             self._route,
         )
         self._commands = self._set_points.in_force(operational=False)
@@ -168,6 +170,10 @@ class Node:
         self._guarding.publish(self._state, frames)
         self._heartbeat.publish(now_ns, self._state, frames)
         return frames
+
+    def _on_written(self, entries: Sequence[Entry]) -> None:
+        self._set_points.written(entries)
+        self._profile.written(entries)
 
     def _produce(self, now_ns: int, frames: list[Frame]) -> None:
         """Append SYNC and TIME where the node is their producer; it hears its own SYNC too."""

@@ -6,6 +6,7 @@ from hil_emulator.device import pdo
 from hil_emulator.device.binding import SetPoints
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency
+from hil_emulator.device.entry import Entry
 from hil_emulator.device.layout import check_bound, checked_parameters
 from hil_emulator.device.rpdo import Rpdo
 from hil_emulator.device.tpdo import Tpdo
@@ -22,9 +23,10 @@ class ProcessData:
     Args:
         dictionary: the node's dictionary.
         emergency: told of PDO errors.
-        set_points: told which of them an RPDO has written or lost.
+        set_points: told which of them an RPDO has lost.
         sources: what feeds each object, to refuse a TPDO that shows an object nothing feeds.
         triggers: which changes are events of their own.
+        on_written: told which objects an RPDO has written.
         on_change: called when parameters have changed, as frames may have to go elsewhere.
 
     Raises:
@@ -39,10 +41,12 @@ class ProcessData:
         set_points: SetPoints,
         sources: Mapping[tuple[int, int], str],
         triggers: Sequence[Trigger],
+        on_written: Callable[[Sequence[Entry]], None],
         on_change: Callable[[], None],
     ) -> None:
         self._set_points = set_points
         self._triggers = triggers
+        self._on_written = on_written
         self._on_change = on_change
         self.rpdos: list[Rpdo] = []
         self.tpdos: list[Tpdo] = []
@@ -91,7 +95,7 @@ class ProcessData:
         """
         for rpdo in self.rpdos:
             if rpdo.sync(now_ns, window_ns):
-                self._set_points.written(rpdo.parameters.mapping.entries)
+                self._on_written(rpdo.parameters.mapping.entries)
         for tpdo in self._active:
             tpdo.sync(counter)
 
@@ -123,7 +127,7 @@ class ProcessData:
 
         def receive(now_ns: int, data: bytes) -> None:
             if rpdo.receive(now_ns, data):
-                self._set_points.written(entries)
+                self._on_written(entries)
 
         return receive
 

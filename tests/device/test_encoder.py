@@ -3,7 +3,7 @@
 import struct
 
 import pytest
-from device_master import SYNC, TPDO1, TPDO2, Master
+from device_master import RPDO1, SYNC, TPDO1, TPDO2, Master
 from instruments import CHANNELS, instrument, show
 
 
@@ -113,3 +113,12 @@ def test_speed_of_a_plant_without_velocity_is_not_bound() -> None:
     encoder = instrument("position_sensor", CHANNELS[:5])
     rows = {row.index: row.bound_to for row in encoder.network.node.bindings() if row.subindex == 1}
     assert (rows[0x6020], rows[0x6030]) == ("profile, from position", "")
+
+
+def test_preset_by_rpdo(encoder: Master) -> None:
+    """A controller may send the preset value in RPDO1."""
+    encoder.remote.sdo[0x1400][1].raw = RPDO1
+    encoder.start()
+    encoder.send(RPDO1, struct.pack("<i", 777))
+    encoder.run(1)
+    assert position(encoder) == 777

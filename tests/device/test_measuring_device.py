@@ -3,7 +3,7 @@
 import struct
 
 import pytest
-from device_master import EMCY, TPDO1, Master
+from device_master import EMCY, RPDO1, TPDO1, Master
 from instruments import instrument, show
 
 ZERO, TARA = b"zero", b"tara"
@@ -262,3 +262,31 @@ def test_event_timer_and_delta_work_together(cell: Master) -> None:
     before = len(cell.data(TPDO1))
     show(cell, load_force=600.0)
     assert len(cell.data(TPDO1)) == before + 1
+
+
+def test_autozero_and_tare_by_rpdo(cell: Master) -> None:
+    """A controller may send the signatures in RPDO1; other data there do nothing."""
+    cell.remote.sdo[0x1400][1].raw = RPDO1
+    cell.start()
+    cell.send(RPDO1, bytes(4) + TARA)
+    cell.run(1)
+    assert (real(cell, 0x6130), real(cell, 0x6140)) == pytest.approx((500.0, 0.0))
+    cell.send(RPDO1, TARA + ZERO)
+    cell.run(1)
+    assert real(cell, 0x6130) == pytest.approx(500.0)
+    cell.send(RPDO1, ZERO + bytes(4))
+    cell.run(1)
+    assert real(cell, 0x6130) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_tare_by_rpdo(cell: Master) -> None:
+    """The tare itself may be mapped too."""
+    mapping = cell.remote.sdo[0x1600]
+    mapping[0].raw = 0
+    mapping[1].raw = 0x6138_0120
+    mapping[0].raw = 1
+    cell.remote.sdo[0x1400][1].raw = RPDO1
+    cell.start()
+    cell.send(RPDO1, struct.pack("<f", 120.0))
+    cell.run(1)
+    assert real(cell, 0x6140) == pytest.approx(380.0)

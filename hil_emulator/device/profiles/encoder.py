@@ -93,6 +93,12 @@ class Encoder:
         if status is not None:
             status.value = parameters
 
+    def written(self, entries: Sequence[Entry]) -> None:
+        """Obey a preset that has come by RPDO."""
+        for entry in entries:
+            if entry.index == PRESET:
+                self.changed(entry)
+
     def measure(self, now_ns: int, measured: Measured) -> None:
         """Turn position and velocity into steps, and see to alarms and warnings."""
         alarm = warning = False

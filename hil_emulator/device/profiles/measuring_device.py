@@ -6,7 +6,7 @@ from typing import Any
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.measured import Measured
-from hil_emulator.device.profiles.analogue_input import FIELD_VALUE, AnalogueInput
+from hil_emulator.device.profiles.analogue_input import FIELD_VALUE, SIGNATURES, AnalogueInput
 from hil_emulator.errors import UserError
 
 FUNCTION_BLOCKS = range(0x6110, 0x61B0)
@@ -53,6 +53,14 @@ class MeasuringDevice:
         """Take over the parameters the dictionary has been reloaded with."""
         for made in self._inputs.values():
             made.reload()
+
+    def written(self, entries: Sequence[Entry]) -> None:
+        """Obey signatures and parameters that have come by RPDO; a wrong signature is ignored."""
+        for entry in entries:
+            if entry.value == SIGNATURES.get(entry.index, entry.value):
+                self.changed(entry)
+            else:
+                entry.value = 0
 
     def measure(self, now_ns: int, measured: Measured) -> None:
         """Let each input turn its field value into a process value."""

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+from hil_emulator.device.entry import Entry
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.trigger import Trigger
 
@@ -23,6 +24,9 @@ class Profile(Protocol):
     def reset(self) -> None:
         """Begin afresh: the dictionary has been reloaded."""
 
+    def written(self, entries: Sequence[Entry]) -> None:
+        """Act on objects that an RPDO has written, as on those an SDO writes."""
+
     def measure(self, now_ns: int, measured: Measured) -> None:
         """Turn a new sample into objects; objects that show a channel as it is have it already."""
 
@@ -41,6 +45,9 @@ class NoProfile:
 
     def reset(self) -> None:
         """Nothing to begin."""
+
+    def written(self, entries: Sequence[Entry]) -> None:
+        """Nothing to act on."""
 
     def measure(self, now_ns: int, measured: Measured) -> None:
         """Nothing to add."""

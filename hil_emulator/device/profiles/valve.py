@@ -98,6 +98,9 @@ class ValveDriver:
             return commands
         return {**commands, name: self._demand.value * self._set_point.factor}
 
+    def written(self, entries: Sequence[Entry]) -> None:
+        """Read control word and set point where they are needed, in `command`."""
+
     def measure(self, now_ns: int, measured: Measured) -> None:
         """Show the spool's position, and fail where it does not follow."""
         if self._spool is None:
