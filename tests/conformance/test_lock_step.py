@@ -4,10 +4,11 @@ from pathlib import Path
 
 import pytest
 from constant_node import make_node, stepper
-from rigs import bench, reference
+from rigs import bench
 from suite import inapplicable, own_channel, run_in_lock_step
 
 from hil_emulator.bus.bus import Bus
+from hil_emulator.config.load import load
 from hil_emulator.places import shipped
 
 EDS_FILES = sorted(shipped("eds/hydraulic_actuator.eds").parent.glob("*.eds"))
@@ -23,9 +24,17 @@ def test_every_shipped_device_conforms(eds: Path, node_id: int) -> None:
     results.check(skipped=inapplicable(eds, node_id))
 
 
-def test_the_emulator_conforms() -> None:
-    """The reference machine, hydraulics and noise included, passes all cases."""
-    with bench(reference()) as emulator:
-        node = reference().nodes[0]
-        results = run_in_lock_step(emulator.peer, emulator.rig.step, node.id, node.eds)
-    results.check(skipped=inapplicable(node.eds, node.id))
+LAYOUTS = {
+    "combined": ["configs/hyq_knee.toml"],
+    "separate": ["configs/hyq_knee.toml", "configs/hyq_knee_separate.toml"],
+}
+
+
+@pytest.mark.parametrize("files", LAYOUTS.values(), ids=LAYOUTS)
+def test_the_emulator_conforms(files: list[str]) -> None:
+    """On the reference machine, hydraulics and noise included, all nodes of a layout conform."""
+    config = load([shipped(name) for name in files])
+    with bench(config) as emulator:
+        for node in config.nodes:
+            results = run_in_lock_step(emulator.peer, emulator.rig.step, node.id, node.eds)
+            results.check(skipped=inapplicable(node.eds, node.id))
