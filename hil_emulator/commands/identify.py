@@ -76,7 +76,7 @@ def summary(result: Result) -> str:
             for part, v in parts.items()
         ]
         head = ("channel", "data", "before", "after")
-        lines += ["", "one-step disagreement over noise", text_table(head, rows)]
+        lines += ["", f"one-step disagreement, rms in {result.measure}", text_table(head, rows)]
     return "\n".join(lines)
 
 

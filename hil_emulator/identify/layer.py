@@ -23,7 +23,7 @@ def layer(result: Result, files: Sequence[Path], date: str) -> str:
     lines += [f"# data {name} (sha256 {digest})" for name, digest in result.digests.items()]
     lines.append(f"# verdict: {result.verdict}")
     lines += [
-        f"# gap {channel}, {part}: {_gap(values)} (rms of the innovations over their noise)"
+        f"# gap {channel}, {part}: {_gap(values)} (rms of one step, in {result.measure})"
         for channel, parts in result.gap.items()
         for part, values in parts.items()
     ]

@@ -97,6 +97,8 @@ class Observer:
 
     """
 
+    measure = "standard deviations of the noise"
+
     def __init__(self, twin: Twin, channels: tuple[str, ...], step: float = 2.5e-4) -> None:
         self.twin = twin
         self.channels = channels

@@ -37,8 +37,7 @@ def gap(result: Result) -> str:
             axes.bar(place + shift, values, 0.18, color=colour, alpha=1.0 - 0.4 * k,
                      label=f"{part}, {when}")  # fmt: skip
     axes.set_xticks(place, channels)
-    axes.axhline(1.0, color="black", lw=0.8, ls=":")
-    axes.set_ylabel("rms over noise")
+    axes.set_ylabel(f"rms [{result.measure}]", fontsize=8)
     axes.legend(fontsize=7, ncols=2)
     return _png(figure)
 
@@ -50,7 +49,7 @@ def trace(result: Result, name: str) -> str:
     axes.plot(t["time"], t["before"], color=BEFORE, lw=0.6, label="before")
     axes.plot(t["time"], t["after"], color=AFTER, lw=0.6, label="after")
     axes.set_xlabel("time [s]")
-    axes.set_ylabel("innovation / noise")
+    axes.set_ylabel(f"[{result.measure}]", fontsize=7)
     axes.set_title(name, fontsize=9)
     axes.legend(fontsize=7, loc="upper right")
     return _png(figure)

@@ -12,6 +12,8 @@ class Predictor(Protocol):
 
     twin: Twin
     channels: tuple[str, ...]
+    measure: str
+    """What residuals are counted in."""
 
     @property
     def memory(self) -> float:

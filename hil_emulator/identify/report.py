@@ -83,7 +83,9 @@ def _gap(result: Result) -> str:
         for channel, parts in result.gap.items()
         for part, values in parts.items()
     ]
-    return _table(("channel", "data", "before", "after (rms over noise)"), rows)
+    return _table(
+        ("channel", "data", "before", f"after (rms of one step, in {result.measure})"), rows
+    )
 
 
 def _rivals(result: Result) -> str:

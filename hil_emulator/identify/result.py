@@ -104,7 +104,8 @@ class Result:
         effects: the missing effects, the first found first.
         unknown: what remains and is not explained.
         gap: by channel, {"training": {"before", "after"}, "validation": ...}, root mean square
-            of the one-step disagreement over the channel's noise.
+            of the one-step disagreement in `measure`.
+        measure: what the gap is counted in.
         parameters: ordinary parameters, configured and refitted [SI].
         unseen: effects that these data cannot show.
         next_experiment: what to record next, in words; empty if nothing is needed.
@@ -120,6 +121,7 @@ class Result:
     effects: list[Finding] = field(default_factory=list)
     unknown: list[Unexplained] = field(default_factory=list)
     gap: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
+    measure: str = ""
     parameters: dict[str, dict[str, float]] = field(default_factory=dict)
     unseen: list[str] = field(default_factory=list)
     next_experiment: str = ""
@@ -137,6 +139,7 @@ class Result:
             "effects": [_finding(f) for f in self.effects],
             "unknown": [vars(u) for u in self.unknown],
             "gap": self.gap,
+            "gap_measure": self.measure,
             "parameters": self.parameters,
             "unseen": self.unseen,
             "next_experiment": self.next_experiment,

@@ -192,6 +192,7 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     base = search.rounds[0].base
     predictor = searcher.fitter.predictor
     training, validation = searcher.fitter.experiments, searcher.validation
+    result.measure = predictor.measure
     result.gap = one_step(predictor, base, final, training, validation)
     result.traces = traces(predictor, base, final, [*training, *validation])
     result.parameters = {

@@ -79,6 +79,7 @@ class StaticObserver:
 
     """
 
+    measure = "N"
     balances: tuple[Balance, ...] = (PISTON, CELL)
 
     def __init__(self, twin: Twin) -> None:
