@@ -195,7 +195,9 @@ class Faults:
                 act = sensor.act(fault, self._channels, self._upper)
                 self._samples.append((running, act))
             case Layer.BUS:
-                nodes = self._nodes[:1] if fault.kind.name == "babbling" else self._nodes
+                nodes = [n for n in self._nodes if fault.node in (None, n.node_id)]
+                if fault.kind.name == "babbling":  # one strange node is enough
+                    nodes = nodes[:1]
                 self._frames += [(running, n, frames.frame_fault(fault, n)) for n in nodes]
 
     def _end(self, running: Running) -> None:

@@ -3,6 +3,7 @@
 import contextlib
 import difflib
 import math
+import re
 import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ from hil_emulator.units import show, to_si
 
 _TIMES = ("start", "duration", "ramp")
 _COMMON = (*_TIMES, "probability", "seed", "condition")
+_OF_NODE = re.compile(r"node(\d+)(?:\.(.+))?$")
 _CHANNELS = {c.name: c for c in CHANNELS}
 
 
@@ -36,6 +38,7 @@ class Fault:
         seed: decides the chances that are taken.
         condition: begins only when this first holds.
         said: the arguments as the user gave them, for the record.
+        node: the one node it befalls, of those that it could; None for all.
 
     """
 
@@ -49,10 +52,22 @@ class Fault:
     seed: int = 1
     condition: Condition | None = None
     said: Mapping[str, Any] = field(default_factory=dict)
+    node: int | None = None
+
+    @property
+    def thing(self) -> str:
+        """The target without the node it belongs to, such as "tpdo1"."""
+        return _thing(self.target)
 
     def __str__(self) -> str:
         rest = "".join(f", {key} {value}" for key, value in self.said.items())
         return f"{self.target} {self.kind.name}{rest}"
+
+
+def _thing(target: str) -> str:
+    """Return what a target means without its node: "node5.tpdo1" is "tpdo1", "node5" is "node"."""
+    match = _OF_NODE.match(target)
+    return target if match is None else match[2] or NODE
 
 
 def targets() -> list[str]:
@@ -63,7 +78,7 @@ def targets() -> list[str]:
 
 def kinds_of(target: str) -> dict[str, Kind]:
     """Return the kinds of fault that a target can have, by name."""
-    name = target.lower()
+    name = _thing(target.lower())
     group = MESSAGE if name in MESSAGES or _is_cob_id(name) else name
     return {k.name: k for k in KINDS if group in k.targets}
 
@@ -72,7 +87,8 @@ def fault(target: str, kind: str, **options: Any) -> Fault:
     """Return a checked fault.
 
     Args:
-        target: a sensor channel, a part of the plant, "coil", "node", "bus" or a message.
+        target: a sensor channel, a part of the plant, "coil", "node", "bus" or a message. Where
+            several nodes are on the bus, "node5" or "node5.tpdo1" means that of one of them.
         kind: one of those that the target can have.
         **options: parameters of the kind, and `start`, `duration`, `ramp` (times with unit),
             `probability`, `seed`, `condition`.
@@ -94,7 +110,10 @@ def fault(target: str, kind: str, **options: Any) -> Fault:
                 f"fault {target} {kind}: no parameter '{key}'{_meant(key, [*names, *_COMMON])}"
             )
     values = {p.name: _value(target, chosen, p, options) for p in chosen.params}
-    return Fault(target.lower(), chosen, values, said=dict(options), **_common(chosen, options))
+    match = _OF_NODE.match(target.lower())
+    node = int(match[1]) if match else None
+    common = _common(chosen, options)
+    return Fault(target.lower(), chosen, values, said=dict(options), node=node, **common)
 
 
 def spoken(text: str) -> Fault:

@@ -94,7 +94,7 @@ class Reported(Sound):
 
 def frame_fault(fault: Fault, node: Node) -> FrameFault:
     """Return what a fault does to the frames of one node."""
-    v, chosen = fault.values, _selector(fault.target, node)
+    v, chosen = fault.values, _selector(fault.thing, node)
     heartbeat = ERROR_CONTROL_COB_ID + node.node_id
     match fault.kind.name:
         case "drop":

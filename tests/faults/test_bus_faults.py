@@ -7,7 +7,10 @@ import pytest
 from rigs import NODE, START, bench, reference, set_point
 from runs import BEGIN, END, TICKS, Run, codes, count, run, sound
 
+from hil_emulator.config.load import load
+from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.places import shipped
 
 
 def of(heard: Run, can_id: int, first: int = BEGIN, last: int = END) -> list[bytes]:
@@ -164,3 +167,21 @@ def test_frames_on_their_way_in_can_be_late_too() -> None:
             b.tick(request)
             answers = [[f.can_id for f in b.tick() if f.can_id == 0x585] for _ in range(25)]
     assert answers.index([0x585]) == 19  # request and answer are each 10 ms late
+
+
+def test_one_node_of_several_can_be_meant() -> None:
+    """Of four instruments on one bus the load cell alone is silent; node 9 is not there."""
+    files = ["configs/hyq_knee.toml", "configs/hyq_knee_separate.toml"]
+    with bench(load([shipped(name) for name in files])) as b:
+        b.ticks(3)
+        for node in b.rig.nodes:
+            node.dictionary.write(0x1017, 0, 10)
+        b.ticks(20)
+        with b.rig.fault("node6", "silence"), b.rig.fault("node7.heartbeat", "drop"):
+            b.tick()
+            heard = {f.can_id for f in b.ticks(30)}
+        assert {0x705, 0x708} <= heard
+        assert not {0x706, 0x707} & heard
+        assert {0x705, 0x706, 0x707, 0x708} <= {f.can_id for f in b.ticks(30)}
+        with pytest.raises(UserError, match="no node 9; there are 5, 6, 7, 8"):
+            b.rig.fault("node9", "reset")
