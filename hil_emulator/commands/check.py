@@ -1,36 +1,87 @@
 """`hil-emulator check`: what a configuration would do, without doing it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import click
 
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.load import Configuration
+from hil_emulator.config.machine import MachineSettings, load_machine
+from hil_emulator.device.collisions import collisions
 from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
+from hil_emulator.model.plant import longest_delay
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.places import near
-from hil_emulator.rig import nodes
+from hil_emulator.model.stability import required_step
+from hil_emulator.places import cache_folder, near
+from hil_emulator.rig import compiled, nodes
 
 BIT_RATE = 1_000_000
 """Assumed where the bus has none: the fastest classical CAN [bit/s]."""
 
 
 def check(files: Sequence[Path]) -> None:
-    """Validate a configuration and print what it binds, maps and loads the bus with.
+    """Validate a configuration and print what it binds, maps and loads its buses with.
 
     Raises:
         UserError: for whatever is wrong with it.
 
     """
-    config = load(files)
-    made = nodes(config, [c.name for c in CHANNELS])
-    click.echo(f"{', '.join(near(f) for f in config.files)}: valid (digest {config.digest})\n")
+    settings = load_machine(files)
+    on_bus: dict[str, list[Node]] = {name: [] for name in settings.buses}
+    for actuator in settings.actuators:
+        made = nodes(actuator.config, [c.name for c in CHANNELS])
+        on_bus[actuator.bus] += made
+        _show(actuator.name, actuator.config, made)
+    for name, there in on_bus.items():
+        refuse_collisions(name, there)
+        click.echo(_load(name, settings, there))
+    for actuator in settings.actuators:
+        for warning in warnings(actuator.config):
+            click.echo(f"warning: {actuator.name}: {warning}")
+
+
+def refuse_collisions(bus: str, there: Sequence[Node]) -> None:
+    """Refuse nodes that cannot live on one bus.
+
+    Raises:
+        UserError: names every collision of node-IDs and COB-IDs.
+
+    """
+    found = collisions(there)
+    if found:
+        raise UserError("\n".join(f"bus {bus}: {message}" for message in found))
+
+
+def warnings(config: Configuration) -> Iterator[str]:
+    """Yield what will run, but not as well as it should."""
+    step = required_step(compiled(config.effects, cache_folder()), config.plant)
+    if config.step > step:
+        yield (
+            f"the integration step of {config.step * 1e6:.3g} us is too wide for this actuator; "
+            f"set [rig] step to {step * 1e6:.2g} us or less"
+        )
+    longest = longest_delay(config.tick_ns * 1e-9)
+    told: Mapping[str, Mapping[str, float]] = {"plant": config.plant, **config.sensors}
+    for effect in config.effects:
+        knob = effect.field_of(effect.knob)
+        if any(state.length > 1 for state in effect.states):
+            for place, values in told.items():
+                if values.get(knob, 0.0) > longest:
+                    yield (
+                        f"{place}: {effect.name} looks back {values[knob] * 1e3:g} ms, but at this "
+                        f"tick no further than {longest * 1e3:g} ms"
+                    )
+
+
+def _show(name: str, config: Configuration, made: Sequence[Node]) -> None:
+    files = ", ".join(near(f) for f in config.files)
+    click.echo(f"{name}: {files}: valid (digest {config.digest})\n")
     for node, settings in zip(made, config.nodes, strict=True):
         click.echo(f"Node {node.node_id}, {near(settings.eds)}")
         click.echo(_bindings(node) + "\n")
         click.echo(_pdo_map(node) + "\n")
-    click.echo(_load(config, made))
 
 
 def _bindings(node: Node) -> str:
@@ -56,13 +107,14 @@ def _pdo_map(node: Node) -> str:
     return text_table(("PDO", "COB-ID", "type", "timer", "bytes", "objects"), rows)
 
 
-def _load(config: Configuration, made: Sequence[Node]) -> str:
+def _load(name: str, settings: MachineSettings, there: Sequence[Node]) -> str:
+    config = settings.actuators[0].config
     bits = sum(
-        node.bus_load(config.sync_period_ns // 1000, config.tick_ns // 1000) for node in made
+        node.bus_load(config.sync_period_ns // 1000, config.tick_ns // 1000) for node in there
     )
-    rate = int(config.bus.get("bitrate", BIT_RATE))
+    rate = int(settings.buses[name].get("bitrate", BIT_RATE))
     text = (
-        f"Bus load at most {bits / rate:.0%} of {rate / 1000:g} kbit/s "
+        f"Bus load of {name} at most {bits / rate:.0%} of {rate / 1000:g} kbit/s "
         f"(SYNC each {config.sync_period_ns / 1e6:g} ms, set points at the same rate)"
     )
     if bits > rate:

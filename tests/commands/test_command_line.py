@@ -52,7 +52,16 @@ def test_check_shows_binding_pdos_and_bus_load() -> None:
     text = hil_emulator("check", REFERENCE).stdout
     assert "channel load_force" in text
     assert "TPDO3" in text
-    assert "Bus load at most" in text
+    assert "Bus load of bus at most" in text
+    assert "warning" not in text
+
+
+def test_check_warns_of_what_will_not_run_well(layer: Callable[[str], Path]) -> None:
+    """A step too wide for the machine and a bus too slow for its PDOs are named with numbers."""
+    over = layer('[rig]\ntick = "1 ms"\nstep = "100 us"\n[bus]\nbitrate = 250000')
+    text = hil_emulator("check", REFERENCE, over).stdout
+    assert "step of 100 us is too wide for this actuator; set [rig] step to 24 us or less" in text
+    assert "more than it can carry" in text
 
 
 def test_effects_lists_the_catalogue() -> None:
@@ -76,12 +85,14 @@ def test_demo_passes_and_draws(tmp_path: Path) -> None:
 
 
 def test_bench_tells_what_the_machine_achieves() -> None:
-    """The JSON has every promised number, and they are consistent with each other."""
+    """The JSON has every promised number, each of a size that time can have."""
     speeds = json.loads(hil_emulator("bench", "--duration", "0.2 s", "--json").stdout)
     assert speeds["tick_us"]["p50"] <= speeds["tick_us"]["p99"]
     assert speeds["lateness_us"].keys() == {"p50", "p99", "p999", "max"}
     assert speeds["overruns"] >= 0
-    assert speeds["tick_us"]["p50"] > 50 * speeds["rk4_step_us"] * 0.9
+    assert speeds["rk4_step_us"] > 0
+    assert speeds["fleet"]["nodes"] == 32
+    assert speeds["fleet"]["pdos_per_ms"] >= 8
     assert speeds["lockstep_x"] > 0
     assert speeds["tcp_frames_per_s"] > 0
 
