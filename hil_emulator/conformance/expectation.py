@@ -30,6 +30,7 @@ class Expectation:
 
     Attributes:
         path: as given.
+        sections: the file as `configparser` reads it, keys in lower case.
         variables: every variable from index 0x1000 on, by (index, sub-index).
         dummies: indices of the data types an RPDO may map as dummies.
         information: the file's `DeviceInfo`, as `canopen` shows it.
@@ -47,6 +48,7 @@ class Expectation:
             raise UserError(f"--eds {path}: canopen cannot read it: {error}") from error
         self.sections = configparser.RawConfigParser(inline_comment_prefixes=(";",))
         self.sections.read(path, encoding="latin-1")
+        self._names = {name.upper(): name for name in self.sections.sections()}
         self.information = objects.device_information
         self.dummies = [index for index in objects if index < FIRST_OBJECT]
         self.variables: dict[tuple[int, int], Any] = {
@@ -80,24 +82,25 @@ class Expectation:
 
     def flags(self, variable: Any) -> int:
         """Return the ObjFlags of a variable's object."""
-        section = f"{variable.index:04X}"
-        text = self.sections.get(section, "objflags", fallback="0")
-        return int(text or "0", 0)
+        return self._number(variable.index, "objflags", "0")
 
     def object_type(self, index: int) -> int:
         """Return the ObjectType of an object, VAR where the EDS says none."""
-        return int(self.sections.get(f"{index:04X}", "objecttype", fallback="7"), 0)
+        return self._number(index, "objecttype", "7")
 
     def _members(self, item: Any) -> Iterator[Any]:
         if isinstance(item, ODVariable):
             yield item
             return
-        count = 0
-        if isinstance(item, ODArray):
-            section = f"{item.index:04X}"
-            count = int(self.sections.get(section, "compactsubobj", fallback="0") or "0", 0)
+        compact = isinstance(item, ODArray)
+        count = self._number(item.index, "compactsubobj", "0") if compact else 0
         for subindex in range(count + 1) if count else item:
             yield item[subindex]
+
+    def _number(self, index: int, key: str, missing: str) -> int:
+        """Return a number from an object's own section; files write its name in either case."""
+        section = self._names.get(f"{index:04X}", "")
+        return int(self.sections.get(section, key, fallback=missing) or missing, 0)
 
 
 def size(variable: Any) -> int:

@@ -43,9 +43,7 @@ def set_guarding(device: Device, guard_ms: int, factor: int) -> None:
 
 def check_beats(device: Device) -> None:
     """Check that heartbeats come, show the state, and are not more than the period allows."""
-    since = len(device.wire.log)
-    elapsed_ms = device.wire.run(WATCH_MS)
-    beats = device.wire.heard(device.error_control_id, since)
+    beats, elapsed_ms = device.wire.watch(device.error_control_id, 3, WATCH_MS)
     assert 3 <= len(beats) <= elapsed_ms / PERIOD_MS + 2, f"{len(beats)} in {elapsed_ms:.0f} ms"
     assert set(beats) == {bytes([PRE_OPERATIONAL])}
 

@@ -74,9 +74,8 @@ def test_predefined_sync_is_consumed(device: Device) -> None:
 def test_sync_is_produced_or_not(device: Device) -> None:
     """A producer sends SYNC at its period until told to stop; others refuse to, and do not."""
     producing = produces(device)
-    since = len(device.wire.log)
-    elapsed_ms = device.wire.run(WATCH_MS)
-    count = len(device.wire.heard(SYNC, since))
+    heard, elapsed_ms = device.wire.watch(SYNC, 3 if producing else 0, WATCH_MS)
+    count = len(heard)
     if not producing:
         assert count == 0, f"{count} SYNC from a device that refuses to produce them"
         return

@@ -121,6 +121,19 @@ class Wire:
             now_ns = self._clock.now_ns()
         return (now_ns - begin_ns) / NS_PER_MS
 
+    def watch(self, can_id: int, at_least: int, milliseconds: float) -> tuple[list[bytes], float]:
+        """Listen for a while, and longer while there are too few frames, as on a busy machine.
+
+        Returns:
+            The data of the frames with this identifier, and how long it was, in ms.
+
+        """
+        since = len(self.log)
+        elapsed_ms = self.run(milliseconds)
+        while len(self.heard(can_id, since)) < at_least and elapsed_ms < PATIENCE_MS:
+            elapsed_ms += self.run(milliseconds)
+        return self.heard(can_id, since), elapsed_ms
+
     def await_frame(
         self,
         can_id: int,
