@@ -13,8 +13,15 @@ _BINS = 20_000  # 1 us each; what takes longer is counted in the last one
 class Ticking(Protocol):
     """What the loop moves."""
 
-    now_ns: int
-    tick_ns: int
+    @property
+    def now_ns(self) -> int:
+        """Emulator time at which the next tick begins [ns]."""
+        ...
+
+    @property
+    def tick_ns(self) -> int:
+        """Period of the loop [ns]."""
+        ...
 
     def step(self) -> None:
         """Let one tick pass."""

@@ -1,9 +1,5 @@
 """`hil-emulator run`: the emulator on a bus, until its time is over or Ctrl-C."""
 
-import select
-import signal
-import sys
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,11 +10,14 @@ import click
 from hil_emulator import __version__, condition, realtime
 from hil_emulator.bus.bus import Bus
 from hil_emulator.clock import Clock, FollowSync, LockStep, WallClock
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.commands.check import refuse_collisions
+from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
+from hil_emulator.commands.run_machine import run_machine
+from hil_emulator.config.load import Configuration
+from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import spoken
 from hil_emulator.loop import Timing
-from hil_emulator.loop import run as run_loop
 from hil_emulator.places import cache_folder, near
 from hil_emulator.recording.capture import Capture
 from hil_emulator.recording.exports import check_file
@@ -26,10 +25,6 @@ from hil_emulator.recording.header import header
 from hil_emulator.recording.tape import FileTape
 from hil_emulator.remote.desk import Desk
 from hil_emulator.rig import Rig, assemble
-
-_FOREVER = 2**62
-_STATUS_S = 0.5  # between two status lines
-_CONTROL_S = 0.01  # emulator time between two looks at the remote control
 
 
 def run(
@@ -63,22 +58,39 @@ def run(
     for file in record:
         check_file(file)
     broken = [spoken(line) for line in faults]
-    config = load(files)
+    settings = load_machine(files)
+    if len(settings.actuators) > 1:
+        if bus or record or faults or control is not None:
+            raise UserError(
+                "--bus, --record, --fault and --control are for one actuator; run its own files"
+            )
+        run_machine(settings, clock, duration)
+        return
+    config = settings.actuators[0].config
     with Bus(bus_settings(config, bus)) as door:
         follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
         click.echo("Preparing the model (a few seconds the first time) ...", err=True)
         rig = assemble(config, follow or door, cache_folder())
+        refuse_collisions("bus", rig.nodes)
         with _recording(rig, config, record, capture), _desk(control) as desk:
             for fault in broken:
                 rig.inject(fault)
             measures = [] if clock == "lockstep" else realtime.apply()
             click.echo(_banner(config, rig, door, clock, measures))
-            ticks = _FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
+            ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
             timing = Timing()
             try:
-                _loop(rig, _clock(clock, config, follow, rig), ticks, timing, door, config, desk)
+                keep_running(
+                    rig,
+                    _clock(clock, config, follow, rig),
+                    ticks,
+                    timing,
+                    lambda: _status(rig, timing, door),
+                    between=(lambda: desk.serve(rig)) if desk else None,
+                    stop_when_late=config.late == "stop",
+                )
             finally:
-                click.echo(summary(rig, timing, door))
+                click.echo(summary(rig, timing, [door]))
 
 
 @contextmanager
@@ -158,60 +170,12 @@ def _banner(
     return "\n".join(lines)
 
 
-def _loop(
-    rig: Rig,
-    clock: Clock,
-    ticks: int,
-    timing: Timing,
-    bus: Bus,
-    config: Configuration,
-    desk: Desk | None,
-) -> None:
-    """Run in slices; between them a status line and remote control; Ctrl-C, SIGTERM end it."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    live = sys.stderr.isatty()
-    pause = _CONTROL_S if desk else _STATUS_S
-    slice_ticks = max(1, round(pause * 1e9 / rig.tick_ns)) if live or desk else ticks
-    shown = 0.0
-    try:
-        while timing.ticks < ticks:
-            part = min(slice_ticks, ticks - timing.ticks)
-            run_loop(rig, clock, part, timing, stop_when_late=config.late == "stop")
-            if desk:
-                desk.serve(rig)
-            if live and time.monotonic() - shown > _STATUS_S / 2:
-                shown = time.monotonic()
-                _status(rig, timing, bus)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        if live:
-            sys.stderr.write("\r\x1b[K")
-
-
-def _status(rig: Rig, timing: Timing, bus: Bus) -> None:
-    """Rewrite the status line, unless the terminal would make the loop wait."""
-    if not select.select([], [sys.stderr], [], 0)[1]:
-        return
+def _status(rig: Rig, timing: Timing, bus: Bus) -> str:
     y = rig.plant.signals
     states = ", ".join(f"{n.node_id} {n.state.name.lower()}" for n in rig.nodes)
-    sys.stderr.write(
-        f"\r\x1b[K{rig.now_ns * 1e-9:9.1f} s  node {states}  x {y.position * 1e3:6.2f} mm  "
+    return (
+        f"{rig.now_ns * 1e-9:9.1f} s  node {states}  x {y.position * 1e3:6.2f} mm  "
         f"f {y.load_force:7.0f} N  "
         f"pa {y.pressure_a * 1e-5:5.1f} pb {y.pressure_b * 1e-5:5.1f} bar  "
-        f"in {bus.received} out {bus.sent} dropped {bus.dropped}  late {timing.overruns}"
+        f"{traffic([bus])}  late {timing.overruns}"
     )
-    sys.stderr.flush()
-
-
-def summary(rig: Rig, timing: Timing, bus: Bus) -> str:
-    """Return how punctual a run was and what went over the bus."""
-    lines = [f"time      {rig.now_ns * 1e-9:.3f} s, {timing.ticks} ticks, {timing.overruns} late"]
-    for name, durations in (("lateness", timing.lateness), ("execution", timing.execution)):
-        us = durations.summary()
-        lines.append(
-            f"{name:<9} p50 {us['p50']:.0f} us, p99 {us['p99']:.0f} us, "
-            f"p99.9 {us['p999']:.0f} us, max {us['max']:.0f} us"
-        )
-    lines.append(f"frames    {bus.received} in, {bus.sent} out, {bus.dropped} dropped")
-    return "\n".join(lines)

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import socket
 import subprocess
 import sys
@@ -116,6 +117,21 @@ def test_run_records_what_it_did(tmp_path: Path) -> None:
         column = header.index("pressure_a [Pa]")
         values = [float(row[column]) for row in rows]
         np.testing.assert_allclose(stored["pressure_a"], values, rtol=1e-8)
+
+
+def test_a_leg_of_two_actuators_runs_on_two_buses(layer: Callable[[str], Path]) -> None:
+    """Every node and bus is named, and both actuators' heartbeats are on their way."""
+    text = shipped("configs/hyq_leg.toml").read_text()
+    leg = layer(
+        re.sub(r"port = \d+", "port = 0", text).replace('"hyq_', f'"{REFERENCE.parent}/hyq_')
+    )
+    result = hil_emulator("run", leg, "--clock", "lockstep", "--duration", "0.5 s")
+    assert result.returncode == 0, result.stderr
+    assert "node      5 on hip" in result.stdout
+    assert "node      12 on knee" in result.stdout
+    assert "500 ticks" in result.stdout
+    assert "40 out" in result.stdout
+    assert "for one actuator" in refused("run", leg, "--record", "x.csv")
 
 
 def test_bad_input_ends_with_one_message(layer: Callable[[str], Path], tmp_path: Path) -> None:

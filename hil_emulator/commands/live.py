@@ -1,0 +1,88 @@
+"""A run before the user's eyes: a status line while it lasts, a summary at its end."""
+
+import select
+import signal
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.clock import Clock
+from hil_emulator.loop import Ticking, Timing, run
+
+FOREVER = 2**62
+"""Ticks of a run without a duration."""
+
+_STATUS_S = 0.5  # between two status lines
+_BETWEEN_S = 0.01  # emulator time between two calls of what else there is to do
+
+
+def keep_running(
+    rig: Ticking,
+    clock: Clock,
+    ticks: int,
+    timing: Timing,
+    status: Callable[[], str],
+    between: Callable[[], None] | None = None,
+    stop_when_late: bool = False,
+) -> None:
+    """Run in slices until all ticks have passed; Ctrl-C and SIGTERM end it.
+
+    Args:
+        rig: what is run.
+        clock: when its ticks begin.
+        ticks: how many there are.
+        timing: takes down how punctual they were.
+        status: returns the line to show on a terminal.
+        between: called every few ticks, where there is something else to do.
+        stop_when_late: whether a tick that begins a whole period late ends the run.
+
+    Raises:
+        UserError: for such a tick.
+
+    """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    live = sys.stderr.isatty()
+    pause = _BETWEEN_S if between else _STATUS_S
+    slice_ticks = max(1, round(pause * 1e9 / rig.tick_ns)) if live or between else ticks
+    shown = 0.0
+    try:
+        while timing.ticks < ticks:
+            run(rig, clock, min(slice_ticks, ticks - timing.ticks), timing, stop_when_late)
+            if between:
+                between()
+            if live and time.monotonic() - shown > _STATUS_S / 2:
+                shown = time.monotonic()
+                _show(status())
+    except KeyboardInterrupt:
+        pass
+    finally:
+        if live:
+            sys.stderr.write("\r\x1b[K")
+
+
+def _show(line: str) -> None:
+    """Rewrite the status line, unless the terminal would make the loop wait."""
+    if select.select([], [sys.stderr], [], 0)[1]:
+        sys.stderr.write(f"\r\x1b[K{line}")
+        sys.stderr.flush()
+
+
+def traffic(buses: Sequence[Bus]) -> str:
+    """Return how many frames went over all buses."""
+    received, sent, dropped = (
+        sum(getattr(bus, name) for bus in buses) for name in ("received", "sent", "dropped")
+    )
+    return f"{received} in, {sent} out, {dropped} dropped"
+
+
+def summary(rig: Ticking, timing: Timing, buses: Sequence[Bus]) -> str:
+    """Return how punctual a run was and what went over the buses."""
+    lines = [f"time      {rig.now_ns * 1e-9:.3f} s, {timing.ticks} ticks, {timing.overruns} late"]
+    for name, durations in (("lateness", timing.lateness), ("execution", timing.execution)):
+        us = durations.summary()
+        lines.append(
+            f"{name:<9} p50 {us['p50']:.0f} us, p99 {us['p99']:.0f} us, "
+            f"p99.9 {us['p999']:.0f} us, max {us['max']:.0f} us"
+        )
+    return "\n".join([*lines, f"frames    {traffic(buses)}"])

@@ -1,0 +1,76 @@
+"""`hil-emulator run` of several actuators on their buses."""
+
+from contextlib import ExitStack
+
+import click
+
+from hil_emulator import __version__, realtime
+from hil_emulator.bus.bus import Bus
+from hil_emulator.clock import Clock, LockStep, WallClock
+from hil_emulator.commands.check import refuse_collisions
+from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
+from hil_emulator.config.machine import MachineSettings
+from hil_emulator.errors import UserError
+from hil_emulator.loop import Timing
+from hil_emulator.machine import Machine, assemble_machine
+from hil_emulator.places import cache_folder, near
+
+
+def run_machine(settings: MachineSettings, clock: str, duration: float | None) -> None:
+    """Run several actuators under one loop.
+
+    Args:
+        settings: the machine.
+        clock: "wall" or "lockstep".
+        duration: emulator time to run [s]; None runs until interrupted.
+
+    Raises:
+        UserError: for whatever the user can mend.
+
+    """
+    if clock == "follow-sync":
+        raise UserError("several actuators have no common SYNC: use --clock wall or lockstep")
+    tick_ns = settings.actuators[0].config.tick_ns
+    with ExitStack() as stack:
+        buses = {name: stack.enter_context(Bus(t)) for name, t in settings.buses.items()}
+        click.echo("Preparing the model (a few seconds the first time) ...", err=True)
+        machine = assemble_machine(settings, buses, cache_folder())
+        for name in buses:
+            there = [a.name for a in settings.actuators if a.bus == name]
+            refuse_collisions(name, [n for a in there for n in machine.rigs[a].nodes])
+        measures = [] if clock == "lockstep" else realtime.apply()
+        click.echo(_banner(settings, buses, measures))
+        pace: Clock = LockStep() if clock == "lockstep" else WallClock(tick_ns)
+        ticks = FOREVER if duration is None else round(duration * 1e9 / tick_ns)
+        timing, doors = Timing(), list(buses.values())
+        try:
+            keep_running(
+                machine, pace, ticks, timing, lambda: _status(machine, timing, doors),
+                stop_when_late=any(a.config.late == "stop" for a in settings.actuators),
+            )  # fmt: skip
+        finally:
+            click.echo(summary(machine, timing, doors))
+
+
+def _banner(
+    settings: MachineSettings, buses: dict[str, Bus], measures: list[realtime.Measure]
+) -> str:
+    lines = [f"hil-emulator {__version__}  {len(settings.actuators)} actuators"]
+    for actuator in settings.actuators:
+        for node in actuator.config.nodes:
+            lines.append(
+                f"node      {node.id} on {actuator.bus}  {actuator.name}  {near(node.eds)}"
+            )
+    for name, bus in buses.items():
+        lines.append(f"bus       {name}: {bus.description}")
+        lines.append(f"connect   {bus.client_command}")
+    if measures:
+        lines.append("realtime  " + "; ".join(str(m) for m in measures))
+    return "\n".join([*lines, "Ctrl-C ends."])
+
+
+def _status(machine: Machine, timing: Timing, buses: list[Bus]) -> str:
+    positions = "  ".join(
+        f"{name} {rig.plant.signals.position * 1e3:.1f} mm" for name, rig in machine.rigs.items()
+    )
+    return f"{machine.now_ns * 1e-9:9.1f} s  {positions}  {traffic(buses)}  late {timing.overruns}"
