@@ -20,8 +20,8 @@ import numpy as np
 from hil_emulator.bus import frame_log
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
-from hil_emulator.recording import journal, messages
-from hil_emulator.recording.journal import SUFFIX, Kind
+from hil_emulator.recording import SUFFIX, journal, messages
+from hil_emulator.recording.journal import Kind
 
 _BATCH = 4096  # rows handled at once
 _EXTRAS = {".parquet": "pyarrow", ".mf4": "asammdf"}

@@ -25,9 +25,9 @@ import numpy as np
 
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.recording import SUFFIX
 
 MAGIC = b"HILREC1\n"
-SUFFIX = ".rec"
 
 _ENTRY = struct.Struct("<BI")
 _BUS = struct.Struct("<qB")

@@ -1,22 +1,24 @@
 """The process beside the loop: from a pipe to a journal at once, to other formats at the end.
 
-It outlives the emulator: when the pipe ends, for whatever reason, it still writes the files.
+It outlives the emulator: when the pipe ends, for whatever reason, it still writes the files. What
+those formats need is imported only then, so that it is ready soon.
 """
 
-import os
 import signal
 import sys
 from pathlib import Path
 from typing import BinaryIO
 
 from hil_emulator.errors import UserError
-from hil_emulator.recording.exports import export
-from hil_emulator.recording.journal import SUFFIX
+from hil_emulator.recording import SUFFIX
+
+READY = b"\n"
+"""Said on standard output once the journal is open."""
 
 _CHUNK = 1 << 20
 
 
-def write(stream: BinaryIO, files: list[Path]) -> None:
+def write(stream: BinaryIO, files: list[Path], ready: BinaryIO) -> None:
     """Write a stream of entries into files.
 
     The journal stands beside the first file and is removed when all files are written.
@@ -27,20 +29,20 @@ def write(stream: BinaryIO, files: list[Path]) -> None:
     """
     kept = next((f for f in files if f.suffix == SUFFIX), None)
     source = kept or files[0].with_name(files[0].name + SUFFIX)
-    trouble = _journal(stream, source)
-    for file in files:
-        if file != source:
-            export(source, file)
+    trouble = _journal(stream, source, ready)
+    _export(source, [file for file in files if file != source])
     if trouble:
         raise UserError(f"{source} ends early: {trouble}")
     if kept is None:
         source.unlink()
 
 
-def _journal(stream: BinaryIO, source: Path) -> str:
+def _journal(stream: BinaryIO, source: Path, ready: BinaryIO) -> str:
     """Append the stream to the journal; return what ended that early, or ""."""
     trouble = ""
     with source.open("wb", buffering=0) as out:
+        ready.write(READY)
+        ready.close()
         while chunk := stream.read1(_CHUNK):  # type: ignore[attr-defined]
             try:
                 while chunk and not trouble:
@@ -50,12 +52,18 @@ def _journal(stream: BinaryIO, source: Path) -> str:
     return trouble
 
 
+def _export(source: Path, files: list[Path]) -> None:
+    from hil_emulator.recording.exports import export
+
+    for file in files:
+        export(source, file)
+
+
 def main() -> int:
     """Write standard input to the files named as arguments."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(5)  # the loop goes first (assumed)
     try:
-        write(sys.stdin.buffer, [Path(name) for name in sys.argv[1:]])
+        write(sys.stdin.buffer, [Path(name) for name in sys.argv[1:]], sys.stdout.buffer)
     except UserError as error:
         print(error, file=sys.stderr)
         return 1

@@ -20,6 +20,7 @@ from hil_emulator.recording import journal
 from hil_emulator.recording.capture import Capture
 from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.journal import Kind
+from hil_emulator.recording.scribe import READY
 
 _TICKS_PER_WRITE = 32  # one system call for as many ticks; 32 ms at 1 kHz (assumed)
 _PIPE_BYTES = 1 << 20  # what Linux grants without privileges
@@ -57,10 +58,15 @@ class FileTape:
         self._scribe = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
             stderr=self._errors,
             start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
         )
         assert self._scribe.stdin is not None
+        assert self._scribe.stdout is not None
+        with self._scribe.stdout as ready:
+            if ready.read(len(READY)) != READY:
+                self._finish()
         self._pipe = self._scribe.stdin.fileno()
         os.set_blocking(self._pipe, False)
         _widen(self._pipe)
@@ -98,6 +104,10 @@ class FileTape:
         assert self._scribe.stdin is not None
         with contextlib.suppress(BrokenPipeError):
             self._scribe.stdin.close()
+        self._finish()
+
+    def _finish(self) -> None:
+        """Wait for the writer, and say what went wrong."""
         failed = self._scribe.wait()
         self._errors.seek(0)
         text = self._errors.read().decode(errors="replace").strip()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from hil_emulator.places import near
 from hil_emulator.record import columns
-from hil_emulator.recording import journal
+from hil_emulator.recording import SUFFIX, journal
 from hil_emulator.recording.messages import describe, messages
 from hil_emulator.testing.emulator import Emulator
 from hil_emulator.units import show
@@ -41,7 +41,7 @@ def keep(emulator: Emulator, test: str, folder: Path) -> Path:
     """Write the test's recording and return its file."""
     folder.mkdir(parents=True, exist_ok=True)
     name = re.sub(r"[^\w.-]+", "_", test.partition("::")[2] or test)
-    file = folder / f"{name}{journal.SUFFIX}"
+    file = folder / f"{name}{SUFFIX}"
     journal.write(emulator.recording(), file)
     return file
 

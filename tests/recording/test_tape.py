@@ -1,5 +1,6 @@
 """Recording beside the loop: what survives, and what it costs."""
 
+import os
 import resource
 import signal
 import subprocess
@@ -83,18 +84,17 @@ def test_killing_the_emulator_loses_at_most_the_last_second(tmp_path: Path) -> N
 def test_killing_the_writer_too_leaves_the_journal(tmp_path: Path) -> None:
     """With both processes gone at once, what was written so far is read and exported."""
     process = running("--record", str(tmp_path / "run.csv"))
-    time.sleep(1.5)
+    file = tmp_path / "run.csv.rec"
+    until(lambda: file.stat().st_size > 500_000)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     if not children.exists():
         pytest.skip("this system does not tell which children a process has")
     for child in children.read_text().split():
-        import os
-
         os.kill(int(child), signal.SIGKILL)
     process.send_signal(signal.SIGKILL)
     process.wait()
     assert not (tmp_path / "run.csv").exists()
-    assert read(tmp_path / "run.csv.rec").rows[-1, 0] > 0.5
+    assert read(file).rows[-1, 0] > 0.5
 
 
 def until(done: object, seconds: float = 20.0) -> None:
@@ -127,6 +127,14 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(
     rows = read(file).rows
     assert 0.4 * TICKS < len(rows) < 0.6 * TICKS
     assert rows.tobytes() == recording.rows[: len(rows)].tobytes()
+
+
+def test_a_file_that_cannot_be_opened_stops_the_run_before_it_begins(tmp_path: Path) -> None:
+    """Where a folder stands in the place of the file, the message comes at once."""
+    (tmp_path / "run.rec").mkdir()
+    config = reference()
+    with bench(config) as b, pytest.raises(UserError, match=r"run\.rec: cannot be written"):
+        FileTape([tmp_path / "run.rec"], header(config, b.rig.nodes))
 
 
 def test_a_writer_that_dies_is_reported_at_the_end(tmp_path: Path) -> None:
