@@ -28,6 +28,12 @@ NEXT = {
     RESET_NODE: PRE_OPERATIONAL,
     RESET_COMMUNICATION: PRE_OPERATIONAL,
 }
+NO_COMMANDS = (
+    *(bytes([command]) for command in NEXT),
+    *(bytes([command, NODE_ID, 0]) for command in NEXT),
+    *(bytes([command, NODE_ID]) for command in (0, 3, 127, 131, 255)),
+)
+"""Too short, too long, unknown."""
 SERVED = {
     "sdo": (PRE_OPERATIONAL, OPERATIONAL),
     "sync": (OPERATIONAL,),
@@ -66,10 +72,17 @@ class NmtSlave(RuleBasedStateMachine):
         """Send a command that concerns another node."""
         self.master.nmt(command, address)
 
-    @rule(data=st.binary(max_size=8).filter(lambda d: len(d) != 2 or d[0] not in NEXT))
+    @rule(data=st.sampled_from(NO_COMMANDS) | st.binary(max_size=8).filter(lambda d: len(d) != 2))
     def command_nothing(self, data: bytes) -> None:
         """Send what is no NMT command: unknown, or of another length."""
         self.master.send(0x000, data)
+
+    @rule(command=st.sampled_from([RESET_NODE, RESET_COMMUNICATION]))
+    def write_and_reset(self, command: int) -> None:
+        """Change parameters, where the state lets them be changed, and reset."""
+        self.write(2, COMMUNICATION)
+        self.write(2, APPLICATION)
+        self.command(command, NODE_ID)
 
     @rule(value=st.sampled_from([1, 2]), key=st.sampled_from([COMMUNICATION, APPLICATION]))
     def write(self, value: int, key: tuple[int, int]) -> None:
