@@ -36,6 +36,10 @@ assumed shape parameters is named (assumed)."""
 OUT_EXPLAINED = 1.10
 """A block that explains this much more than the best effect says that its law is another one."""
 
+NOTICEABLE = 0.005
+"""Share of the innovations' variance below which an unexplained term is not worth a word: ripple
+of friction and supply, which every machine has, is there and significant (assumed)."""
+
 UNKNOWN = 1.6
 """And this much more: that the effect is not in the catalogue (assumed, between the two)."""
 
@@ -125,7 +129,8 @@ class Searcher:
         search.at = np.zeros(len(search.nuisances))
         first = self._round(search)
         first.accepted = False
-        first.unknown = any(b.significant for b in first.blocks)
+        least = NOTICEABLE * len(first.base.residual)
+        first.unknown = any(b.significant and b.statistic > least for b in first.blocks)
         search.rounds.append(first)
         return search
 
@@ -164,7 +169,9 @@ class Searcher:
         return found
 
     def _judge(self, found: Round) -> None:
-        strongest = next((b for b in found.blocks if b.significant), None)
+        least = NOTICEABLE * len(found.base.residual)
+        found.blocks.sort(key=lambda b: not (b.significant and b.statistic > least))
+        strongest = next((b for b in found.blocks if b.significant and b.statistic > least), None)
         best = found.trials[0] if found.trials else None
         if best is None or not best.evidence.passed:
             found.unknown = strongest is not None

@@ -160,7 +160,7 @@ def conclude(searcher: Searcher, search: Search) -> Result:
                 b.balance.name, b.driver, b.balance.unit, tuple(b.knots.tolist()),
                 tuple(b.curve.tolist()), in_words(b.driver, b.curve), b.statistic,
             )
-            for b in [b for b in last.blocks if b.significant][:3]
+            for b in [b for b in last.blocks[:3] if b.significant]
         ]  # fmt: skip
     unseen = [s.coordinate.name for s in search.rounds[0].scores if not s.visible]
     result = Result("nothing_missing", "the model explains the data within their noise")

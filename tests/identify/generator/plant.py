@@ -1,7 +1,7 @@
 """An actuator written a second time, apart from the package: own equations, Heun's method, 10 us.
 
 Every effect exists in two laws: the one that text books print first, and a foreign one. Friction is
-regularised by an arctangent, orifices by a cubic blend, stops by a quadratic spring.
+regularised by a root, orifices by a cubic blend, stops by a quadratic spring.
 """
 
 import math
@@ -67,7 +67,7 @@ def stiffness(p, pressure):
 def friction(p, v, x, pa, pb):
     """Return the friction of the seals, in both laws."""
     foreign = p[FOREIGN] > 0.5
-    direction = 2.0 / math.pi * math.atan(v / 6e-4)
+    direction = v / math.sqrt(v * v + 1e-6)
     dry = p[COULOMB]
     if foreign:
         dry += p[STRIBECK] / (1.0 + (v / 0.02) ** 2)
