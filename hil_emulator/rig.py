@@ -1,13 +1,14 @@
 """One tick of the emulator in a few lines; the only module that knows everybody."""
 
 import functools
+import logging
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from hil_emulator.config.load import Configuration
+from hil_emulator.config.load import Configuration, NodeSettings
 from hil_emulator.device.abort import SdoAbort
 from hil_emulator.device.binding import raw_value
 from hil_emulator.device.dictionary import Dictionary
@@ -20,11 +21,15 @@ from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.parameter_files import ParameterFile
 from hil_emulator.record import MODEL, Tape
 from hil_emulator.settings import SETTINGS
 
 COMMANDS = ("valve_current",)
 """What a node commands the plant to do."""
+
+
+_log = logging.getLogger(__name__)
 
 
 class FrameDoor(Protocol):
@@ -210,10 +215,20 @@ def nodes(config: Configuration, channels: Sequence[str]) -> list[Node]:
     """Make the CANopen nodes of a configuration.
 
     Raises:
-        UserError: if an EDS is missing, wrong, or maps what nothing feeds.
+        UserError: if an EDS is missing, wrong, or maps what nothing feeds, or the folder of
+            stored parameters cannot be used.
 
     """
-    return [Node(Dictionary.from_eds(s.eds, s.id), channels, s.commands) for s in config.nodes]
+    return [_node(settings, channels) for settings in config.nodes]
+
+
+def _node(settings: NodeSettings, channels: Sequence[str]) -> Node:
+    dictionary = Dictionary.from_eds(settings.eds, settings.id)
+    if settings.storage is None:
+        return Node(dictionary, channels, settings.commands)
+    file = settings.storage / f"node_{settings.id}.json"
+    kept = ParameterFile(file, dictionary, _log.warning)
+    return Node(dictionary, channels, settings.commands, kept)
 
 
 def assemble(

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -166,13 +167,28 @@ def test_the_nodes_of_a_rig_hear_each_other() -> None:
         assert struct.unpack_from("<H", emergency.data)[0] == 0x8130
 
 
-def test_a_missing_eds_object_is_named(tmp_path: object) -> None:
-    """A node that cannot take the valve's set point is refused before anything starts."""
-    from pathlib import Path
+def test_stored_parameters_survive_a_restart(tmp_path: Path) -> None:
+    """A heartbeat time saved by 0x1010 is there again in the next rig, and gone without storage."""
+    config = reference()
+    keeps = dataclasses.replace(config.nodes[0], storage=tmp_path / "parameters")
+    keeping = dataclasses.replace(config, nodes=(keeps,))
+    with bench(keeping) as b:
+        b.ticks(5)
+        b.ticks(2, Frame(0x605, bytes.fromhex("2b171000") + struct.pack("<I", 250)))
+        b.ticks(2, Frame(0x605, bytes.fromhex("23101001") + b"save"))
+    read = Frame(0x605, bytes.fromhex("4017100000000000"))
+    for settings, expected in ((keeping, 250), (config, 100)):
+        with bench(settings) as b:
+            b.ticks(5)
+            answers = [f for f in b.ticks(2, read) if f.can_id == 0x585]
+            assert struct.unpack_from("<H", answers[0].data, 4)[0] == expected
 
+
+def test_a_missing_eds_object_is_named(tmp_path: Path) -> None:
+    """A node that cannot take the valve's set point is refused before anything starts."""
     config = reference()
     eds = config.nodes[0].eds.read_text()
-    file = Path(str(tmp_path)) / "other.eds"
+    file = tmp_path / "other.eds"
     file.write_text(eds.replace("ParameterName=valve_current\n", "ParameterName=spool\n"))
     node = dataclasses.replace(config.nodes[0], eds=file)
     with (

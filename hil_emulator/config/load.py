@@ -39,12 +39,14 @@ class NodeSettings:
         eds: path of its EDS.
         commands: what it commands, with the values in SI that hold without a controller; empty
             for a node that only measures.
+        storage: folder in which it keeps parameters stored by 0x1010; None forgets them.
 
     """
 
     id: int
     eds: Path
     commands: dict[str, float]
+    storage: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -228,7 +230,12 @@ def _configuration(
         sync_period_ns=round(rig.sync_period * 1e9),
         bus=dict(checked.bus) or dict(DEFAULT_BUS),
         nodes=tuple(
-            NodeSettings(n.id, folder / n.eds, dict.fromkeys(n.commands, n.safe_current))
+            NodeSettings(
+                n.id,
+                folder / n.eds,
+                dict.fromkeys(n.commands, n.safe_current),
+                None if n.storage is None else folder / n.storage,
+            )
             for n in checked.node
         ),
         effects=effects,

@@ -52,11 +52,12 @@ class RigTable(Table):
 
 
 class NodeTable(Table):
-    """One CANopen node: its ID, its EDS, what it commands, and the current it falls back to."""
+    """One CANopen node: its ID, EDS, commands, safe current, and folder of stored parameters."""
 
     id: int = Field(ge=1, le=127)
     eds: str
     commands: tuple[Literal["valve_current"], ...] = ("valve_current",)
+    storage: str | None = None
     safe_current: Annotated[float, quantity(SAFE_CURRENT)] = SAFE_CURRENT.typical
 
 
