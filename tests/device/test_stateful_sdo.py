@@ -149,6 +149,7 @@ class SdoConversation(RuleBasedStateMachine):
     @rule(block=st.integers(1, 5), received=st.lists(st.integers(0, 5), max_size=4))
     def upload_blocks(self, block: int, received: list[int]) -> None:
         """Take a string in blocks of which some segments get lost."""
+        self.give_up((0x1008, 0))
         self.begin_block_upload((0x1008, 0), block, 0)
         self.start_block()
         for count in received:
@@ -159,6 +160,7 @@ class SdoConversation(RuleBasedStateMachine):
         self, key: tuple[int, int], value: bytes, checked: bool, mistake: bool
     ) -> None:
         """Write an object as a block, at times with a wrong checksum."""
+        self.give_up(key)
         self.begin_block_download(key, True, checked, 0)
         self.send_block_segment(value + bytes(3), True, 0)
         self.end_block_download(mistake)
@@ -169,6 +171,7 @@ class SdoConversation(RuleBasedStateMachine):
     ) -> None:
         """Write an object in a segment, at times with fewer bytes than announced."""
         length = len(self.reference.objects[key].value)
+        self.give_up(key)
         self.begin_download(key, length, announced)
         self.send_segment(value + bytes(3), 7 - length + short, True, False)
 
