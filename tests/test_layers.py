@@ -16,10 +16,6 @@ ALLOWED = {
     "device": {"canopen", f"{OWN}.frame", f"{OWN}.errors"},
     "bus": {"can", f"{OWN}.frame", f"{OWN}.errors"},
     "export": {"cantools", "canopen", f"{OWN}.device", f"{OWN}.errors"},
-    "faults": {
-        f"{OWN}.device", f"{OWN}.model", f"{OWN}.record", f"{OWN}.frame", f"{OWN}.units",
-        f"{OWN}.errors", f"{OWN}.condition", f"{OWN}.settings",
-    },
     "config": {"pydantic", f"{OWN}.model", f"{OWN}.units", f"{OWN}.errors"},
     "faults": {
         f"{OWN}.condition", f"{OWN}.device", f"{OWN}.model", f"{OWN}.frame", f"{OWN}.units",
