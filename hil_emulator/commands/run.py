@@ -77,20 +77,32 @@ def run(
                 rig.inject(fault)
             measures = [] if clock == "lockstep" else realtime.apply()
             click.echo(_banner(config, rig, door, clock, measures))
-            ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
-            timing = Timing()
-            try:
-                keep_running(
-                    rig,
-                    _clock(clock, config, follow, rig),
-                    ticks,
-                    timing,
-                    lambda: _status(rig, timing, door),
-                    between=(lambda: desk.serve(rig)) if desk else None,
-                    stop_when_late=config.late == "stop",
-                )
-            finally:
-                click.echo(summary(rig, timing, [door]))
+            _live(rig, _clock(clock, config, follow, rig), duration, door, config, desk)
+
+
+def _live(
+    rig: Rig,
+    clock: Clock,
+    duration: float | None,
+    bus: Bus,
+    config: Configuration,
+    desk: Desk | None,
+) -> None:
+    """Run with a status line, and tell how it went however it ends."""
+    ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
+    timing = Timing()
+    try:
+        keep_running(
+            rig,
+            clock,
+            ticks,
+            timing,
+            lambda: _status(rig, timing, bus),
+            between=(lambda: desk.serve(rig)) if desk else None,
+            stop_when_late=config.late == "stop",
+        )
+    finally:
+        click.echo(summary(rig, timing, [bus]))
 
 
 @contextmanager
