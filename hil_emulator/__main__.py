@@ -318,9 +318,7 @@ def identify(
 
 @main.command()
 @_recordings
-def gap(
-    files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int
-) -> None:
+def gap(files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int) -> None:
     """Measure where a recording and the configuration disagree."""
     from hil_emulator.commands import identify as command
 

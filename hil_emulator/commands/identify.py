@@ -66,7 +66,7 @@ def summary(result: Result) -> str:
         if finding.group:
             lines.append(f"          not to be told from {', '.join(finding.group)}")
         lines += [f"          rival {r.name}: {r.lost}" for r in finding.rivals[:3]]
-    lines += [f"unknown   {u.balance} over {u.driver}: {u.shape} {u.unit}" for u in result.unknown]
+    lines += [f"unknown   {u.balance} over {u.driver}: {u.shape}" for u in result.unknown]
     if result.next_experiment:
         lines.append(f"next      {result.next_experiment}")
     if result.gap:

@@ -25,7 +25,7 @@ def report(result: Result, title: str) -> str:
     for i, u in enumerate(result.unknown):
         parts.append(
             f'<h2 class="flag">Unexplained: {escape(u.balance)} over {escape(u.driver)}</h2>'
-            f"<p>{escape(u.shape)} {u.unit}; gain in chi-square {u.statistic:.0f}</p>"
+            f"<p>{escape(u.shape)}; gain in chi-square {u.statistic:.0f}</p>"
         )
         parts.append(_image(pictures.term(result, i)))
     if result.gap:

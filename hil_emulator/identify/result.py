@@ -155,12 +155,12 @@ def _finding(finding: Finding) -> Mapping[str, Any]:
     return plain
 
 
-def in_words(driver: str, curve: Array) -> str:
-    """Describe a curve over its driver: odd, even, one-sided, how large."""
+def in_words(driver: str, curve: Array, unit: str) -> str:
+    """Describe a curve over its driver: odd, even or neither, and how large."""
     size = float(abs(curve).max())
     if size == 0.0:
         return "zero"
     centred = curve - curve.mean()
     odd = float(abs(centred - centred[::-1]).sum() / max(2.0 * abs(centred).sum(), 1e-300))
     kind = "odd" if odd > 0.7 else "even" if odd < 0.3 else "neither odd nor even"
-    return f"up to {size:.3g}, {kind} in {driver}"
+    return f"up to {size:.3g} {unit}, {kind} in {driver}"

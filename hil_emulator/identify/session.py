@@ -158,7 +158,8 @@ def conclude(searcher: Searcher, search: Search) -> Result:
         unknown = [
             Unexplained(
                 b.balance.name, b.driver, b.balance.unit, tuple(b.knots.tolist()),
-                tuple(b.curve.tolist()), in_words(b.driver, b.curve), b.statistic,
+                tuple(b.curve.tolist()), in_words(b.driver, b.curve, b.balance.unit),
+                b.statistic,
             )
             for b in [b for b in last.blocks[:3] if b.significant]
         ]  # fmt: skip
