@@ -97,7 +97,8 @@ class Sensors:
         self.names = tuple(c.name for c in CHANNELS)
         self._sense = kernel.sense
         self._period = period
-        self._random = random
+        # a stream for each channel, so that one more leaves the others' noise as it is
+        self._streams = random.spawn(len(CHANNELS))
         signals = kernel.signals.names or ()
         self._sources = np.array([signals.index(c.signal) for c in CHANNELS])
         self.parameters = np.concatenate(
@@ -113,7 +114,8 @@ class Sensors:
     def sample(self, signals: Vector) -> None:
         """Fill `reading` and `overrange` from the model's signals, shape (signals,)."""
         if self._next == _BLOCK:
-            self._random.standard_normal(out=self._normals)
+            for channel, stream in enumerate(self._streams):
+                self._normals[:, channel] = stream.standard_normal(_BLOCK)
             self._next = 0
         self._sense(
             signals, self._sources, self.parameters, self._memory, self._past,

@@ -109,6 +109,14 @@ def test_noise_has_its_sigma_and_is_white(model: Kernel) -> None:
     assert np.mean(np.abs(found) > 2 * 16.7) == pytest.approx(0.0455, abs=0.01)
 
 
+def test_each_channel_has_a_noise_of_its_own(model: Kernel) -> None:
+    """A channel's noise follows from seed and place alone: another channel more changes nothing."""
+    bench = Bench(model, 5, position={"noise_sigma": 1.0})
+    place = bench.sensors.names.index("position")
+    stream = np.random.default_rng(5).spawn(place + 1)[place]
+    assert np.array_equal(bench.read("position", np.zeros(300)), stream.standard_normal(300))
+
+
 def test_noise_follows_its_seed(model: Kernel) -> None:
     """The same seed gives the same readings, another seed others; channels differ."""
     noisy = {"noise_sigma": 1.0}
