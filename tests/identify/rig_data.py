@@ -16,6 +16,8 @@ from hil_emulator.model.plant import Plant, Sensors
 CACHE = Path(tempfile.gettempdir()) / "hil_emulator_test_kernels"
 KNEE = Path(__file__).parents[2] / "configs" / "hyq_knee.toml"
 PERIOD = 1e-3
+INSTRUMENTS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
+"""What a usual rig measures: neither velocity nor the spool."""
 OFF = {"valve_gain": 1.07, "oil_bulk_modulus": 0.92, "coulomb_friction_force": 1.2}
 """Ordinary parameters of the machine over those in its data sheets."""
 
@@ -72,7 +74,7 @@ def recorded(
         current[k] = np.clip(0.45 * (wanted[k] - table[k, 3]), -6e-3, 6e-3)
         plant.command({"valve_current": current[k] + drift})
         plant.step(50)
-    channels = {n: table[:, i].copy() for i, n in enumerate(readings.names) if n != "velocity"}
+    channels = {n: table[:, readings.names.index(n)].copy() for n in INSTRUMENTS}
     return Experiment(f"{kind}-{seed}", PERIOD, current, channels)
 
 
