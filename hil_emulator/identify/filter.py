@@ -11,7 +11,6 @@ and deviation of the supply pressure [Pa].
 
 from typing import Any
 
-import numba
 import numpy as np
 
 from hil_emulator.model.quantities import INPUTS
@@ -23,7 +22,6 @@ INPUT_COUNT = len(INPUTS)
 """Inputs of the model; the first is the valve current."""
 
 
-@numba.njit(error_model="numpy", nogil=True)
 def advance(
     tick: Any, memory: Any, past: Any, z: Any, active: Any, par: Any, supply: int, nominal: float,
     inputs: Any, current: float, decay: Any, signals: Any, step: float, steps: int,
@@ -41,7 +39,6 @@ def advance(
         z[i] = memory[active[i]]
 
 
-@numba.njit(error_model="numpy", nogil=True)
 def predict(
     tick: Any, sense: Any, start: Any, z0: Any, active: Any, par: Any, supply: int, chan: Any,
     remembered: Any, sources: Any, chosen: Any, current: Any, measured: Any, gains: Any,

@@ -2,17 +2,15 @@
 
 from typing import Any
 
-import numba
 import numpy as np
 
 from hil_emulator.identify.filter import INPUT_COUNT, advance
 
 
-@numba.njit(error_model="numpy", nogil=True)
-def _update(cov: Any, sense: Any, noise: Any, present: Any, gain: Any, whitening: Any) -> Any:
+def update(cov: Any, slope: Any, noise: Any, present: Any, gain: Any, whitening: Any) -> Any:
     """Return the covariance after a measurement; fills gain and whitening."""
-    m, n = sense.shape
-    h = sense.copy()
+    m, n = slope.shape
+    h = slope.copy()
     for i in range(m):
         if not present[i]:
             h[i, :] = 0.0
@@ -32,9 +30,8 @@ def _update(cov: Any, sense: Any, noise: Any, present: Any, gain: Any, whitening
     return out
 
 
-@numba.njit(error_model="numpy", nogil=True)
 def linearise(
-    tick: Any, sense_chain: Any, start: Any, z0: Any, cov0: Any, scales: Any, active: Any, par: Any,
+    tick: Any, sense: Any, start: Any, z0: Any, cov0: Any, scales: Any, active: Any, par: Any,
     supply: int, probes: Any, probe_sizes: Any, chan: Any, remembered: Any, sources: Any,
     chosen: Any, slope: Any, signal_count: int, current: Any, measured: Any, noise: Any,
     diffusion: Any, decay: Any, period: float, step: float, steps: int, gains: Any,
@@ -75,7 +72,7 @@ def linearise(
     signals = np.zeros(signal_count)
     signals_moved = signals.copy()
     present = np.ones(m, np.bool_)
-    sense = np.zeros((m, n))
+    reading_slope = np.zeros((m, n))
     error = np.zeros(m)
     still = np.ones(2)
     moved = z.copy()
@@ -97,7 +94,7 @@ def linearise(
         0,
     )
     for k in range(len(current)):
-        sense_chain(signals, sources, chan, trace, history, normal, period, reading, overrange)
+        sense(signals, sources, chan, trace, history, normal, period, reading, overrange)
         before = current[max(0, k - 1)]
         for j in range(n):  # Jacobian of the reading
             moved[:] = z
@@ -110,11 +107,13 @@ def linearise(
             )  # fmt: skip
             for i in range(m):
                 source = sources[chosen[i]]
-                sense[i, j] = slope[i] * (signals_moved[source] - signals[source]) / scales[j]
+                reading_slope[i, j] = (
+                    slope[i] * (signals_moved[source] - signals[source]) / scales[j]
+                )
         for i in range(m):
             present[i] = np.isfinite(measured[k, i])
             error[i] = measured[k, i] - reading[chosen[i]] if present[i] else 0.0
-        cov = _update(cov, sense, noise, present, gains[k], whitening[k])
+        cov = update(cov, reading_slope, noise, present, gains[k], whitening[k])
         for i in range(n):
             for j in range(m):
                 z[i] += gains[k, i, j] * error[j]
@@ -161,7 +160,6 @@ def linearise(
             cov[i, i] += diffusion[i]
 
 
-@numba.njit(error_model="numpy", nogil=True)
 def propagate(
     gains: Any, whitening: Any, maps: Any, senses: Any, drives: Any, feeds: Any, inputs: Any,
     outputs: Any, column: Any,

@@ -5,10 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil_emulator.identify import filter as predictor
 from hil_emulator.identify.blocks import BLOCKS, SUPPLY, Balance, Drivers, drivers
 from hil_emulator.identify.experiment import SPANS, Array, Experiment, noise_of
-from hil_emulator.identify.linearised import linearise, propagate
 from hil_emulator.identify.probes import PROBES
 from hil_emulator.identify.twin import Twin
 
@@ -134,8 +132,8 @@ class Observer:
         arrays = [np.zeros((count, *s)) for s in
                   ((n, n_m), (n_m, n_m), (n, n), (n_m, n), (n, q), (n_m, q))]  # fmt: skip
         steps = int(np.ceil(experiment.period / self.step(par) - 1e-9))
-        linearise(
-            twin.kernel.tick, twin.kernel.sense, start, z0, cov0, scales, active, par, twin.supply,
+        twin.loops.linearise(
+            start, z0, cov0, scales, active, par, twin.supply,
             twin.probes, twin.probe_sizes, chan, twin.remembered, twin.sources, self.chosen,
             np.ones(n_m), len(twin.signal_names), experiment.current, measured, noise**2, diffusion,
             decay, experiment.period, experiment.period / steps, steps, *arrays,
@@ -162,8 +160,8 @@ class Observer:
     ) -> None:
         twin, experiment = self.twin, frozen.experiment
         steps = max(1, int(np.ceil(experiment.period / step - 1e-9)))
-        predictor.predict(
-            twin.kernel.tick, twin.kernel.sense, frozen.start, frozen.z0, frozen.active, par,
+        twin.loops.predict(
+            frozen.start, frozen.z0, frozen.active, par,
             twin.supply, chan, twin.remembered, twin.sources, frozen.chosen, experiment.current,
             frozen.measured, frozen.gains, frozen.whitening, frozen.decay, experiment.period,
             experiment.period / steps, steps, residual, path,
@@ -225,7 +223,7 @@ class Observer:
             feeds = np.ascontiguousarray(frozen.senses[:, :, -1:])
             inputs = term[:, None].copy()
         column = np.empty((count, m))
-        propagate(
+        self.twin.loops.propagate(
             frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, inputs,
             outputs, column,
         )  # fmt: skip

@@ -7,13 +7,11 @@ measured state, sample by sample. A chamber that was not measured is at tank pre
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 from scipy.signal import savgol_filter
 
 from hil_emulator.identify.blocks import CELL, PISTON, Balance, Drivers, drivers
 from hil_emulator.identify.experiment import Array, Experiment
-from hil_emulator.identify.filter import INPUT_COUNT
 from hil_emulator.identify.twin import Coordinate, Twin
 from hil_emulator.model.stages import friction, inertia, stop, transducer
 
@@ -28,34 +26,6 @@ CORRELATED = 0.2
 
 MEMORY = 2.0
 """Time over which its residuals may still be correlated, for the robust variance [s] (assumed)."""
-
-
-@numba.njit(error_model="numpy", nogil=True)
-def _forces(
-    rate: Any, sense: Any, states: Any, acceleration: Any, par: Any, chan: Any, remembered: Any,
-    sources: Any, places: Any, period: float, force: Any, track: Any,
-) -> None:  # fmt: skip
-    """Fill the reading of the load cell and the signals for each measured state.
-
-    `places` are the indices of hydraulic, friction, stop and load force and of acceleration among
-    the signals, then of the load cell among the channels.
-    """
-    rates = np.zeros(states.shape[1])
-    inputs = np.zeros(INPUT_COUNT)
-    signals = np.zeros(track.shape[1])
-    normal, reading = np.zeros(len(sources)), np.zeros(len(sources))
-    overrange = np.zeros(len(sources), np.int64)
-    trace = np.full(remembered[1], np.nan)
-    history = np.full(remembered[2], np.nan)
-    for k in range(len(states)):
-        rate(states[k], rates, par, inputs, signals)
-        net = signals[places[0]] - signals[places[1]] + signals[places[2]]
-        predicted = signals[places[4]]
-        rod = (net - signals[places[3]]) / predicted if predicted != 0.0 else 0.0
-        signals[places[3]] = net - rod * acceleration[k]
-        sense(signals, sources, chan, trace, history, normal, period, reading, overrange)
-        force[k] = reading[places[5]]
-        track[k] = signals
 
 
 @dataclass
@@ -121,9 +91,9 @@ class StaticObserver:
         twin = self.twin
         path = np.zeros((len(frozen.states), len(twin.signal_names)))
         force = np.zeros(len(frozen.states))
-        _forces(
-            twin.kernel.rate, twin.kernel.sense, frozen.states, frozen.acceleration, par, chan,
-            twin.remembered, twin.sources, self._places, frozen.experiment.period, force, path,
+        twin.loops.forces(
+            frozen.states, frozen.acceleration, par, chan, twin.remembered, twin.sources,
+            self._places, frozen.experiment.period, force, path,
         )  # fmt: skip
         residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
         return residual[:, None] * frozen.weights, path

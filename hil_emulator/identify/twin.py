@@ -12,6 +12,7 @@ import numpy as np
 from hil_emulator.config.load import Configuration
 from hil_emulator.identify.experiment import SPANS, Array
 from hil_emulator.identify.filter import INPUT_COUNT
+from hil_emulator.identify.machine_code import bind
 from hil_emulator.identify.probes import PROBES
 from hil_emulator.model import kernel, quantities
 from hil_emulator.model.declare import Effect, Param, is_on
@@ -93,6 +94,7 @@ class Twin:
         self.config = config
         self.effects = config.effects
         self.kernel = _built(config.effects, cache)
+        self.loops = bind(self.kernel, cache)
         self.plant_values = self._with_shapes(config.plant)
         self.par = fill(self.kernel.parameters, self.kernel.effects, self.plant_values)
         self.names = tuple(c.name for c in CHANNELS)

@@ -25,7 +25,7 @@ from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.layout import Vector, layouts, length, named, zeros
 from hil_emulator.model.sensors import wiring
 
-__all__ = ["Kernel", "Vector", "build", "named", "sources_digest", "zeros"]
+__all__ = ["Kernel", "Vector", "build", "keep", "named", "sources_digest", "zeros"]
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,9 @@ def sources_digest(effects: Iterable[Effect]) -> str:
     return digest.hexdigest()[:16]
 
 
-def _keep(source: str, folder: Path) -> Path | None:
-    """Write the module into the cache; None where that is not possible."""
-    name = f"hil_emulator_kernel_{hashlib.sha256(source.encode()).hexdigest()[:8]}.py"
+def keep(source: str, folder: Path, stem: str = "hil_emulator_kernel") -> Path | None:
+    """Write a module into the cache; None where that is not possible."""
+    name = f"{stem}_{hashlib.sha256(source.encode()).hexdigest()[:8]}.py"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not (folder / name).exists():
@@ -128,7 +128,7 @@ def build(
 
     """
     source = module_source(effects)
-    file = _keep(source, cache / sources_digest(effects)) if cache and compiled else None
+    file = keep(source, cache / sources_digest(effects)) if cache and compiled else None
     # numba finds the functions again through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_kernel")
     sys.modules[module.__name__] = module
