@@ -145,6 +145,7 @@ def plot(recording: Path, signals: tuple[str, ...], picture: Path | None) -> Non
 @click.option("--cluster", default="", help="Address of a Dask scheduler in place of processes.")
 @click.option("--junit", type=click.Path(path_type=Path), help="Write JUnit XML.")
 @click.option("--html", "page", type=click.Path(path_type=Path), help="Write one HTML page.")
+@click.option("--record", type=click.Path(path_type=Path), help="Folder for recordings.")
 @click.pass_context
 def scenario(
     ctx: click.Context,
@@ -153,6 +154,7 @@ def scenario(
     cluster: str,
     junit: Path | None,
     page: Path | None,
+    record: Path | None,
 ) -> None:
     """Run scenarios; exit code 0 if all expectations are met."""
     import os
@@ -160,7 +162,7 @@ def scenario(
     from hil_emulator.commands import scenario as command
 
     count = workers or os.cpu_count() or 1
-    ctx.exit(0 if command.scenario(files, count, cluster, junit, page) else 1)
+    ctx.exit(0 if command.scenario(files, count, cluster, junit, page, record) else 1)
 
 
 @main.command()
@@ -323,6 +325,31 @@ def gap(files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, j
     from hil_emulator.commands import identify as command
 
     command.identify(files, validate, (), (), out, jobs, search=False)
+
+
+@main.command()
+@click.argument("name", required=False)
+@click.option("--amplitude", type=_Quantity("m", "12 mm"), help="Largest deviation: 12 mm.")
+@click.option("--duration", type=_Duration(), help='How long, such as "2 s".')
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@click.option(
+    "--config", "configs", multiple=True, type=click.Path(path_type=Path),
+    help="The machine, for its stops and its valve.",
+)  # fmt: skip
+@click.option("--out", type=click.Path(path_type=Path), help="Stimulus file; NAME.csv without it.")
+@click.option("--picture", type=click.Path(path_type=Path), help="Draw it.")
+@click.option("--scenario", type=click.Path(path_type=Path), help="Write a scenario that plays it.")
+def experiment(
+    name: str | None, amplitude: float | None, duration: float | None, seed: int,
+    configs: tuple[Path, ...], out: Path | None, picture: Path | None, scenario: Path | None,
+) -> None:  # fmt: skip
+    """Write the stimulus file of an experiment; without NAME, list what there is."""
+    from hil_emulator.commands import experiment as command
+
+    if name is None:
+        command.catalogue(configs)
+        return
+    command.write(name, configs, amplitude, duration, seed, out, picture, scenario)
 
 
 if __name__ == "__main__":

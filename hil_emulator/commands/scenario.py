@@ -13,7 +13,12 @@ from hil_emulator.scenario.spread import run_all
 
 
 def scenario(
-    files: Sequence[Path], workers: int, cluster: str, junit: Path | None, page: Path | None
+    files: Sequence[Path],
+    workers: int,
+    cluster: str,
+    junit: Path | None,
+    page: Path | None,
+    recordings: Path | None = None,
 ) -> bool:
     """Run scenarios and return whether all have passed.
 
@@ -21,11 +26,13 @@ def scenario(
         UserError: if the cluster cannot be reached or a report cannot be written.
 
     """
-    outcomes = run_all(files, workers, cluster)
+    outcomes = run_all(files, workers, cluster, recordings)
     header = ("verdict", "scenario", "met", "took", "digest")
     click.echo(text_table(header, report.rows(outcomes)))
     for line in report.failures(outcomes):
         click.echo(line)
+    if recordings is not None:
+        click.echo(f"recorded: {near(recordings)}")
     for file, write in ((junit, report.junit), (page, report.page)):
         if file is not None:
             try:

@@ -13,6 +13,7 @@ from hil_emulator.config.load import load as load_config
 from hil_emulator.demo.controller import Controller
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.recording import SUFFIX, exports, journal
 from hil_emulator.scenario import schema
 from hil_emulator.scenario.judge import judge
 from hil_emulator.scenario.outcome import Curve, Outcome
@@ -95,7 +96,10 @@ class Conductor:
     def _follow(self) -> None:
         for profile, begin, times, values in self._profiles:
             value = float(np.interp(self._emulator.now - begin, times, values))
-            self._emulator.rig.set(profile.signal, value)
+            if profile.signal in SET_POINTS:
+                self._set_point = profile.signal, value
+            else:
+                self._emulator.rig.set(profile.signal, value)
 
     def _control(self) -> None:
         if self._set_point is None or self._silent:
@@ -110,8 +114,14 @@ class Conductor:
             self._bus.send([Frame(0x200 + self._nodes[0], counts)])
 
 
-def perform(file: Path) -> Outcome:
-    """Run a scenario; what the user can mend is an outcome too."""
+def perform(file: Path, recordings: Path | None = None) -> Outcome:
+    """Run a scenario; what the user can mend is an outcome too.
+
+    Args:
+        file: the scenario.
+        recordings: folder for its recording, NAME.rec and NAME.csv; none is written without it.
+
+    """
     begin = time.perf_counter()
     try:
         scenario = schema.load(file)
@@ -124,6 +134,8 @@ def perform(file: Path) -> Outcome:
                 conductor.play(scenario.duration)
             finally:
                 conductor.close()
+            if recordings is not None:
+                _keep(emulator, recordings / file.stem)
             return _outcome(file, scenario, emulator, conductor.events, begin)
     except UserError as error:
         return Outcome(str(file), file.stem, error=str(error))
@@ -147,6 +159,22 @@ def _outcome(
         curves={name: table[name][thin].copy() for name in ("time", *DRAWN)},
         events=tuple(events),
     )
+
+
+def _keep(emulator: Emulator, name: Path) -> None:
+    """Write what was recorded.
+
+    Raises:
+        UserError: if a file cannot be written.
+
+    """
+    try:
+        name.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{name.parent}: cannot be made: {error.strerror}") from None
+    whole = name.with_suffix(SUFFIX)
+    journal.write(emulator.recording(), whole)
+    exports.export(whole, name.with_suffix(".csv"))
 
 
 def _profile(file: Path) -> tuple[Curve, Curve]:

@@ -62,9 +62,9 @@ class Table(BaseModel):
 
 
 class Profile(Table):
-    """A setting over time, from a CSV file with a header and two columns: time [s], value (SI)."""
+    """A setting or a set point over time, from a CSV file: a header, then time [s], value (SI)."""
 
-    signal: Literal["supply_pressure", "external_force"]
+    signal: Literal["supply_pressure", "external_force", "position", "load_force", "valve_current"]
     file: str
 
 
@@ -78,7 +78,7 @@ class Step(Table):
         fault: what breaks, as at the command line.
         nmt: an NMT command to every node.
         controller: "off" sends no more set points, "on" sends them again.
-        profile: a setting that follows a file from now on.
+        profile: a setting or set point that follows a file from now on.
 
     """
 

@@ -1,7 +1,8 @@
 """Many scenarios at once: on the cores of this machine, or on a Dask cluster."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -11,33 +12,40 @@ from hil_emulator.scenario.outcome import Outcome
 from hil_emulator.scenario.perform import perform
 
 
-def run_all(files: Sequence[Path], workers: int = 1, cluster: str = "") -> list[Outcome]:
+def run_all(
+    files: Sequence[Path], workers: int = 1, cluster: str = "", recordings: Path | None = None
+) -> list[Outcome]:
     """Run scenarios and return their outcomes in the order of the files.
 
     Args:
         files: scenario files.
         workers: processes on this machine; 1 runs them in this one.
         cluster: address of a Dask scheduler, such as "tcp://127.0.0.1:8786", in place of them.
+        recordings: folder for recordings; see `perform`.
 
     Raises:
         UserError: if the cluster cannot be reached.
 
     """
     paths = [file.resolve() for file in files]
+    play = partial(perform, recordings=None if recordings is None else recordings.resolve())
     if cluster:
-        return _on_cluster(paths, cluster)
+        return _on_cluster(play, paths, cluster)
     if workers == 1 or len(files) == 1:
-        return [perform(path) for path in paths]
+        return [play(path) for path in paths]
     # a forked process would share the compiler's locks and the terminal's state
     with ProcessPoolExecutor(min(workers, len(files)), get_context("spawn")) as pool:
-        return _on(pool, paths)
+        return _on(pool, play, paths)
 
 
-def _on(executor: Executor, paths: Sequence[Path]) -> list[Outcome]:
-    return list(executor.map(perform, paths))
+Play = Callable[[Path], Outcome]
 
 
-def _on_cluster(paths: Sequence[Path], address: str) -> list[Outcome]:
+def _on(executor: Executor, play: Play, paths: Sequence[Path]) -> list[Outcome]:
+    return list(executor.map(play, paths))
+
+
+def _on_cluster(play: Play, paths: Sequence[Path], address: str) -> list[Outcome]:
     try:
         from distributed import Client
     except ImportError:
@@ -49,4 +57,4 @@ def _on_cluster(paths: Sequence[Path], address: str) -> list[Outcome]:
     except (OSError, ValueError) as error:
         raise UserError(f"--cluster {address}: cannot be reached: {error}") from None
     with client:
-        return _on(client.get_executor(pure=False), paths)
+        return _on(client.get_executor(pure=False), play, paths)

@@ -1,0 +1,137 @@
+"""`hil-emulator experiment`: the library of experiments, and their stimulus files."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+import numpy as np
+
+from hil_emulator.commands.text_table import text_table
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.errors import UserError
+from hil_emulator.identify.library import LIBRARY, Target, limits, stimulus, target
+from hil_emulator.places import near, shipped
+from hil_emulator.units import show
+
+REST = 0.3
+"""Time before a scenario begins to play [s]: the rod comes to rest."""
+
+
+def catalogue(configs: Sequence[Path]) -> None:
+    """Print every experiment, with its usual amplitude for a machine."""
+    allowed = limits(load(configs or [shipped("configs/hyq_knee.toml")]).plant)
+    rows = [
+        (e.name, show(target(e, allowed).amplitude, "m", "mm"), f"{e.duration:g} s", e.summary,
+         e.shows)
+        for e in LIBRARY
+    ]  # fmt: skip
+    click.echo(text_table(("experiment", "amplitude", "lasts", "the rod", "shows well"), rows))
+
+
+def write(
+    name: str, configs: Sequence[Path], amplitude: float | None, duration: float | None, seed: int,
+    out: Path | None, picture: Path | None, scenario: Path | None,
+) -> None:  # fmt: skip
+    """Write a stimulus file.
+
+    Args:
+        name: entry of the library.
+        configs: the machine; the reference machine without any.
+        amplitude: largest deviation from the centre [m].
+        duration: [s].
+        seed: of levels and phases.
+        out: the file; NAME.csv without it.
+        picture: file of a picture.
+        scenario: file of a scenario that plays it.
+
+    Raises:
+        UserError: for an unknown experiment, one that the machine cannot do, or a file that cannot
+            be written.
+
+    """
+    files = list(configs) or [shipped("configs/hyq_knee.toml")]
+    made = target(stimulus(name), limits(load(files).plant), amplitude, duration, seed)
+    file = out or Path(f"{name}.csv")
+    _save(file, stimulus_file(made))
+    click.echo(f"stimulus  {near(file)}: {described(made)}")
+    if picture is not None:
+        _draw(made, picture)
+        click.echo(f"picture   {near(picture)}")
+    if scenario is not None:
+        _save(scenario, playing(made, file, load(files), scenario.parent))
+        click.echo(f"scenario  {near(scenario)}; play it on the bus:")
+        click.echo(f"          hil-emulator scenario {near(scenario)} --record recordings")
+
+
+def described(made: Target) -> str:
+    """Return what the rod does, in numbers."""
+    low, high = 1e3 * float(made.position.min()), 1e3 * float(made.position.max())
+    text = f"{made.stimulus.summary}; {len(made.time) * 1e-3:g} s, {low:.1f} ... {high:.1f} mm"
+    if made.stimulus.jumps:
+        return text
+    speed = float(np.max(np.abs(np.gradient(made.position, made.time))))
+    return f"{text}, up to {1e3 * speed:.0f} mm/s"
+
+
+def stimulus_file(made: Target) -> str:
+    """Return an experiment as the scenario's `profile` and a spreadsheet read it."""
+    rows = zip(made.time.tolist(), made.position.tolist(), strict=True)
+    lines = ["time [s],position [m]", *(f"{t:.6f},{x:.7f}" for t, x in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def playing(made: Target, file: Path, config: Configuration, folder: Path) -> str:
+    """Return a scenario that plays a stimulus file, with paths relative to its folder."""
+
+    def beside(path: Path) -> str:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+
+    names = ", ".join(f'"{beside(c)}"' for c in config.files)
+    begin = show(made.position[0], "m", "mm")
+    return f'''# Plays {file.name}: {made.stimulus.summary}.
+title = "{made.stimulus.name}"
+config = [{names}]
+duration = "{len(made.time) * 1e-3 + REST:g} s"
+
+[[step]]
+at = "10 ms"
+nmt = "start"
+set = {{ position = "{begin}" }}
+
+[[step]]
+at = "{REST:g} s"
+profile = {{ signal = "position", file = "{beside(file)}" }}
+
+[[expect]]                      # the node reports no error
+frame = "0x{0x080 + config.nodes[0].id:03X}"
+seen = false
+'''
+
+
+def _save(file: Path, text: str) -> None:
+    try:
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{file}: cannot be written: {error.strerror}; name another") from None
+
+
+def _draw(made: Target, file: Path) -> None:
+    """Draw the target over time."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axis = pyplot.subplots(figsize=(8, 3), layout="constrained")
+    axis.plot(made.time, 1e3 * made.position, lw=1.0, color="#4c72b0")
+    axis.set_xlabel("time [s]")
+    axis.set_ylabel("wanted position [mm]")
+    axis.set_title(f"{made.stimulus.name}: {made.stimulus.summary}", loc="left", fontsize=10)
+    axis.grid(alpha=0.3)
+    try:
+        figure.savefig(file, dpi=130)
+    except (OSError, ValueError) as error:
+        raise UserError(f"{file}: cannot be written: {error}") from None
+    finally:
+        pyplot.close(figure)
