@@ -352,5 +352,34 @@ def experiment(
     command.write(name, configs, amplitude, duration, seed, out, picture, scenario)
 
 
+@main.command()
+@click.argument("effects", nargs=-1)
+@click.option("--size", "sizes", multiple=True, help="small, medium, large, or a value; one each.")
+@click.option("--config", "configs", multiple=True, type=click.Path(path_type=Path))
+@click.option("--seed", type=click.IntRange(min=0), help="The same machine again.")
+@click.option("--surprise", is_flag=True, help="Draw an effect, and do not tell.")
+@click.option("--duration", type=_Duration(), help='Of each experiment, such as "3 s".')
+@click.option("--out", type=click.Path(path_type=Path), help="Folder of the practice ground.")
+@click.option("--play", type=click.Path(path_type=Path), help="Record a stimulus file in --out.")
+@click.option("--open", "opened", type=click.Path(path_type=Path), help="Reveal what is hidden.")
+def hide(
+    effects: tuple[str, ...], sizes: tuple[str, ...], configs: tuple[Path, ...], seed: int | None,
+    surprise: bool, duration: float | None, out: Path | None, play: Path | None,
+    opened: Path | None,
+) -> None:  # fmt: skip
+    """Make experiments with EFFECTs hidden in them, to practise on; "nothing" is one too."""
+    from hil_emulator.commands import hide as command
+
+    if opened is not None:
+        command.reveal(opened)
+        return
+    if out is None:
+        raise UserError("name the folder of the practice ground: --out FOLDER")
+    if play is not None:
+        command.play(play, out)
+        return
+    command.hide(effects, sizes or ("medium",), configs, seed, surprise, duration, out)
+
+
 if __name__ == "__main__":
     main()

@@ -88,7 +88,7 @@ class Machine:
         wanted, feed, begin = self._asked(target, period)
         count = len(wanted)
         plant, sensors = self._assembled(period, random)
-        supply = self._supply(count, period, random)
+        supply = self._supply(2 * count, 0.5 * period, random)
         drift = self._drift(count, period, random)
         noise = self._noise(count, random)
         gain, top = self._gain(), CURRENT_SHARE * largest_current(self.twin.plant_values)
@@ -96,11 +96,14 @@ class Machine:
         steps = math.ceil(period / self.step - 1e-9)
         plant.step_width = period / steps
         table, current = np.empty((count, len(self.twin.names))), np.empty(count)
+        read = list(self.twin.signal_names).index("supply_pressure")
         for k in range(count):
+            # the ripple goes on within a sample: half a sample later its mean acts
+            plant.signal_vector[read] += supply[2 * k] - plant.parameter_vector[self.twin.supply]
             sensors.sample(plant.signal_vector)
             table[k] = self._rounded(sensors.reading + noise[k])
             current[k] = np.clip(gain * (wanted[k] - table[k, at]) + feed[k], -top, top)
-            plant.parameter_vector[self.twin.supply] = supply[k]
+            plant.parameter_vector[self.twin.supply] = supply[2 * k + 1]
             plant.command({"valve_current": float(current[k] + drift[k])})
             plant.step(steps)
         channels = {n: table[begin:, self.twin.names.index(n)].copy() for n in self.instruments}

@@ -6,13 +6,15 @@ around a centre, stays away from the stops, and below the speed that the valve c
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from hil_emulator.errors import UserError
+from hil_emulator.identify import shapes
 from hil_emulator.identify.experiment import Array
+from hil_emulator.identify.shapes import ENTRY, Shape, smooth
 from hil_emulator.units import show
 
 CLEARANCE = 0.05
@@ -23,11 +25,6 @@ SPEED_SHARE = 0.5
 
 RATED_SPEED = 1.0
 """Speed of a rod that no current limit bounds [m/s] (assumed: usual limit of seals)."""
-
-ENTRY = 0.4
-"""Time in which a target leaves the starting point [s]: nothing begins with a jump."""
-
-Shape = Callable[[Array, np.random.Generator], Array]
 
 
 @dataclass(frozen=True)
@@ -123,104 +120,29 @@ def largest_current(plant: Mapping[str, float]) -> float:
     return min(saturation, RATED_SPEED / velocity_gain(plant))
 
 
-def _smooth(time: Array) -> Array:
-    """Return a half cosine from 0 to 1 over `ENTRY`."""
-    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.clip(time / ENTRY, 0.0, 1.0)))
-
-
-def _sines(frequencies: Array, time: Array, random: np.random.Generator) -> Array:
-    """Return sines of equal speed in random phases, zero at the start, between -1 and 1."""
-    phases = random.uniform(0.0, 2.0 * np.pi, len(frequencies))
-    waves = np.sin(2.0 * np.pi * np.outer(time, frequencies) + phases) / frequencies
-    sums = (waves.sum(axis=1) - waves[0].sum()) * _smooth(time)
-    return np.asarray(sums / np.max(np.abs(sums)))
-
-
-def multisine(time: Array, random: np.random.Generator) -> Array:
-    """Return eight sines from 0.6 to 37 Hz, each of the same speed."""
-    return _sines(np.geomspace(0.6, 37.0, 8), time, random)
-
-
-def fast_multisine(time: Array, random: np.random.Generator) -> Array:
-    """Return eight sines from 2 to 60 Hz, each of the same speed."""
-    return _sines(np.geomspace(2.0, 60.0, 8), time, random)
-
-
-def steps(time: Array, random: np.random.Generator) -> Array:
-    """Return random levels, each held for 0.3 s."""
-    return _held(time, 0.3, lambda n: random.uniform(-1.0, 1.0, n))
-
-
-def pseudo_random(time: Array, random: np.random.Generator) -> Array:
-    """Return jumps between two levels at random multiples of 60 ms."""
-    return _held(time, 0.06, lambda n: random.choice([-1.0, 1.0], n))
-
-
-def _held(time: Array, hold: float, draw: Callable[[int], Array]) -> Array:
-    """Return levels that are held, after a first one of zero."""
-    at = (time / hold).astype(int)
-    levels = np.concatenate([[0.0], draw(int(at[-1]) + 1)])
-    return np.asarray(levels[at] / max(float(np.max(np.abs(levels[at]))), 1e-9))
-
-
-def triangles(time: Array, random: np.random.Generator) -> Array:
-    """Return ramps to and fro with a period of 1 s: constant speed and sharp reversals."""
-    return _ramps(time, 1.0)
-
-
-def stroke(time: Array, random: np.random.Generator) -> Array:
-    """Return one slow ramp to and fro over the whole duration."""
-    return _ramps(time, float(time[-1]) + float(time[1]))
-
-
-def _ramps(time: Array, period: float) -> Array:
-    phase = (time / period + 0.25) % 1.0
-    return np.asarray(1.0 - 4.0 * np.abs(phase - 0.5))
-
-
-def chirp(time: Array, random: np.random.Generator) -> Array:
-    """Return a sine that rises from 2 to 40 Hz with a falling amplitude: the same speed."""
-    end = float(time[-1])
-    rate = math.log(40.0 / 2.0) / end
-    phase = 2.0 * np.pi * 2.0 * np.expm1(rate * time) / rate
-    wave = np.sin(phase) * np.exp(-rate * time)
-    return np.asarray(wave / np.max(np.abs(wave)))
-
-
-def micro_motion(time: Array, random: np.random.Generator) -> Array:
-    """Return slow sines within less than a millimetre: the rod hardly leaves its place."""
-    return _sines(np.array([0.7, 1.9, 3.1]), time, random)
-
-
-def ramp_and_hold(time: Array, random: np.random.Generator) -> Array:
-    """Return slow ramps between random levels, each followed by a rest of 0.3 s."""
-    ends = np.arange(0.0, float(time[-1]) + 1.2, 0.6)
-    levels = np.concatenate([[0.0], random.uniform(-1.0, 1.0, len(ends) - 1)])
-    knots = np.concatenate([[0.0], np.column_stack([ends[:-1] + 0.3, ends[1:]]).ravel()])
-    values = np.concatenate([[0.0], np.repeat(levels[1:], 2)])
-    return np.asarray(np.interp(time, knots, values / max(float(np.max(np.abs(values))), 1e-9)))
-
-
 LIBRARY: tuple[Stimulus, ...] = (
     Stimulus("multisine", "sines from 0.6 to 37 Hz", "most effects: the first one to record",
-             multisine, 0.35),
+             shapes.multisine, 0.35),
     Stimulus("fast_multisine", "sines from 2 to 60 Hz, at the speed limit",
-             "flow curves, supply and return line, delays, inertia", fast_multisine, 0.25),
+             "flow curves, supply and return line, delays, inertia", shapes.fast_multisine, 0.25),
     Stimulus("steps", "jumps to random levels, held for 0.3 s",
-             "leakage, overlap, offsets, laws that depend on the opening", steps, 0.35, jumps=True),
+             "leakage, overlap, offsets, laws that depend on the opening",
+             shapes.steps, 0.35, jumps=True),
     Stimulus("pseudo_random", "jumps between two levels at multiples of 60 ms",
-             "delays, lags, rate limits, air", pseudo_random, 0.1, jumps=True),
+             "delays, lags, rate limits, air", shapes.pseudo_random, 0.1, jumps=True),
     Stimulus("triangles", "ramps to and fro in 1 s", "friction, its asymmetry, hysteresis",
-             triangles, 0.3),
+             shapes.triangles, 0.3),
     Stimulus("stroke", "one slow ramp to and fro over the whole stroke",
              "what depends on position: springs, friction and leakage along the stroke",
-             stroke, 1.0, 4.0, central=True),
+             shapes.stroke, 1.0, 4.0, central=True),
     Stimulus("ramp_and_hold", "slow ramps and rests of 0.3 s",
-             "leakage, load, pressure friction: forces and flows at rest", ramp_and_hold, 0.6),
+             "leakage, load, pressure friction: forces and flows at rest",
+             shapes.ramp_and_hold, 0.6),
     Stimulus("chirp", "a sine from 2 to 40 Hz, ever smaller", "dynamics: spool, oil, sensor lags",
-             chirp, 0.08),
+             shapes.chirp, 0.08),
     Stimulus("micro_motion", "sines below 1 mm",
-             "friction at low speed, dead band, threshold; little else", micro_motion, 0.015),
+             "friction at low speed, dead band, threshold; little else",
+             shapes.micro_motion, 0.015),
 )  # fmt: skip
 """Every experiment, in the order in which people would record them."""
 
@@ -270,7 +192,7 @@ def target(
             f"{entry.name}: an amplitude of {show(chosen, 'm', 'mm')} does not fit; with these "
             f"stops and this valve it is at most {show(most, 'm', 'mm')}"
         )
-    approach = (centre - allowed.start) * _smooth(time)
+    approach = (centre - allowed.start) * smooth(time)
     return Target(entry, chosen, time, np.asarray(allowed.start + approach + chosen * shape))
 
 

@@ -1,0 +1,170 @@
+"""The practice ground: what is hidden, how it looks, and what opening it tells."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hil_emulator.__main__ import main
+from hil_emulator.config.load import load
+from hil_emulator.errors import UserError
+from hil_emulator.identify import parameters, practice, sealed
+from hil_emulator.identify.data import load_experiments
+from hil_emulator.identify.reading import read
+from hil_emulator.rig import nodes
+from tests.identify.rig_data import knee_twin
+
+
+def said(*words: object) -> str:
+    """Run a command that has to succeed, and return what it says."""
+    result = CliRunner().invoke(main, [str(w) for w in words])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+@pytest.fixture(scope="module")
+def ground(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a practice ground with leakage hidden in it."""
+    folder = tmp_path_factory.mktemp("practice") / "ground"
+    said("hide", "internal_leakage", "--duration", "1 s", "--seed", "5", "--out", folder)
+    return folder
+
+
+def test_it_looks_like_a_measurement(ground: Path) -> None:
+    """Logger files in engineering units, with the names that identification reads."""
+    files = sorted((ground / "training").glob("*.csv"))
+    assert [f.stem[3:] for f in files] == list(practice.TRAINING)
+    assert len(list((ground / "validation").glob("*.csv"))) == len(practice.VALIDATION)
+    assert "pressure_a [bar]" in files[0].read_text().splitlines()[0]
+    assert not read(files[0]).emulated
+    for e in load_experiments(files):
+        assert set(e.readings) == set(practice.INSTRUMENTS)
+        assert not e.notes
+
+
+def test_the_plain_configuration_stands_alone(ground: Path) -> None:
+    """The copy loads with its EDS beside it, and does not contain what is hidden."""
+    (file,) = ground.glob("*.toml")
+    config = load([file])
+    assert "internal_leakage_conductance" not in config.plant
+    assert nodes(config, knee_twin().names)
+
+
+def test_the_truth_is_not_readable_at_a_glance(ground: Path) -> None:
+    """Neither name nor number stands in the sealed file, and the digest printed is the file's."""
+    text = (ground / sealed.NAME).read_text()
+    assert "leakage" not in text
+    assert sealed.unseal(ground)["effects"][0]["name"] == "internal_leakage"
+
+
+def test_opening_tells_truth_and_verdict(ground: Path) -> None:
+    """Beside a result, opening says what was named, what was missed, and what was wrong."""
+    assert "no result yet" in said("hide", "--open", ground)
+    (ground / "found").mkdir(exist_ok=True)
+    found = {"name": "internal_leakage", "value": 1.6e-13, "interval": [1.5e-13, 1.65e-13],
+             "group": []}  # fmt: skip
+    other = {"name": "gravity", "value": 5.0, "interval": [1.0, 9.0], "group": []}
+    result = {"verdict": "missing_effects", "effects": [found, other]}
+    (ground / "found" / "result.json").write_text(json.dumps(result))
+    told = said("hide", "--open", ground)
+    assert "hidden    internal_leakage: conductance = 1.7e-13" in told
+    assert "5.9 % off; the truth is outside its 95 %" in told
+    assert "wrong     gravity is named and not hidden" in told
+
+
+@pytest.mark.parametrize(
+    ("group", "words"),
+    [(["internal_leakage"], "in group  internal_leakage with"), ([], "missed    internal")],
+)
+def test_a_group_is_not_a_miss(group: list[str], words: str) -> None:
+    """A class with the truth in it is told from a wrong name."""
+    truth = {"effects": [{"name": "internal_leakage", "value": 1.0, "unit": "1"}]}
+    effect = {"name": "external_leakage", "value": 1.0, "interval": [0.0, 2.0], "group": group}
+    assert any(line.startswith(words) for line in sealed.compared(truth, {"effects": [effect]}))
+
+
+def test_another_experiment_can_be_recorded_there(ground: Path, tmp_path: Path) -> None:
+    """The hidden machine follows a stimulus file, and its recording joins the training data."""
+    file = tmp_path / "more.csv"
+    said("experiment", "triangles", "--duration", "1 s", "--out", file)
+    said("hide", "--play", file, "--out", ground)
+    (made,) = load_experiments([ground / "training" / "05_more.csv"])
+    wanted = np.loadtxt(file, delimiter=",", skiprows=1)[:, 1]
+    assert np.corrcoef(made.readings["position"], wanted)[0, 1] > 0.98
+
+
+def test_the_same_seed_makes_the_same_machine(tmp_path: Path) -> None:
+    """Every file is the same again; another seed makes another machine."""
+    texts = []
+    for i, seed in enumerate((1, 1, 2)):
+        said("hide", "nothing", "--duration", "0.8 s", "--seed", seed, "--out", tmp_path / str(i))
+        texts.append((tmp_path / str(i) / "training" / "01_multisine.csv").read_text())
+    assert texts[0] == texts[1] != texts[2]
+
+
+def test_what_is_hidden_acts() -> None:
+    """With the same seed, the leak makes the valve work harder at rest than in its absence."""
+    twin = knee_twin()
+    healthy = practice.ground(twin, [], 3)
+    leaking = practice.ground(twin, [practice.hide(twin, "internal_leakage", "large")], 3)
+    (before,), (after,) = (practice.campaign(g, ["micro_motion"]) for g in (healthy, leaking))
+    assert abs(np.mean(after.current)) > abs(np.mean(before.current)) + 1e-5
+
+
+def test_ordinary_parameters_deviate_within_their_tolerance() -> None:
+    """No two seeds agree, and none deviates by more than a standard deviation."""
+    twin = knee_twin()
+    drawn = [practice.ground(twin, [], seed).ordinary for seed in range(20)]
+    assert set(drawn[0]) == {c.name for c in parameters.ordinary(twin)}
+    values = np.array([list(d.values()) for d in drawn])
+    assert np.abs(values).max() <= practice.DEVIATION
+    assert values.std(axis=0).min() > 0.2
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "message"),
+    [
+        ("internal_leak", "small", "cannot be hidden"),
+        ("offset", "small", "did you mean load_force.offset or position.offset"),
+        ("coulomb_friction", "small", "cannot be hidden"),
+        ("gravity", "3 bar", "take small, medium or large, or a"),
+        ("gravity", "1e6 N", "is outside -5000 N ... 5000 N"),
+    ],
+)
+def test_what_cannot_be_hidden_is_refused(name: str, size: str, message: str) -> None:
+    """An unknown effect, one without its channel, one that is configured, a wrong size."""
+    with pytest.raises(UserError, match=message):
+        practice.hide(knee_twin(), name, size)
+
+
+@pytest.mark.parametrize(("size", "value"), [("60 N", 60.0), ("small", 70.0), ("large", 500.0)])
+def test_a_size_is_a_word_or_a_value(size: str, value: float) -> None:
+    """Words are parts of the typical size of 200 N; a value stands for itself."""
+    assert practice.hide(knee_twin(), "gravity", size).value == pytest.approx(value)
+
+
+def test_one_command_line_says_one_thing(tmp_path: Path) -> None:
+    """Neither an effect nor --surprise, or a folder that is in use, ends with exit code 2."""
+    nothing = CliRunner().invoke(main, ["hide", f"--out={tmp_path / 'a'}"])
+    assert (nothing.exit_code, "--surprise" in nothing.output) == (2, True)
+    (tmp_path / sealed.NAME).write_text("#")
+    used = CliRunner().invoke(main, ["hide", "gravity", f"--out={tmp_path}"])
+    assert (used.exit_code, "hidden there already" in used.output) == (2, True)
+    broken = CliRunner().invoke(main, ["hide", f"--open={tmp_path}"])
+    assert (broken.exit_code, "is broken" in broken.output) == (2, True)
+
+
+@pytest.mark.slow
+def test_a_surprise_is_found(tmp_path: Path) -> None:
+    """The commands as printed: hide, identify, open - and the drawn effect has its name."""
+    out = tmp_path / "s"
+    told = said("hide", "--surprise", "--seed", "6", "--out", out)
+    assert "hidden" not in told
+    held = [f"--validate={f}" for f in sorted((out / "validation").glob("*.csv"))]
+    training = sorted((out / "training").glob("*.csv"))
+    said("identify", *out.glob("*.toml"), *training, *held, f"--out={out / 'found'}")
+    opened = said("hide", "--open", out)
+    assert "named     " in opened or "in group  " in opened
+    assert "missed" not in opened
