@@ -293,6 +293,26 @@ def _recordings(function: Any) -> Any:
         click.option("--jobs", type=click.IntRange(1, 64), default=1, show_default=True),
         click.option("--out", type=click.Path(path_type=Path), help="Folder for the report."),
         click.option(
+            "--rated-current", type=_Quantity("A", "10 mA"),
+            help="What 100 % of a valve driver's set point are, where nothing states it.",
+        ),
+        click.option(
+            "--channel", "channels", multiple=True, metavar="CHANNEL=NAME",
+            help="What a channel is called in the data, such as position=CylPos.",
+        ),
+        click.option(
+            "--node", "node_ids", multiple=True, type=click.IntRange(1, 127),
+            help="Node-ID of an --eds file that states none.",
+        ),
+        click.option(
+            "--eds", "sheets", multiple=True, type=click.Path(path_type=Path),
+            help="EDS or DCF of a device in a CAN capture.",
+        ),
+        click.option(
+            "--dbc", "databases", multiple=True, type=click.Path(path_type=Path),
+            help="Database of the messages in a CAN capture; CONFIG's own nodes without it.",
+        ),
+        click.option(
             "--validate", multiple=True, type=click.Path(path_type=Path), help="Held-out data."
         ),
         click.argument(
@@ -304,27 +324,36 @@ def _recordings(function: Any) -> Any:
     return function
 
 
+def _meaning(said: dict[str, Any]) -> Any:
+    from hil_emulator.commands.recordings import Meaning, pairs
+
+    names = pairs(said.pop("channels"))
+    return Meaning(names=names, **said)
+
+
 @main.command()
 @_recordings
 @click.option("--only", multiple=True, metavar="EFFECT", help="Name none but these.")
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not name these.")
 def identify(
     files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],
-    exclude: tuple[str, ...], out: Path | None, jobs: int,
+    exclude: tuple[str, ...], out: Path | None, jobs: int, **said: Any,
 ) -> None:  # fmt: skip
     """Name the physical effects that a recording shows and the configuration lacks."""
     from hil_emulator.commands import identify as command
 
-    command.identify(files, validate, only, exclude, out, jobs)
+    command.identify(files, validate, only, exclude, out, jobs, meaning=_meaning(said))
 
 
 @main.command()
 @_recordings
-def gap(files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int) -> None:
+def gap(
+    files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int, **said: Any
+) -> None:
     """Measure where a recording and the configuration disagree."""
     from hil_emulator.commands import identify as command
 
-    command.identify(files, validate, (), (), out, jobs, search=False)
+    command.identify(files, validate, (), (), out, jobs, search=False, meaning=_meaning(said))
 
 
 @main.command()

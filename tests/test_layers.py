@@ -26,6 +26,10 @@ ALLOWED = {
         f"{OWN}.model", f"{OWN}.record", f"{OWN}.frame", f"{OWN}.units", f"{OWN}.errors",
         f"{OWN}.__version__",
     },
+    "captures": {
+        "numpy", "cantools", f"{OWN}.bus", f"{OWN}.device", f"{OWN}.recording", f"{OWN}.identify",
+        f"{OWN}.frame", f"{OWN}.units", f"{OWN}.errors",
+    },
     "remote": {
         f"{OWN}.faults", f"{OWN}.record", f"{OWN}.settings", f"{OWN}.errors",
     },

@@ -53,11 +53,41 @@ def read(file: Path, tick_ns: int) -> Iterator[tuple[int, bool, Frame]]:
         UserError: if it cannot be read.
 
     """
+    for message in _messages(file):
+        now_ns = round(message.timestamp * _NS_PER_S / tick_ns) * tick_ns
+        yield now_ns, not message.is_rx, _frame(message)
+
+
+def captured(file: Path) -> Iterator[tuple[int, Frame]]:
+    """Yield time [ns] and frame of a capture.
+
+    Raises:
+        UserError: if it cannot be read, or an identifier comes from several channels.
+
+    """
+    channels: dict[tuple[int, bool], Any] = {}
+    for message in _messages(file):
+        key = message.arbitration_id, message.is_extended_id
+        if channels.setdefault(key, message.channel) != message.channel:
+            raise UserError(
+                f"{file}: identifier {key[0]:03X} comes from channel {channels[key]} and from "
+                f"channel {message.channel}; keep the frames of one of them"
+            )
+        yield round(message.timestamp * _NS_PER_S), _frame(message)
+
+
+def _messages(file: Path) -> Iterator[can.Message]:
+    """Yield the classical CAN messages of a log."""
     try:
         with can.LogReader(str(file)) as reader:
-            for m in reader:
-                now_ns = round(m.timestamp * _NS_PER_S / tick_ns) * tick_ns
-                frame = Frame(m.arbitration_id, bytes(m.data), m.is_remote_frame, m.is_extended_id)
-                yield now_ns, not m.is_rx, frame
-    except (OSError, ValueError, can.CanError) as error:
-        raise UserError(f"{file}: cannot be read: {error}") from None
+            for message in reader:
+                if not message.is_error_frame and not message.is_fd:
+                    yield message
+    except OSError as error:
+        raise UserError(f"{file}: cannot be read: {error.strerror or error}") from None
+    except Exception as error:  # python-can's readers answer damage with many kinds of exception
+        raise UserError(f"{file}: is not a readable log of frames: {error}") from None
+
+
+def _frame(m: can.Message) -> Frame:
+    return Frame(m.arbitration_id, bytes(m.data), m.is_remote_frame, m.is_extended_id)

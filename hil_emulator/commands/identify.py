@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
+from hil_emulator.commands.recordings import Meaning, experiments
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.identify.data import load_experiments
 from hil_emulator.identify.layer import layer
 from hil_emulator.identify.report import report
 from hil_emulator.identify.result import Result
@@ -19,10 +19,12 @@ from hil_emulator.places import cache_folder, near
 
 CONFIGURATIONS = {".toml"}
 
+_NOTHING_SAID = Meaning()
+
 
 def identify(
     files: Sequence[Path], validate: Sequence[Path], only: Sequence[str], exclude: Sequence[str],
-    out: Path | None, jobs: int, search: bool = True,
+    out: Path | None, jobs: int, search: bool = True, meaning: Meaning = _NOTHING_SAID,
 ) -> None:  # fmt: skip
     """Compare configurations (.toml) with recordings.
 
@@ -34,6 +36,7 @@ def identify(
         out: folder for result.json, identified.toml and report.html.
         jobs: threads.
         search: False only measures the gap.
+        meaning: what the user says of the data.
 
     Raises:
         UserError: for whatever the user can mend.
@@ -42,11 +45,15 @@ def identify(
     configs = [f for f in files if f.suffix in CONFIGURATIONS]
     recordings = [f for f in files if f.suffix not in CONFIGURATIONS]
     if not configs or not recordings:
-        raise UserError("name at least one configuration (.toml) and one recording (.csv, .npz)")
+        raise UserError(
+            "name at least one configuration (.toml) and one recording (.csv, .mf4, "
+            ".parquet, .blf, ...)"
+        )
     config = load(configs)
+    learn, check = experiments(recordings, config, meaning), experiments(validate, config, meaning)
     click.echo("Preparing the model (a quarter of a minute) ...", err=True)
     result = run_identification(
-        config, load_experiments(recordings), load_experiments(validate), only, exclude, jobs,
+        config, learn, check, only, exclude, jobs,
         lambda text: click.echo(f"  {text}", err=True), cache_folder(), search,
     )  # fmt: skip
     click.echo(summary(result))

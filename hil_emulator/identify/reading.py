@@ -1,17 +1,18 @@
-"""Read recorded experiments: tables whose columns carry their names and units."""
+"""Read recorded experiments: columns with names and units become channels in SI units."""
 
-import csv
 import difflib
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hil_emulator.errors import UserError
+from hil_emulator.identify import formats
 from hil_emulator.identify.experiment import UNITS, Array
+from hil_emulator.identify.formats.table import Column, Table
 from hil_emulator.units import factor
 
 MODEL_PREFIX = "model."
@@ -19,126 +20,182 @@ MODEL_PREFIX = "model."
 
 SET_POINT = "valve_current"
 
-KNOWN = {"time": "s", SET_POINT: "A", **UNITS}
+TIME = "time"
+
+KNOWN = {TIME: "s", SET_POINT: "A", **UNITS}
 """Columns that identification uses, with their SI units."""
 
-_HEADER = re.compile(r"^\s*(?P<name>[^\[\]]+?)\s*\[\s*(?P<unit>[^\[\]]*)\s*\]\s*$")
+CLOCK_SLIP = 1e-3
+"""How far two columns of time may drift apart within a recording [s]: one sample at 1 kHz."""
+
+_CLOCK = re.compile(r"(^|[ _.-])(time|t|timestamp|clock)([ _.-]|$)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Series:
+    """Values over time, in SI units; channels of one clock hold the same array of times."""
+
+    time: Array
+    values: Array
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A table as it was written, in SI units.
+    """What a file holds, in SI units.
 
     Attributes:
         file: where it comes from.
-        columns: values by name, NaN where a cell was empty.
+        series: by channel, NaN where a value is missing.
         digest: digest of the file.
-        emulated: whether the emulator recorded it: its set point acts before the row's readings.
+        set_point_first: see `formats.table.Table`.
         ignored: columns that identification does not know.
+        notes: what was found while reading.
 
     """
 
     file: Path
-    columns: dict[str, Array]
+    series: dict[str, Series]
     digest: str
-    emulated: bool
+    set_point_first: bool
     ignored: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
-def read(file: Path) -> Recording:
-    """Read a CSV with a header such as `time [s],position [mm]`, or an emulator's recording.
+def read(file: Path, names: Mapping[str, str] | None = None) -> Recording:
+    """Read a recording in one of the formats of `formats`.
+
+    Args:
+        file: the file.
+        names: channel by the name that the file has for it, where they differ.
 
     Raises:
-        UserError: if the file is missing, no table, or without a usable column.
+        UserError: if the file is missing, damaged, or without a usable column.
+
+    """
+    digest = digest_of(file)
+    return recording(file, formats.read(file), digest, names)
+
+
+def digest_of(file: Path) -> str:
+    """Return a digest of a file's content.
+
+    Raises:
+        UserError: if it cannot be read.
 
     """
     try:
-        content = file.read_bytes()
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()[:16]
     except OSError as error:
         raise UserError(f"{file}: cannot be read: {error.strerror}; name a recording") from None
-    digest = hashlib.sha256(content).hexdigest()[:16]
-    if file.suffix == ".npz":
-        return _read_npz(file, digest)
-    if file.suffix not in {".csv", ".txt"}:
-        raise UserError(f"{file}: unknown ending; a recording ends in .csv or .npz")
-    return _read_csv(file, content.decode("utf-8", errors="replace"), digest)
 
 
-def _read_csv(file: Path, text: str, digest: str) -> Recording:
-    lines = text.splitlines()
-    emulated = any(line.startswith("# hil-emulator") for line in lines[:20])
-    rows = list(csv.reader(line for line in lines if line.strip() and not line.startswith("#")))
-    if not rows:
-        raise UserError(f"{file}: empty; a recording begins with a header of names and units")
-    names, factors = _header(file, rows[0])
-    values = np.full((len(rows) - 1, len(names)), np.nan)
-    for i, row in enumerate(rows[1:]):
-        if len(row) > len(names):
-            raise UserError(
-                f"{file}: row {i + 2} has {len(row)} cells, the header has {len(names)}"
-            )
-        values[i, : len(row)] = [_number(cell) for cell in row]
-    return _recording(file, names, values * np.array(factors), digest, emulated)
+def recording(
+    file: Path, table: Table, digest: str, names: Mapping[str, str] | None = None
+) -> Recording:
+    """Turn a table into channels.
 
+    Raises:
+        UserError: if a name, a unit or the time is missing or wrong.
 
-def _header(file: Path, cells: Sequence[str]) -> tuple[list[str], list[float]]:
-    names, factors = [], []
-    for cell in cells:
-        match = _HEADER.match(cell)
-        if match is None:
-            raise UserError(
-                f'{file}: column "{cell.strip()}" has no unit; write it as "position [mm]"'
-            )
-        name, unit = match["name"].strip(), match["unit"].strip() or "1"
-        names.append(name)
-        factors.append(_factor(file, name, unit) if name in KNOWN else 1.0)
-    if len(set(names)) < len(names):
-        twice = sorted({n for n in names if names.count(n) > 1})
+    """
+    columns = _renamed(file, table.columns, names or {})
+    usable = [c for c in columns if c.name in KNOWN]
+    known = [c.name for c in usable]
+    if len(set(known)) < len(known):
+        twice = sorted({n for n in known if known.count(n) > 1})
         raise UserError(f"{file}: more than one column is called {', '.join(twice)}; keep one")
-    return names, factors
+    si = {c.name: c.values * _factor(file, c) for c in usable}
+    common = si.pop(TIME, None)
+    series = {}
+    for column in usable:
+        if column.name == TIME:
+            continue
+        time = common if column.time is None else column.time
+        if time is None:
+            raise UserError(f'{file}: no column "time [s]"; its columns are {_listed(columns)}')
+        series[column.name] = Series(time, si[column.name])
+    if not series:
+        raise UserError(_no_channel(file, columns))
+    notes = [*table.notes, *_other_clocks(file, columns, common)]
+    ignored = [c.name for c in columns if c.name not in KNOWN
+               and not c.name.startswith(MODEL_PREFIX)]  # fmt: skip
+    return Recording(file, series, digest, table.set_point_first, tuple(ignored), tuple(notes))
 
 
-def _factor(file: Path, name: str, unit: str) -> float:
+def _renamed(
+    file: Path, columns: tuple[Column, ...], names: Mapping[str, str]
+) -> tuple[Column, ...]:
+    for theirs, ours in names.items():
+        if ours not in KNOWN:
+            raise UserError(f"--channel {ours}={theirs}: no channel is called {ours}; known are "
+                            f"{', '.join(KNOWN)}")  # fmt: skip
+        if theirs not in [c.name for c in columns]:
+            raise UserError(f"{file}: no column is called {theirs}; its columns are "
+                            f"{_listed(columns)}")  # fmt: skip
+    return tuple(Column(names.get(c.name, c.name), c.unit, c.values, c.time) for c in columns)
+
+
+def _factor(file: Path, column: Column) -> float:
+    if column.unit is None:
+        raise UserError(
+            f'{file}: column "{column.name}" has no unit; write it as '
+            f'"{column.name} [{KNOWN[column.name]}]"'
+        )
     try:
-        return factor(KNOWN[name], unit)
+        return factor(KNOWN[column.name], column.unit)
     except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
         raise UserError(
-            f'{file}: column "{name} [{unit}]": a unit of {KNOWN[name]} is wanted'
+            f'{file}: column "{column.name} [{column.unit}]": a unit of {KNOWN[column.name]} '
+            "is wanted"
         ) from None
 
 
-def _number(cell: str) -> float:
+def _no_channel(file: Path, columns: tuple[Column, ...]) -> str:
+    others = [c.name for c in columns if c.name != TIME]
+    near = [m for n in others for m in difflib.get_close_matches(n, KNOWN, n=1) if m != TIME]
+    hint = f"; did you mean {near[0]}" if near else ""
+    return (
+        f"{file}: no known channel among {_listed(columns)}; known are {', '.join(KNOWN)}{hint}; "
+        "rename a column, or tell its meaning with --channel position=NAME"
+    )
+
+
+def _listed(columns: tuple[Column, ...]) -> str:
+    names = [c.name for c in columns]
+    more = f" and {len(names) - 20} more" if len(names) > 20 else ""
+    return ", ".join(names[:20]) + more
+
+
+def _other_clocks(file: Path, columns: tuple[Column, ...], common: Array | None) -> list[str]:
+    """Refuse a second column of time that does not keep step with the first.
+
+    Which channels belong to which clock, the file does not say.
+    """
+    notes = []
+    for column in columns:
+        if column.name in KNOWN or common is None or not _tells_time(column):
+            continue
+        own = column.values * factor("s", column.unit or "s")
+        good = np.isfinite(own) & np.isfinite(common)
+        if good.sum() < 2:
+            continue
+        apart = (own - common)[good]
+        if np.ptp(apart) > CLOCK_SLIP:
+            raise UserError(
+                f'{file}: two clocks: "{column.name}" and "{TIME}" drift apart by '
+                f"{np.ptp(apart) * 1e3:.3g} ms; put all channels on one clock, or keep the "
+                f'channels of one and remove the column "{column.name}"'
+            )
+        notes.append(f"{column.name} keeps step with {TIME}, {np.median(apart):.6g} s apart")
+    return notes
+
+
+def _tells_time(column: Column) -> bool:
+    if not _CLOCK.search(column.name):
+        return False
     try:
-        return float(cell)
-    except ValueError:
-        return float("nan")
-
-
-def _read_npz(file: Path, digest: str) -> Recording:
-    try:
-        with np.load(file, allow_pickle=False) as archive:
-            units = dict(archive["units"].tolist())
-            columns = {n: archive[n].astype(np.float64) for n in units if n in archive.files}
-    except (OSError, ValueError, KeyError) as error:
-        raise UserError(f"{file}: is not a recording of the emulator: {error}") from None
-    names = list(columns)
-    values = np.column_stack([columns[n] * (_factor(file, n, units[n]) if n in KNOWN else 1.0)
-                              for n in names])  # fmt: skip
-    return _recording(file, names, values, digest, emulated=True)
-
-
-def _recording(
-    file: Path, names: Sequence[str], values: Array, digest: str, emulated: bool
-) -> Recording:
-    usable = [n for n in names if n in KNOWN]
-    if "time" not in usable:
-        raise UserError(f'{file}: no column "time [s]"; its columns are {", ".join(names)}')
-    if len(usable) < 2:
-        near = [m for n in names for m in difflib.get_close_matches(n, KNOWN, n=1) if m != "time"]
-        hint = f"; did you mean {near[0]}" if near else ""
-        raise UserError(
-            f"{file}: no known channel among {', '.join(names)}; known are {', '.join(KNOWN)}{hint}"
-        )
-    ignored = tuple(n for n in names if n not in KNOWN and not n.startswith(MODEL_PREFIX))
-    columns = {n: values[:, i].copy() for i, n in enumerate(names) if n in KNOWN}
-    return Recording(file, columns, digest, emulated, ignored)
+        factor("s", column.unit or "s")
+    except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
+        return False
+    return True

@@ -31,7 +31,8 @@ class Field:
         word = int.from_bytes(data, "little") >> self.start & ((1 << self.bits) - 1)
         if self.real:
             code = "<f" if self.bits == 32 else "<d"
-            return float(struct.unpack(code, word.to_bytes(self.bits // 8, "little"))[0])
+            raw = struct.unpack(code, word.to_bytes(self.bits // 8, "little"))[0]
+            return float(raw) * self.factor
         if self.signed and word >> (self.bits - 1):
             word -= 1 << self.bits
         return word * self.factor
@@ -129,9 +130,8 @@ def dbc(found: Sequence[Message]) -> str:
         lines.append(f"BO_ {m.can_id} {m.name}: {m.size} Vector__XXX")
         for f in m.fields:
             sign = "-" if f.signed or f.real else "+"
-            factor = 1.0 if f.real else f.factor
             lines.append(
-                f' SG_ {f.name} : {f.start}|{f.bits}@1{sign} ({factor:.12g},0) [0|0] "{f.unit}" '
+                f' SG_ {f.name} : {f.start}|{f.bits}@1{sign} ({f.factor:.12g},0) [0|0] "{f.unit}" '
                 "Vector__XXX"
             )
             if f.real:

@@ -1,0 +1,77 @@
+"""What frames mean by a DBC, or another database of messages that cantools reads."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import cantools
+
+from hil_emulator.captures.carrier import COUNTER, SHARE, Carrier, Signal, channel_of
+from hil_emulator.device.pdo import SYNC_CYCLIC_MAX
+from hil_emulator.errors import UserError
+from hil_emulator.identify.reading import KNOWN, SET_POINT
+
+_TRANSMISSION = re.compile(r"transmission type (\d+)")
+"""How this project's own DBC files state a PDO's transmission type, in a message's comment."""
+
+_SET_POINTS = ("set_point", "set point")
+"""What CiA 408 calls the set point of a valve driver, as a DBC signal."""
+
+
+def from_file(file: Path, names: Mapping[str, str]) -> list[Carrier]:
+    """Return the messages of a database that carry known channels.
+
+    Args:
+        file: a DBC, KCD, SYM or ARXML file.
+        names: channel by the signal that the database has for it, where they differ.
+
+    Raises:
+        UserError: if it cannot be read, or no signal is known.
+
+    """
+    try:
+        database: Any = cantools.database.load_file(file, strict=False)
+        found = [_carrier(message, names) for message in database.messages]
+    except (OSError, ValueError, AttributeError, cantools.database.errors.Error) as error:
+        text = getattr(error, "strerror", None) or str(error)
+        raise UserError(f"{file}: is not a usable database of messages: {text}") from None
+    useful = [c for c in found if c.signals]
+    if not useful:
+        known = sorted({s.name for m in database.messages for s in m.signals})
+        raise UserError(
+            f"{file}: none of its signals is a known channel: {', '.join(known[:20])}; tell their "
+            "meaning with --channel position=NAME"
+        )
+    return useful
+
+
+def _carrier(message: Any, names: Mapping[str, str]) -> Carrier:
+    signals = []
+    modulus = 0
+    for signal in message.signals:
+        unit = str(signal.unit or "") or None
+        name = names.get(signal.name) or _channel(signal.name, unit or "")
+        signals.append(Signal(name, unit, signal.name))
+        if name == COUNTER:
+            modulus = 1 << signal.length
+    stated = _TRANSMISSION.search(str(message.comment or ""))
+    commanded = any(s.name == SET_POINT for s in signals)
+    synchronous = commanded and stated is not None and int(stated[1]) <= SYNC_CYCLIC_MAX
+    useful = any(s.name in KNOWN for s in signals)
+    return Carrier(
+        message.name, message.frame_id, bool(message.is_extended_frame), 1,
+        tuple(signals) if useful else (), lambda data: _decoded(message, data),
+        synchronous=synchronous, counter_modulus=modulus,
+    )  # fmt: skip
+
+
+def _channel(name: str, unit: str) -> str:
+    if name in _SET_POINTS and unit in ("A", "mA", SHARE):
+        return SET_POINT
+    return channel_of(name, unit)
+
+
+def _decoded(message: Any, data: bytes) -> dict[str, float]:
+    values = message.decode(data, decode_choices=False, allow_truncated=True)
+    return {name: float(value) for name, value in values.items() if not isinstance(value, str)}

@@ -1,0 +1,150 @@
+"""What frames mean by object dictionaries: of a configuration's nodes, an EDS or a DCF."""
+
+import configparser
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from hil_emulator.captures.carrier import COUNTER, Carrier, Signal, channel_of
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.entry import Entry
+from hil_emulator.device.layout import checked_parameters
+from hil_emulator.device.pdo import (
+    EVENT_MANUFACTURER,
+    MAX_PDOS,
+    RPDO_COMMUNICATION,
+    SYNC_CYCLIC_MAX,
+    TPDO_COMMUNICATION,
+    PdoParameters,
+)
+from hil_emulator.errors import UserError
+from hil_emulator.identify.reading import KNOWN, SET_POINT
+from hil_emulator.recording.messages import Field
+
+FULL_SCALE = 16384
+"""Digits of 100 % (CiA 408)."""
+
+_VALVE_PROFILE = 408
+_SET_POINT_VALUE = (0x6300, 1)
+_CONTROL_WORD = (0x6040, 0)
+_ACTIVE = 0b111  # D, H and M set: only then a set point counts (CiA 408)
+_SYNC_COB_ID = (0x1005, 0)
+_CAN_ID = 0x7FF
+_COMMISSIONING = "DeviceComissioning"  # CiA 306 spells it so
+
+
+def from_file(file: Path, node_id: int | None = None) -> list[Carrier]:
+    """Return the PDOs of an EDS or DCF.
+
+    Args:
+        file: the file.
+        node_id: the node-ID where the file has none; a DCF has.
+
+    Raises:
+        UserError: if the file is no EDS, or the node-ID is unknown.
+
+    """
+    own = _commissioned(file)
+    number = own if own is not None else node_id
+    if number is None:
+        raise UserError(f"{file}: which node is it? Give --node, or the DCF, which says so")
+    dictionary = Dictionary.from_eds(file, number)
+    indices = {entry.index for entry in dictionary}
+    pdos = [
+        checked_parameters(dictionary, n, receive=receive)
+        for receive, first in ((True, RPDO_COMMUNICATION), (False, TPDO_COMMUNICATION))
+        for n in range(1, MAX_PDOS + 1)
+        if first + n - 1 in indices
+    ]
+    found = carriers(dictionary, pdos)
+    if not any(s.name in KNOWN for c in found for s in c.signals):
+        raise UserError(
+            f"{file}: none of its PDOs maps a known channel; give objects a Signal, Unit and "
+            "Factor, such as [Comments] Line1=6130sub1: Signal=pressure_a Unit=bar Factor=1"
+        )
+    return found
+
+
+def carriers(dictionary: Dictionary, pdos: Iterable[PdoParameters]) -> list[Carrier]:
+    """Return the PDOs of a node as they are configured now."""
+    return [_carrier(dictionary, pdo) for pdo in pdos if pdo.active]
+
+
+def sync_id(dictionary: Dictionary) -> int:
+    """Return the identifier of SYNC."""
+    entry = dictionary.get(*_SYNC_COB_ID)
+    return 0x080 if entry is None else int(entry.value) & _CAN_ID
+
+
+def _carrier(dictionary: Dictionary, pdo: PdoParameters) -> Carrier:
+    fields: dict[str, Field] = {}
+    signals = []
+    modulus = start = 0
+    control = ""
+    for entry in pdo.mapping.entries:
+        name, factor, unit = _meaning(dictionary, entry)
+        field = _field(entry, start, factor, unit)
+        start += entry.type.bits
+        if entry.index < 0x1000 or not entry.type.numeric:
+            continue
+        fields[name] = field
+        signals.append(Signal(name, unit or None, name))
+        if name == COUNTER:
+            modulus = 1 << entry.type.bits
+        if (entry.index, entry.subindex) == _CONTROL_WORD:
+            control = name
+
+    def decode(data: bytes) -> Mapping[str, float]:
+        values = {name: field.value(data) for name, field in fields.items()}
+        if control and int(values[control]) & _ACTIVE != _ACTIVE:
+            values.pop(SET_POINT, None)
+        return values
+
+    kind = pdo.transmission_type
+    timed = pdo.event_timer_ms * 1e-3 if kind >= EVENT_MANUFACTURER else 0.0
+    return Carrier(
+        f"{pdo.name} of node {dictionary.node_id}", pdo.can_id, False, pdo.mapping.size,
+        tuple(signals), decode, synchronous=pdo.receive and kind <= SYNC_CYCLIC_MAX,
+        deadline=timed if pdo.receive else 0.0, period=0.0 if pdo.receive else timed,
+        counter_modulus=modulus,
+    )  # fmt: skip
+
+
+def _meaning(dictionary: Dictionary, entry: Entry) -> tuple[str, float, str]:
+    """Return the channel or name of an object, what a digit is worth, and its unit."""
+    device_type = dictionary.get(0x1000)
+    valve = device_type is not None and int(device_type.value) & 0xFFFF == _VALVE_PROFILE
+    if valve and (entry.index, entry.subindex) == _SET_POINT_VALUE and not entry.unit:
+        return SET_POINT, 100.0 / FULL_SCALE, "%"
+    return channel_of(entry.signal, entry.unit), entry.factor, entry.unit
+
+
+def _field(entry: Entry, start: int, factor: float, unit: str) -> Field:
+    kind = entry.type
+    return Field(entry.name, start, kind.bits, kind.low < 0, kind.kind == "real", factor, unit)
+
+
+def _commissioned(file: Path) -> int | None:
+    """Return the node-ID that a DCF has."""
+    parser = configparser.RawConfigParser(inline_comment_prefixes=(";",), strict=False)
+    try:
+        parser.read_string(file.read_text(encoding="latin-1"))
+        return int(parser.get(_COMMISSIONING, "NodeID", fallback="").strip(), 0)
+    except (OSError, ValueError, configparser.Error):
+        return None  # an EDS; what is wrong with a file, reading its objects says better
+
+
+def from_files(files: Sequence[Path], node_ids: Sequence[int]) -> list[Carrier]:
+    """Return the PDOs of several files; those without a node-ID take `node_ids` in turn.
+
+    Raises:
+        UserError: see `from_file`; or if node-IDs are left over.
+
+    """
+    left = list(node_ids)
+    found: list[Carrier] = []
+    for file in files:
+        asks = _commissioned(file) is None and left
+        found += from_file(file, left.pop(0) if asks else None)
+    if left:
+        raise UserError(f"--node {left[0]}: no EDS is left for it; each takes one, in their order")
+    return found

@@ -1,0 +1,148 @@
+"""A capture as a table of channels: one row per sample of the device."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.bus import frame_log
+from hil_emulator.captures import samples
+from hil_emulator.captures.carrier import SHARE, Carrier
+from hil_emulator.captures.traffic import Places, Stream, Traffic, sort
+from hil_emulator.errors import UserError
+from hil_emulator.frame import Frame
+from hil_emulator.identify.experiment import Array
+from hil_emulator.identify.formats.table import Column, Table
+from hil_emulator.identify.reading import KNOWN, SET_POINT, TIME
+
+SUFFIXES = frame_log.SUFFIXES
+"""Endings of captures."""
+
+LONGEST = 1_000_000
+"""Samples of one capture; more is an error in its times (assumed: a quarter of an hour)."""
+
+_SHOWN = 12  # identifiers named in a message
+
+
+def read(
+    file: Path, carriers: Sequence[Carrier], sync_id: int, rated_current: float | None = None
+) -> Table:
+    """Read a capture.
+
+    Args:
+        file: BLF, ASC or candump's log.
+        carriers: what its frames mean.
+        sync_id: identifier of SYNC.
+        rated_current: what 100 % of a set point that is a share are [A].
+
+    Raises:
+        UserError: if it cannot be read, or holds no known channel.
+
+    """
+    frames = ((now_ns, frame) for now_ns, frame in frame_log.captured(file))
+    try:
+        return table(frames, carriers, sync_id, rated_current)
+    except UserError as error:
+        text = str(error)
+        raise UserError(text if text.startswith(str(file)) else f"{file}: {text}") from None
+
+
+def table(
+    frames: Iterable[tuple[int, Frame]],
+    carriers: Sequence[Carrier],
+    sync_id: int,
+    rated_current: float | None,
+) -> Table:
+    """Turn frames with their times [ns] into a table.
+
+    Raises:
+        UserError: if there is no known channel, too little of it, or its clock drifts.
+
+    """
+    traffic = sort(frames, carriers, sync_id)
+    chosen = _chosen(traffic)
+    readings = {n: c for n, c in chosen.items() if n != SET_POINT}
+    if not readings:
+        raise UserError(_nothing(traffic, carriers))
+    notes = _remarks(traffic)
+    reference = max((s for s, _, _ in readings.values()), key=lambda s: len(s.time))
+    period = samples.period_of(reference, notes)
+    number = samples.numbers_of(reference, period, notes)
+    rows = int(number[-1]) + 1
+    if rows > LONGEST:
+        raise UserError(f"{rows} samples; at most {LONGEST} fit one experiment: cut the capture")
+    streams = {id(s): s for s, _, _ in readings.values()}
+    numbers = {i: samples.joined(s, reference, number, notes) for i, s in streams.items()}
+    together = [(streams[i], n) for i, n in numbers.items() if n is not None]
+    columns = [Column(TIME, "s", np.asarray(np.arange(rows) * period, np.float64))]
+    for name, (stream, key, unit) in readings.items():
+        values = _values(stream, key, numbers[id(stream)], reference, number, rows)
+        columns.append(Column(name, unit, values))
+    if SET_POINT in chosen:
+        stream, key, unit = chosen[SET_POINT]
+        first = samples.first_places(together, rows)
+        current = samples.set_points(stream, key, first, traffic.syncs, notes)
+        columns.append(_current(current, unit, rated_current))
+    return Table(tuple(columns), set_point_first=True, notes=tuple(notes))
+
+
+def _chosen(traffic: Traffic) -> dict[str, tuple[Stream, str, str | None]]:
+    """Return for each channel the stream that shows it most often, its key and its unit."""
+    found: dict[str, tuple[Stream, str, str | None]] = {}
+    for stream in traffic.streams.values():
+        for signal in stream.carrier.signals:
+            if signal.name not in KNOWN or signal.name == TIME:
+                continue
+            best = found.get(signal.name)
+            if best is None or len(stream.time) > len(best[0].time):
+                found[signal.name] = stream, signal.key, signal.unit
+    return found
+
+
+def _values(
+    stream: Stream, key: str, own: Places | None, reference: Stream, number: Places, rows: int
+) -> Array:
+    """Return a channel by sample, NaN where none came."""
+    values = stream.values[key]
+    if own is None:
+        at = np.full(rows, np.nan)
+        at[number] = reference.time
+        good = np.isfinite(values)
+        return np.asarray(np.interp(at, stream.time[good], values[good], np.nan, np.nan))
+    out = np.full(rows, np.nan)
+    inside = (own >= 0) & (own < rows)
+    out[own[inside]] = values[inside]
+    return out
+
+
+def _current(values: Array, unit: str | None, rated_current: float | None) -> Column:
+    if unit != SHARE:
+        return Column(SET_POINT, unit, values)
+    if rated_current is None:
+        raise UserError(
+            "the set point is a share of the rated current, which nothing states; "
+            'give --rated-current "10 mA"'
+        )
+    return Column(SET_POINT, "A", values * rated_current / 100.0)
+
+
+def _remarks(traffic: Traffic) -> list[str]:
+    notes = []
+    if traffic.short:
+        notes.append(f"{traffic.short} frames were too short for their PDO, and left out")
+    for code, times in sorted(traffic.emergencies.items()):
+        if code:
+            notes.append(f"emergency {code:04X} was sent {times} times")
+    return notes
+
+
+def _nothing(traffic: Traffic, carriers: Sequence[Carrier]) -> str:
+    wanted = ", ".join(
+        f"{c.can_id:03X}" for c in carriers if any(s.name in KNOWN for s in c.signals)
+    )
+    seen = sorted(traffic.others | {can_id for can_id, _ in traffic.streams})
+    listed = ", ".join(f"{i:03X}" for i in seen[:_SHOWN]) or "no frame"
+    return (
+        f"no frame of a known reading; known are the identifiers {wanted}, in the capture there "
+        f"are {listed}; name the files that describe its devices with --dbc or --eds"
+    )

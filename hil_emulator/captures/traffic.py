@@ -1,0 +1,112 @@
+"""The frames of a capture, sorted by what carries them."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hil_emulator.captures.carrier import COUNTER, Carrier
+from hil_emulator.frame import Frame
+from hil_emulator.identify.experiment import Array
+
+Places = np.ndarray[tuple[int], np.dtype[np.int64]]
+
+
+@dataclass
+class Stream:
+    """The frames of one carrier, in the order of the capture.
+
+    Attributes:
+        carrier: what they are.
+        time: of each frame [s], since the first frame of the capture.
+        place: of each frame among all frames.
+        values: by key, NaN where a frame does not hold it.
+
+    """
+
+    carrier: Carrier
+    time: Array
+    place: Places
+    values: dict[str, Array]
+
+    @property
+    def count(self) -> Array | None:
+        """The device's own count of samples, without its wrapping; None where it sends none."""
+        modulus = self.carrier.counter_modulus
+        keys = [s.key for s in self.carrier.signals if s.name == COUNTER]
+        if not modulus or not keys or not len(self.time):
+            return None
+        steps = np.mod(np.diff(self.values[keys[0]]), modulus)
+        return np.concatenate([[self.values[keys[0]][0]], self.values[keys[0]][0] + steps.cumsum()])
+
+
+@dataclass
+class Traffic:
+    """A capture.
+
+    Attributes:
+        streams: of the carriers that were seen, by (COB-ID, 29 bits).
+        syncs: places of the SYNC frames.
+        short: frames that were shorter than they must be.
+        others: identifiers that nothing is known of.
+        emergencies: emergency error codes, each with how often it came.
+
+    """
+
+    streams: dict[tuple[int, bool], Stream]
+    syncs: Places
+    short: int = 0
+    others: set[int] = field(default_factory=set)
+    emergencies: dict[int, int] = field(default_factory=dict)
+
+
+def sort(frames: Iterable[tuple[int, Frame]], carriers: Iterable[Carrier], sync_id: int) -> Traffic:
+    """Decode frames.
+
+    Args:
+        frames: time [ns] and frame.
+        carriers: what is known; of several with one identifier, the first.
+        sync_id: identifier of SYNC.
+
+    """
+    known: dict[tuple[int, bool], Carrier] = {}
+    for carrier in carriers:
+        known.setdefault((carrier.can_id, carrier.extended), carrier)
+    rows: dict[tuple[int, bool], list[tuple[float, ...]]] = {}
+    traffic = Traffic({}, np.zeros(0, np.int64))
+    syncs: list[int] = []
+    origin: int | None = None
+    for place, (now_ns, frame) in enumerate(frames):
+        origin = now_ns if origin is None else origin
+        key = frame.can_id, frame.extended
+        found = known.get(key)
+        if frame.remote:
+            continue
+        if found is None:
+            _other(traffic, frame, syncs, place, sync_id)
+        elif len(frame.data) < found.size:
+            traffic.short += 1
+        elif found.signals:
+            decoded = found.decode(frame.data)
+            values = (decoded.get(s.key, math.nan) for s in found.signals)
+            rows.setdefault(key, []).append((now_ns - origin, place, *values))
+    traffic.syncs = np.array(syncs, np.int64)
+    traffic.streams = {key: _stream(known[key], found) for key, found in rows.items()}
+    return traffic
+
+
+def _other(traffic: Traffic, frame: Frame, syncs: list[int], place: int, sync_id: int) -> None:
+    if frame.can_id == sync_id and not frame.extended:
+        syncs.append(place)
+        return
+    traffic.others.add(frame.can_id)
+    if frame.can_id & 0x780 == 0x080 and len(frame.data) == 8 and not frame.extended:
+        code = int.from_bytes(frame.data[:2], "little")
+        traffic.emergencies[code] = traffic.emergencies.get(code, 0) + 1
+
+
+def _stream(carrier: Carrier, rows: list[tuple[float, ...]]) -> Stream:
+    table = np.array(rows, np.float64)
+    values = {s.key: table[:, 2 + i].copy() for i, s in enumerate(carrier.signals)}
+    return Stream(carrier, table[:, 0] * 1e-9, table[:, 1].astype(np.int64), values)
