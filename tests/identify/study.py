@@ -1,157 +1,128 @@
 """Hide effects in the independent plant, ask what is missing, and count.
 
-python -m tests.identify.study [--kinds medium none ...] [--seed N] [--first N]
+    python -m tests.identify.study --out study.jsonl --jobs 2
+    python -m tests.identify.study --out study.jsonl --cases none:6,medium:20 --duration 2
+    python -m tests.identify.study --out study.jsonl --report
+
+Finished cases are kept in the file of `--out`; the same command goes on where it was stopped.
 """
 
 import argparse
-import math
-import sys
+import json
 import time
-from collections import Counter
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
 
 from hil_emulator.config.load import load
-from hil_emulator.identify.result import Result
 from hil_emulator.identify.session import identify
-from tests.identify.generator.cases import (
-    BALANCES,
-    CALLED,
-    MEDIUM,
-    OUTSIDE,
-    SIZES,
-    Machine,
-    campaign,
-)
+from tests.identify.answer import Answer, from_dict, from_result
+from tests.identify.generator.cases import GROUPS, Case, campaign, case, cases
 from tests.identify.rig_data import CACHE, KNEE
-
-NAMEABLE = [name for name in MEDIUM if CALLED.get(name, name) is not None]
-GROUP = 3
-"""Largest class of inseparable effects that counts as an answer."""
+from tests.identify.scoring import Outcome, judge
+from tests.identify.tables import described, failed, report
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What came of one machine."""
-
-    machine: Machine
-    names: tuple[str, ...]
-    right: bool
-    wrong: bool
-    flagged: bool
-    balance: bool
-    error: float
-    covered: bool | None
-    seconds: float
-
-
-def examine(machine: Machine) -> Outcome:
-    """Identify one machine and judge the answer."""
-    train, other = campaign(machine)
+def examine(which: Case, exclude: tuple[str, ...] = ()) -> Answer:
+    """Ask the product about one case."""
+    train, other = campaign(which)
     start = time.monotonic()
-    result = identify(load([KNEE]), train, other, cache=CACHE)
-    seconds = time.monotonic() - start
-    true = {str(CALLED.get(n, n)) for n in machine.effects if n not in OUTSIDE}
-    named = [{f.name, *f.group} if len(f.group) < GROUP else {f.name} for f in result.effects]
-    hit = [true & group for group in named]
-    flagged = result.verdict == "unknown_effect" or bool(result.unknown)
-    flagged |= any(f.form_differs for f in result.effects)
-    covered, error = _value(machine, result)
-    return Outcome(
-        machine, tuple(f.name for f in result.effects),
-        right=len(true) == len(named) and all(hit),
-        wrong=any(not h for h in hit), flagged=flagged, balance=_balance(machine, result),
-        error=error, covered=covered, seconds=seconds,
-    )  # fmt: skip
+    result = identify(load([KNEE]), train, other, exclude=exclude, cache=CACHE)
+    return from_result(result, time.monotonic() - start)
 
 
-def _value(machine: Machine, result: Result) -> tuple[bool | None, float]:
-    for finding in result.effects:
-        for name, size in machine.effects.items():
-            if CALLED.get(name, name) == finding.name:
-                low, high = finding.interval
-                return low <= size <= high, abs(finding.value / size - 1.0)
-    return None, math.nan
+METHODS = {"product": examine}
+"""What can be asked, by name."""
 
 
-def _balance(machine: Machine, result: Result) -> bool:
-    words = [BALANCES[n] for n in machine.effects if n in BALANCES]
-    found = " ".join(u.balance for u in result.unknown)
-    return all(word in found for word in words)
+def asked(which: Case, method: str) -> tuple[Case, Answer]:
+    """Ask one method about one case; for a process of a pool."""
+    return which, METHODS[method](which)
 
 
-def wilson(hits: int, cases: int) -> tuple[float, float]:
-    """Return the 95 % interval of a share."""
-    if not cases:
-        return 0.0, 1.0
-    z, p = 1.96, hits / cases
-    centre = p + z * z / (2 * cases)
-    spread = z * math.sqrt(p * (1 - p) / cases + z * z / (4 * cases * cases))
-    bottom = 1 + z * z / cases
-    return (centre - spread) / bottom, (centre + spread) / bottom
+def kept(file: Path, method: str, duration: float | None) -> dict[str, Answer]:
+    """Return the answers that a file has already."""
+    if not file.exists():
+        return {}
+    rows = [json.loads(line) for line in file.read_text().splitlines()]
+    return {r["case"]: from_dict(r["answer"]) for r in rows
+            if r["method"] == method and r["duration"] == duration}  # fmt: skip
 
 
-def machines(kind: str, seed: int) -> Iterable[Machine]:
-    """Return the machines of one kind of question, one pass over the effects."""
-    if kind == "none":
-        return [Machine({}, False, seed + i, coloured=i % 3 == 2) for i in range(10)]
-    if kind == "outside":
-        return [Machine({n: v}, False, seed + i) for i, (n, v) in enumerate(OUTSIDE.items())]
-    if kind == "two":
-        pairs = zip(NAMEABLE, NAMEABLE[7:] + NAMEABLE[:7], strict=True)
-        return [Machine({a: MEDIUM[a], b: MEDIUM[b]}, False, seed + i)
-                for i, (a, b) in enumerate(pairs)]  # fmt: skip
-    size, _, law = kind.partition("-")
-    return [Machine({n: SIZES[size] * MEDIUM[n]}, law == "foreign", seed + i)
-            for i, n in enumerate(NAMEABLE)]  # fmt: skip
+def keep(file: Path, method: str, duration: float | None, name: str, answer: Answer) -> None:
+    """Append one answer to a file."""
+    row = {"case": name, "method": method, "duration": duration, "answer": answer.to_dict()}
+    with file.open("a") as stream:
+        stream.write(json.dumps(row) + "\n")
 
 
-KINDS = ("medium", "small", "tiny", "medium-foreign", "none", "outside", "two")
+def counts(text: str) -> Mapping[str, int]:
+    """Return the numbers of cases in `none:20,medium:40`; the whole study if empty."""
+    if not text:
+        return GROUPS
+    parts = [part.partition(":") for part in text.split(",")]
+    unknown = [group for group, _, _ in parts if group not in GROUPS]
+    if unknown:
+        raise SystemExit(f"no such group: {', '.join(unknown)}; there are {', '.join(GROUPS)}")
+    return {group: int(number) if number else GROUPS[group] for group, _, number in parts}
+
+
+def answered(wanted: Iterable[Case], method: str, jobs: int) -> Iterator[tuple[Case, Answer]]:
+    """Yield cases with their answers as they come."""
+    if jobs <= 1:
+        for which in wanted:
+            yield asked(which, method)
+        return
+    with ProcessPoolExecutor(jobs) as pool:
+        for future in as_completed([pool.submit(asked, which, method) for which in wanted]):
+            yield future.result()
+
+
+def line(outcome: Outcome) -> str:
+    """Return one case in a line."""
+    names = [n.name + ("*" if n.form_differs else "") for n in outcome.answer.named]
+    places = [f"?{balance} by {driver}" for balance, driver in outcome.answer.unknown[:1]]
+    return (
+        f"{outcome.case.name:17s} {', '.join(outcome.case.effects) or 'nothing':44s} "
+        f"{'FAILED' if failed(outcome) else 'good':7s} {', '.join(names + places) or 'nothing'} "
+        f"({outcome.answer.seconds:.0f} s)"
+    )
+
+
+def run(file: Path, chosen: list[Case], method: str, jobs: int, duration: float | None) -> None:
+    """Ask about every case that is not in the file."""
+    done = kept(file, method, duration)
+    rest = sorted((c for c in chosen if c.name not in done), key=lambda c: c.name[-2:])
+    for which, answer in answered(rest, method, jobs):
+        keep(file, method, duration, which.name, answer)
+        print(line(judge(which, answer)), flush=True)
 
 
 def main() -> None:
     """Run the study and print its tables."""
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--kinds", nargs="*", default=KINDS)
-    options.add_argument("--seed", type=int, default=1000)
-    options.add_argument("--first", type=int, default=None, help="only so many of each kind")
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    options.add_argument("--out", type=Path, default=Path("study.jsonl"))
+    options.add_argument("--cases", default="", help="none:20,medium:40; empty for the whole")
+    options.add_argument("--case", nargs="*", default=[], help="single cases, like medium-07")
+    options.add_argument("--method", choices=METHODS, default="product")
+    options.add_argument("--duration", type=float, default=None, help="of each experiment [s]")
+    options.add_argument("--jobs", type=int, default=1, help="processes")
+    options.add_argument("--report", action="store_true", help="only print what the file has")
     chosen = options.parse_args()
-    for kind in chosen.kinds:
-        outcomes = []
-        for machine in list(machines(kind, chosen.seed))[: chosen.first]:
-            outcome = examine(machine)
-            outcomes.append(outcome)
-            mark = "right" if outcome.right else "WRONG" if outcome.wrong else "less"
-            print(f"  {kind:15s} {', '.join(machine.effects) or 'none':40s} {mark:6s}"
-                  f"{' flagged' if outcome.flagged else '        '} {', '.join(outcome.names)}"
-                  f"  ({outcome.seconds:.0f} s, value off {100 * outcome.error:.1f} %)",
-                  flush=True)  # fmt: skip
-        report(kind, outcomes)
-
-
-def report(kind: str, outcomes: list[Outcome]) -> None:
-    """Print shares with Wilson intervals."""
-    n = len(outcomes)
-    counts = {
-        "exactly right": sum(o.right for o in outcomes),
-        "with a wrong name": sum(o.wrong for o in outcomes),
-        "wrong name, not flagged": sum(o.wrong and not o.flagged for o in outcomes),
-        "flagged": sum(o.flagged for o in outcomes),
-    }
-    if kind == "outside":
-        counts["right balance"] = sum(o.balance for o in outcomes)
-    for words, hits in counts.items():
-        low, high = wilson(hits, n)
-        print(f"{kind:15s} {words:24s} {hits:3d}/{n}  95 %: {low:.2f} ... {high:.2f}")
-    errors = sorted(o.error for o in outcomes if not math.isnan(o.error))
-    covered = [o.covered for o in outcomes if o.covered is not None]
-    if errors:
-        print(f"{kind:15s} median error {100 * errors[len(errors) // 2]:.1f} %, "
-              f"value inside its interval {sum(covered)}/{len(covered)}")  # fmt: skip
-    wrong = Counter(name for o in outcomes if o.wrong for name in o.names)
-    if wrong:
-        print(f"{kind:15s} named where wrong: {dict(wrong)}")
-    sys.stdout.flush()
+    if chosen.case:
+        named = [name.rpartition("-") for name in chosen.case]
+        wanted = [case(group, int(number), chosen.duration) for group, _, number in named]
+    else:
+        wanted = list(cases(counts(chosen.cases), chosen.duration))
+    if not chosen.report:
+        run(chosen.out, wanted, chosen.method, chosen.jobs, chosen.duration)
+    done = kept(chosen.out, chosen.method, chosen.duration)
+    outcomes = [judge(c, done[c.name]) for c in wanted if c.name in done]
+    if chosen.case:
+        print("\n".join(line for o in outcomes for line in described(o)))
+    print(report(outcomes, chosen.method))
 
 
 if __name__ == "__main__":

@@ -1,14 +1,19 @@
-"""Hidden effects with their sizes, in a dirty world: what a blind test consists of."""
+"""The cases of the blind test: which machine, which effects, how dirty, how long.
 
-from collections.abc import Mapping
+A case is drawn from its name alone, so that any subset of the study repeats the whole.
+"""
+
+import math
+import zlib
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from hil_emulator.identify.experiment import Experiment
-from tests.identify.generator.plant import AT, FIELDS, advance
-
-PERIOD = 1e-3
+from tests.identify.generator.bench import TRAINING, VALIDATION, record
+from tests.identify.generator.effects import EFFECTS, OUTSIDE
+from tests.identify.generator.plant import Machine
 
 KNEE = {
     "supply": 160e5, "tank": 1e5, "kv": 6.681e-6, "wv": 2 * np.pi * 250.0, "zv": 0.7,
@@ -20,146 +25,126 @@ KNEE = {
 
 SPREAD = {
     "kv": 0.1, "wv": 0.1, "zv": 0.15, "va": 0.1, "vb": 0.1, "beta": 0.15, "mass": 0.02,
-    "viscous": 0.3, "coulomb": 0.3, "load_viscous": 0.3,
+    "viscous": 0.4, "coulomb": 0.4, "load_viscous": 0.4, "underlap": 0.3, "air": 0.3,
 }  # fmt: skip
-"""Relative deviation of the real machine, one standard deviation."""
+"""Relative deviation of a real machine from its data sheet, one standard deviation."""
 
-MEDIUM = {
-    "null_bias": 1e-4, "overlap": 1e-4, "gain_asymmetry": 0.05, "internal_leakage": 5e-14,
-    "external_leakage": 2e-14, "more_air": 0.01, "back_pressure": 8e13, "stribeck": 35.0,
-    "friction_asymmetry": 0.12, "pressure_friction": 3e-6, "position_friction": 0.4,
-    "load_spring": 5e3, "gravity": 60.0, "hysteresis": 1.2e-4,
-    "transport_delay": 1.5e-3, "pressure_a.offset": 1e5, "pressure_b.gain_error": 0.01,
-    "load_force.offset": 30.0, "load_force.gain_error": 0.03, "position.delay": 1.5e-3,
+FARTHEST = 0.5
+"""Largest relative deviation."""
+
+RIPPLE = 0.03
+"""Share of the friction that changes along the stroke with the seals' lay."""
+
+WIDE = 10
+"""One case of so many has ordinary parameters up to four deviations off."""
+
+DIRTY = 3
+"""One case of so many is recorded on a dirty bench."""
+
+GROUPS = {
+    "medium": 42, "small": 42, "tiny": 21, "foreign": 42, "pairs": 21, "triples": 12,
+    "foreign-pairs": 14, "none": 20, "outside": 18,
 }  # fmt: skip
-"""Medium size of each effect, SI."""
-
-SIZES = {"small": 0.35, "medium": 1.0, "large": 2.5, "tiny": 0.05}
-
-CALLED = {"more_air": None, "stribeck": "stribeck_friction"}
-"""Where the catalogue's name is another one; free air is configured already."""
-
-OUTSIDE = {"place_leak": 1.5e-13, "jam": 60.0, "drag": 2e4, "burst": 60.0}
-"""Effects that no catalogue has."""
-
-BALANCES = {
-    "place_leak": "leakage", "jam": "piston", "drag": "piston", "burst": "load",
-}  # fmt: skip
+"""Cases of each kind in the whole study."""
 
 
 @dataclass(frozen=True)
-class Machine:
-    """A machine with hidden effects: {effect: size}, and whether their laws are foreign."""
+class Case:
+    """One machine with what is hidden in it.
 
+    Attributes:
+        name: group and number.
+        effects: sizes by key, SI.
+        wide: ordinary parameters up to four deviations off.
+        dirty: recorded on a dirty bench.
+        duration: of each experiment [s].
+
+    """
+
+    name: str
     effects: Mapping[str, float]
-    foreign: bool
-    seed: int
-    coloured: bool = False
+    wide: bool
+    dirty: bool
+    duration: float
+
+    @property
+    def group(self) -> str:
+        """Kind of question."""
+        return self.name.rpartition("-")[0]
+
+    @property
+    def foreign(self) -> bool:
+        """Whether the effects follow foreign laws."""
+        return self.group.startswith("foreign")
 
 
-def truth(machine: Machine) -> np.ndarray:
-    """Return the parameter vector of the real machine."""
-    random = np.random.default_rng(machine.seed)
-    p = np.zeros(len(FIELDS))
-    for name, value in KNEE.items():
-        factor = 1.0 + SPREAD.get(name, 0.0) * random.uniform(-1.05, 1.05)
-        p[AT[name]] = value * factor
-    p[AT["ripple"]] = 0.03
-    p[AT["foreign"]] = float(machine.foreign)
-    for name, size in machine.effects.items():
-        if name in AT:
-            p[AT[name]] = size
-    return p
+def seed(name: str) -> int:
+    """Return the seed that belongs to a name."""
+    return zlib.crc32(name.encode())
 
 
-def wanted(kind: str, time: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Return a position over time [m]."""
-    if kind == "steps":
-        return 0.04 + random.uniform(-0.01, 0.01, 30)[(time / 0.3).astype(int) % 30]
-    if kind == "triangles":
-        return 0.04 + 0.012 * (2.0 * np.abs(2.0 * (time / 2.0 % 1.0) - 1.0) - 1.0)
-    if kind == "chirp":
-        return 0.04 + 1.5e-3 * np.sin(2 * np.pi * (2.0 * time + 9.0 * time**2)) / (1 + time)
-    fast = 1.6 if kind == "fast" else 1.0
-    frequencies = fast * np.array([0.6, 1.1, 2.3, 4.1, 7.9, 13.0, 23.0, 37.0])
-    sizes = np.array([6.0, 5.0, 3.0, 2.0, 1.0, 0.5, 0.25, 0.1]) * 1e-3 * np.sqrt(fast)
-    phases = random.uniform(0.0, 2.0 * np.pi, len(sizes))
-    waves = np.sin(2 * np.pi * np.outer(time, frequencies) + phases) - np.sin(phases)
-    return 0.04 + waves @ sizes * np.minimum(1.0, time / 0.4)
+def case(group: str, number: int, duration: float | None = None) -> Case:
+    """Return one case.
+
+    Args:
+        group: a key of `GROUPS`.
+        number: from 0.
+        duration: of each experiment [s]; drawn between 2 and 4 s if None.
+
+    """
+    name = f"{group}-{number:02d}"
+    random = np.random.default_rng(seed(name))
+    drawn = round(float(random.uniform(2.0, 4.0)), 1)
+    effects = {key: _size(group, key, random) for key in _keys(group, number)}
+    return Case(name, effects, number % WIDE == 7, number % DIRTY == 2, duration or drawn)
 
 
-def record(machine: Machine, kind: str, seed: int, duration: float = 2.0) -> Experiment:
-    """Run one experiment in closed loop: drift, ripple, noise as on a bench."""
-    random = np.random.default_rng((machine.seed, seed))
-    p, e = truth(machine), machine.effects
-    n = round(duration / PERIOD)
-    time = np.arange(n) * PERIOD
-    s = np.array([0.0, 0.0, 0.0, 0.0, 0.04, 0.0, 0.0])
-    s[2], s[3] = 0.61 / 1.61 * 160e5, 160e5 / 1.61
-    s[2] += e.get("gravity", 0.0) / p[AT["area"]]
-    play, delayed = np.zeros(4), np.zeros(8)
-    target = wanted(kind, time, random)
-    feed = np.gradient(target, PERIOD) * 8e-3 if kind not in ("steps",) else np.zeros(n)
-    noise = random.standard_normal((n, 5)) * np.array([3e4, 3e4, 3e4, 1e-5, 15.0])
-    if machine.coloured:
-        for k in range(1, n):
-            noise[k] = 0.7 * noise[k] + 0.9 * (noise[k - 1] - 0.0) * 0.75
-    drift, keep = 0.0, np.exp(-PERIOD / 4.0)
-    table, current = np.zeros((n, 5)), np.zeros(n)
-    force = e.get("gravity", 0.0)
-    for k in range(n):
-        supply = p[AT["supply"]] + 0.5e5 * np.sin(2 * np.pi * 11.0 * time[k])
-        table[k] = (s[2], s[3], supply, s[4], force)
-        table[k] += noise[k]
-        drift = drift * keep + 6e-6 * np.sqrt(1 - keep**2) * random.standard_normal()
-        current[k] = np.clip(0.35 * (target[k] - table[k, 3]) + feed[k], -6e-3, 6e-3)
-        acting = delay(current, k, e.get("transport_delay", 0.0), delayed, machine.foreign)
-        force = advance(p, s, play, acting + drift, supply, time[k], 100)
-    readings = transduced(table, e, machine.foreign, time)
-    names = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
-    channels = {name: readings[:, i].copy() for i, name in enumerate(names)}
-    return Experiment(f"{kind}-{seed}", PERIOD, current, channels)
+def _keys(group: str, number: int) -> list[str]:
+    """Return what is hidden: every effect in turn, companions at changing distances."""
+    known, foreign = list(EFFECTS), list(OUTSIDE)
+    if group == "none":
+        return []
+    if group == "outside":
+        return [foreign[number % len(foreign)]]
+    count = {"pairs": 2, "triples": 3, "foreign-pairs": 2}.get(group, 1)
+    stride = 1 if count == 1 else 5 + 3 * (number // len(known))
+    first = number * (3 if group == "foreign-pairs" else 1)
+    return [known[(first + i * stride) % len(known)] for i in range(count)]
 
 
-def delay(u: np.ndarray, k: int, time: float, memory: np.ndarray, foreign: bool) -> float:
-    """Return the set point that acts: a dead time, or as a foreign law two equal lags."""
-    if time == 0.0:
-        return float(u[k])
-    if foreign:
-        share = 1.0 - np.exp(-PERIOD / (0.5 * time))
-        memory[0] += share * (u[k] - memory[0])
-        memory[1] += share * (memory[0] - memory[1])
-        return float(memory[1])
-    return float(
-        np.interp(k - time / PERIOD, np.arange(max(0, k - 6), k + 1), u[max(0, k - 6) : k + 1])
-    )
+def _size(group: str, key: str, random: np.random.Generator) -> float:
+    about, sense = random.uniform(0.8, 1.25), random.choice([-1.0, 1.0])
+    if key in OUTSIDE:
+        return float(OUTSIDE[key] * about)
+    share = {"small": 1 / 3, "tiny": math.exp(random.uniform(math.log(1 / 30), math.log(1 / 9)))}
+    size = EFFECTS[key].medium * about * share.get(group, 1.0)
+    return float(size * sense if EFFECTS[key].signed else size)
 
 
-def transduced(
-    table: np.ndarray, effects: Mapping[str, float], foreign: bool, time: np.ndarray
-) -> np.ndarray:
-    """Return readings with errors of sensors, in both laws."""
-    out = table.copy()
-    wander = 1.0 + (0.5 * np.sin(1.3 * time) if foreign else 0.0)
-    out[:, 0] += effects.get("pressure_a.offset", 0.0) * wander
-    b = table[:, 1] * (np.abs(table[:, 1]) / 100e5 if foreign else 1.0)
-    out[:, 1] += effects.get("pressure_b.gain_error", 0.0) * b
-    f = table[:, 4] * (np.abs(table[:, 4]) / 400.0 if foreign else 1.0)
-    out[:, 4] += effects.get("load_force.gain_error", 0.0) * f
-    out[:, 4] += effects.get("load_force.offset", 0.0) * wander
-    late = effects.get("position.delay", 0.0)
-    if late and foreign:
-        share = 1.0 - np.exp(-PERIOD / late)
-        for k in range(1, len(out)):
-            out[k, 3] = out[k - 1, 3] + share * (table[k, 3] - out[k - 1, 3])
-    elif late:
-        steps = np.arange(len(out))
-        out[:, 3] = np.interp(steps - late / PERIOD, steps, table[:, 3])
-    return out
+def machine(which: Case) -> Machine:
+    """Return the real machine of a case."""
+    random = np.random.default_rng(seed(which.name) + 1)
+    reach = 4.0 if which.wide else 1.05
+    off = {n: np.clip(s * reach * random.uniform(-1.0, 1.0), -FARTHEST, FARTHEST)
+           for n, s in SPREAD.items()}  # fmt: skip
+    ordinary = {n: float(v * (1.0 + off.get(n, 0.0))) for n, v in KNEE.items()}
+    ripple = RIPPLE * (3.0 if which.dirty else 1.0)
+    hidden = {k: v for k, v in which.effects.items() if k in Machine._fields}
+    return Machine(**ordinary, ripple=ripple, foreign=which.foreign, **hidden)
 
 
-def campaign(machine: Machine) -> tuple[list[Experiment], list[Experiment]]:
-    """Return four experiments for training and two of other kinds for validation."""
-    kinds = ("multisine", "steps", "triangles", "chirp")
-    train = [record(machine, kind, i) for i, kind in enumerate(kinds)]
-    return train, [record(machine, kind, 50 + i) for i, kind in enumerate(("fast", "steps"))]
+def campaign(which: Case) -> tuple[list[Experiment], list[Experiment]]:
+    """Return four experiments for training and three of other kinds for validation."""
+    real, effects = machine(which), dict(which.effects)
+    found = [
+        record(real, effects, kind, (seed(which.name), i), which.duration, which.dirty)
+        for i, kind in enumerate((*TRAINING, *VALIDATION))
+    ]
+    return found[: len(TRAINING)], found[len(TRAINING) :]
+
+
+def cases(counts: Mapping[str, int], duration: float | None = None) -> Iterator[Case]:
+    """Yield so many cases of each group."""
+    for group, count in counts.items():
+        for number in range(count):
+            yield case(group, number, duration)

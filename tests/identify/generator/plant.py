@@ -1,161 +1,162 @@
-"""An actuator written a second time, apart from the package: own equations, Heun's method, 10 us.
-
-Every effect exists in two laws: the one that text books print first, and a foreign one. Friction is
-regularised by a root, orifices by a cubic blend, stops by a quadratic spring.
-"""
+"""An actuator written a second time, apart from the package: own equations, Heun, 10 us."""
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
+from tests.identify.generator.laws import (
+    bias,
+    edge,
+    friction,
+    loop,
+    orifice,
+    outside,
+    past_piston,
+    plays,
+    return_pressure,
+    stiffness,
+    surroundings,
+)
+
 STEP = 1e-5
-"""Integration step [s]."""
+"""Integration step [s]: a tenth of what the search may take, and less."""
 
-FIELDS = (
-    "supply", "tank", "kv", "wv", "zv", "area", "alpha", "stroke", "va", "vb", "beta", "mass",
-    "viscous", "coulomb", "load_viscous", "underlap", "air", "ripple",
-    "null_bias", "overlap", "gain_asymmetry", "internal_leakage", "external_leakage",
-    "more_air", "back_pressure", "stribeck", "friction_asymmetry", "pressure_friction",
-    "position_friction", "load_spring", "gravity", "hysteresis",
-    "place_leak", "jam", "drag", "burst",
-    "foreign",
-)  # fmt: skip
-"""Parameters, in the order of the vector."""
+FASTEST_SPOOL = 3.6
+"""Rate limit of the spool [A/s], as the data sheet has it."""
 
-AT = {name: i for i, name in enumerate(FIELDS)}
-(SUPPLY, TANK, KV, WV, ZV, AREA, ALPHA, STROKE, VA, VB, BETA, MASS, VISCOUS, COULOMB, LOAD_VISCOUS,
- UNDERLAP, AIR, RIPPLE, NULL_BIAS, OVERLAP, GAIN_ASYMMETRY, INTERNAL, EXTERNAL, MORE_AIR, BACK,
- STRIBECK, FRICTION_ASYMMETRY, PRESSURE_FRICTION, POSITION_FRICTION, LOAD_SPRING, GRAVITY,
- HYSTERESIS, PLACE_LEAK, JAM, DRAG, BURST, FOREIGN) = range(len(FIELDS))  # fmt: skip
+SUPPLY_VOLUME = 1e-3
+"""Volume of the pressure line [m^3]."""
+
+PUMP_DROOP = 10e5
+"""Pressure between no and full stroke of the pump's compensator [Pa]."""
 
 
-@numba.njit
-def orifice(drop: float) -> float:
-    """Return the root of a pressure drop, a cubic through zero below 1 bar."""
-    a = abs(drop)
-    if a >= 1e5:
-        return math.copysign(math.sqrt(a), drop)
-    r = drop / 1e5
-    return math.sqrt(1e5) * r * (1.25 - 0.25 * r * r)
+class Machine(NamedTuple):
+    """Parameters of one real machine, SI; the second half are effects, zero where absent."""
+
+    supply: float
+    tank: float
+    kv: float
+    wv: float
+    zv: float
+    area: float
+    alpha: float
+    stroke: float
+    va: float
+    vb: float
+    beta: float
+    mass: float
+    viscous: float
+    coulomb: float
+    load_viscous: float
+    underlap: float
+    air: float
+    ripple: float
+    foreign: bool
+    null_bias: float = 0.0
+    overlap: float = 0.0
+    gain_asymmetry: float = 0.0
+    flow_saturation: float = 0.0
+    hysteresis: float = 0.0
+    variable_pump: float = 0.0
+    back_pressure: float = 0.0
+    internal_leakage: float = 0.0
+    external_leakage: float = 0.0
+    stribeck: float = 0.0
+    friction_asymmetry: float = 0.0
+    pressure_friction: float = 0.0
+    position_friction: float = 0.0
+    load_spring: float = 0.0
+    gravity: float = 0.0
+    place_leak: float = 0.0
+    crack_leak: float = 0.0
+    blocked_spool: float = 0.0
+    jam: float = 0.0
+    drag: float = 0.0
+    burst: float = 0.0
+    one_way_damper: float = 0.0
 
 
-@numba.njit
-def edge(p, opening):
-    """Return the opening of an edge under lap, in both laws."""
-    lap = p[OVERLAP]
-    if p[FOREIGN] > 0.5 and lap > 0.0:
-        width = 0.5 * lap
-        return width * math.log1p(math.exp(min((opening - lap) / width, 500.0))) + p[UNDERLAP]
-    return max(0.0, opening - lap + p[UNDERLAP])
+STATES = ("spool", "spool speed", "p_a", "p_b", "position", "velocity", "return flow",
+          "pump pressure", "pump flow")  # fmt: skip
+"""What is integrated; the pump's pressure is counted from the set one."""
 
 
-@numba.njit
-def stiffness(p, pressure):
-    """Return the bulk modulus with free air, in both laws."""
-    absolute = max(pressure, 1e3)
-    r = p[AIR] + p[MORE_AIR]
-    if p[FOREIGN] > 0.5 and p[MORE_AIR] > 0.0:
-        r = p[AIR] + p[MORE_AIR] * max(0.0, 1.0 - absolute / 40e5)
-        gas = r * (1.01325e5 / absolute)
-        return p[BETA] / (1.0 + gas * p[BETA] / absolute)
-    gas = r * (1.01325e5 / absolute) ** (1.0 / 1.4)
-    return p[BETA] * (1.0 + gas) / (1.0 + gas * p[BETA] / (1.4 * absolute))
-
-
-@numba.njit
-def friction(p, v, x, pa, pb):
-    """Return the friction of the seals, in both laws."""
-    foreign = p[FOREIGN] > 0.5
-    direction = v / math.sqrt(v * v + 1e-6)
-    dry = p[COULOMB]
-    if foreign:
-        dry += p[STRIBECK] / (1.0 + (v / 0.02) ** 2)
-        dry += p[PRESSURE_FRICTION] * 1.6 * abs(pa - pb)
-    else:
-        dry += p[STRIBECK] * math.exp(-abs(v) / 0.02)
-        dry += p[PRESSURE_FRICTION] * (pa + pb)
-    force = dry * direction + p[VISCOUS] * v
-    if foreign:
-        force += p[FRICTION_ASYMMETRY] * p[VISCOUS] * abs(v) * 2.0
-        force *= 1.0 + p[POSITION_FRICTION] * abs(2.0 * x / p[STROKE] - 1.0)
-    else:
-        force *= 1.0 + p[FRICTION_ASYMMETRY] * math.copysign(1.0, v)
-        force *= 1.0 + p[POSITION_FRICTION] * (2.0 * x / p[STROKE] - 1.0) ** 2
-    force *= 1.0 + p[RIPPLE] * math.sin(2.0 * math.pi * x / 3.7e-3)
-    force += p[JAM] * math.exp(-(((x - 0.043) / 1.5e-3) ** 2)) * direction
-    return force + p[DRAG] * v * abs(v)
+def at_rest(p: Machine) -> tuple[np.ndarray, np.ndarray]:
+    """Return the state at rest in the middle of the stroke, and the memory of hysteresis."""
+    s = np.zeros(len(STATES))
+    s[2] = p.alpha / (1.0 + p.alpha) * p.supply + p.gravity / p.area
+    s[3] = p.supply / (1.0 + p.alpha)
+    s[4] = 0.5 * p.stroke
+    return s, np.zeros(5)
 
 
 @numba.njit
-def load(p, x, v, t):
-    """Return the force of the surroundings, in both laws."""
-    gap = x - 0.04
-    if p[FOREIGN] > 0.5:
-        spring = p[LOAD_SPRING] * gap * (gap / 0.008) ** 2
-        weight = p[GRAVITY] * math.cos(gap * 40.0)
-    else:
-        spring, weight = p[LOAD_SPRING] * gap, p[GRAVITY]
-    burst = p[BURST] if 0.8 < t % 1.6 < 1.1 else 0.0
-    return p[LOAD_VISCOUS] * v + spring + weight + burst
-
-
-@numba.njit
-def rates(p, s, u, supply, t, out, y):
-    """Compute rates of spool, its speed, p_a, p_b, rod and return flow; net force in `y`."""
-    spool, speed, pa, pb, x, v, returned = s[0], s[1], s[2], s[3], s[4], s[5], s[6]
-    foreign = p[FOREIGN] > 0.5
-    out[0] = max(-3.6, min(3.6, speed))
-    out[1] = p[WV] ** 2 * (u - spool) - 2.0 * p[ZV] * p[WV] * speed
-    size = abs(returned) if not foreign else 1.5e-5
-    tank = p[TANK] + p[BACK] * returned * size
-    side = p[GAIN_ASYMMETRY] * (abs(spool) / 1.5e-3 if foreign else 1.0)
-    gain = p[KV] * (1.0 + math.copysign(side, spool))
-    opens, closes = edge(p, spool), edge(p, -spool)
-    qsa, qbt = gain * opens * orifice(supply - pa), gain * opens * orifice(pb - tank)
-    qsb, qat = gain * closes * orifice(supply - pb), gain * closes * orifice(pa - tank)
-    drop = pa - pb
-    if foreign:
-        leak = p[INTERNAL] * math.sqrt(40e5) * orifice(drop)
-        out_a = p[EXTERNAL] * math.sqrt(80e5) * orifice(pa - 1e5)
-        out_b = p[EXTERNAL] * math.sqrt(80e5) * orifice(pb - 1e5)
-    else:
-        leak = p[INTERNAL] * drop
-        out_a, out_b = p[EXTERNAL] * (pa - 1.01325e5), p[EXTERNAL] * (pb - 1.01325e5)
-    leak += p[PLACE_LEAK] * drop * max(0.0, (x - 0.04) / 0.01)
-    va = p[VA] + p[AREA] * x
-    vb = p[VB] + p[ALPHA] * p[AREA] * (p[STROKE] - x)
-    out[2] = stiffness(p, pa) / va * (qsa - qat - leak - out_a - p[AREA] * v)
-    out[3] = stiffness(p, pb) / vb * (qsb - qbt + leak - out_b + p[ALPHA] * p[AREA] * v)
-    net = p[AREA] * (pa - p[ALPHA] * pb) - friction(p, v, x, pa, pb)
-    over = max(0.0, x - p[STROKE]) - max(0.0, -x)
+def rates(p, s, side, u, supply, t, out):
+    """Fill the rates of the states; return the force on the rod's end."""
+    spool, speed, pa, pb, x, v, returned, sag, stroke = s
+    out[0] = max(-FASTEST_SPOOL, min(FASTEST_SPOOL, speed))
+    out[1] = p.wv**2 * (u - spool) - 2.0 * p.zv * p.wv * speed
+    travel = spool - (0.0 if p.foreign else 0.5 * p.hysteresis * side)
+    if p.blocked_spool > 0.0:
+        travel = min(travel, p.blocked_spool)
+    source = supply + sag
+    tank = return_pressure(p, returned)
+    opens, closes = _edges(p, travel)
+    qsa, qbt = p.kv * opens * orifice(source - pa), p.kv * opens * orifice(pb - tank)
+    qsb, qat = p.kv * closes * orifice(source - pb), p.kv * closes * orifice(pa - tank)
+    leak = past_piston(p, pa - pb, x)
+    va = p.va + p.area * x
+    vb = p.vb + p.alpha * p.area * (p.stroke - x)
+    out[2] = stiffness(p, pa) / va * (qsa - qat - leak - outside(p, pa) - p.area * v)
+    out[3] = stiffness(p, pb) / vb * (qsb - qbt + leak - outside(p, pb) + p.alpha * p.area * v)
+    net = p.area * (pa - p.alpha * pb) - friction(p, v, x, pa, pb)
+    over = max(0.0, x - p.stroke) - max(0.0, -x)
     net -= 5e10 * over * abs(over)
     out[4] = v
-    out[5] = (net - load(p, x, v, t)) / p[MASS]
+    out[5] = (net - surroundings(p, x, v, t)) / p.mass
     out[6] = (qat + qbt - returned) / 1e-3
-    y[0] = net
+    out[7], out[8] = _pump(p, sag, stroke, qsa + qsb)
+    return net
 
 
 @numba.njit
-def advance(p, s, play, u, supply, t, steps):
-    """Integrate one sample with the set point held; returns the load force."""
-    first, second, trial, y = np.zeros(7), np.zeros(7), np.zeros(7), np.zeros(1)
-    width, count = p[HYSTERESIS], (4 if p[FOREIGN] > 0.5 else 1)
-    shift = 0.0
-    for i in range(count):
-        half = 0.5 * width * (1.0 if count == 1 else 0.4 * (i + 1))
-        play[i] = min(max(play[i], u - half), u + half)
-        shift += play[i] / count
-    target = shift if width > 0.0 else u
-    target += p[NULL_BIAS] * (1.0 + (0.4 * math.sin(2.0 * t) if p[FOREIGN] > 0.5 else 0.0))
+def _edges(p, travel):
+    """Return the openings of both pairs of edges."""
+    sense = math.copysign(1.0, travel)
+    return edge(p, travel, sense), edge(p, -travel, sense)
+
+
+@numba.njit
+def _pump(p, sag, stroke, drawn):
+    """Return the rates of pressure and flow of a compensated pump; foreign: a square droop."""
+    if p.variable_pump == 0.0:
+        return 0.0, 0.0
+    if p.foreign:
+        goal = -PUMP_DROOP * p.variable_pump**2 * drawn * abs(drawn)
+        return (goal - sag) / 0.02, 0.0
+    wanted = max(0.0, min(1.0, -sag / PUMP_DROOP)) / p.variable_pump
+    return p.beta / SUPPLY_VOLUME * (stroke - drawn), (wanted - stroke) / 0.02
+
+
+@numba.njit
+def advance(p, s, memory, u, supply, t, steps):
+    """Integrate one sample with the set point held; return the force on the rod's end.
+
+    `memory` holds four play elements and the side of the hysteresis loop.
+    """
+    first, second = np.zeros(len(s)), np.zeros(len(s))
+    target = u
+    if p.foreign and p.hysteresis > 0.0:
+        target = plays(p.hysteresis, memory[:4], u)
     for k in range(steps):
-        now = t + k * 1e-5
-        rates(p, s, target, supply, now, first, y)
-        for i in range(7):
-            trial[i] = s[i] + STEP * first[i]
-        rates(p, trial, target, supply, now, second, y)
-        for i in range(7):
-            s[i] += 0.5 * STEP * (first[i] + second[i])
+        now, spool = t + k * STEP, s[0]
+        rates(p, s, memory[4], target + bias(p, now), supply, now, first)
+        rates(p, s + STEP * first, memory[4], target + bias(p, now), supply, now + STEP, second)
+        s += 0.5 * STEP * (first + second)
         s[2], s[3] = max(s[2], 1e3), max(s[3], 1e3)
-    rates(p, s, target, supply, t, first, y)
-    return y[0]
+        memory[4] = loop(memory[4], s[0] - spool)
+    end = t + steps * STEP
+    return rates(p, s, memory[4], target + bias(p, end), supply, end, first)

@@ -1,0 +1,121 @@
+"""What an examiner answers about one case, as plain data that can be kept in a file."""
+
+import math
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from hil_emulator.identify.result import Finding, Result
+
+
+@dataclass(frozen=True)
+class Named:
+    """One named effect.
+
+    Attributes:
+        name: the effect.
+        group: other effects that it cannot be told from.
+        form_differs: whether its law is said to be of another form.
+        value: of the knob, SI.
+        low: lower end of the stated 95 % interval.
+        high: its upper end.
+        evidence: what speaks for it.
+
+    """
+
+    name: str
+    group: tuple[str, ...] = ()
+    form_differs: bool = False
+    value: float = math.nan
+    low: float = math.nan
+    high: float = math.nan
+    evidence: str = ""
+
+    @property
+    def members(self) -> set[str]:
+        """The class that it stands for."""
+        return {self.name, *self.group}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The whole answer.
+
+    Attributes:
+        named: effects, in the order in which they were found.
+        unknown: balance and driver of every unexplained term, the strongest first.
+        nearest: the best effect that was not named, or "".
+        separates: what would tell the members of a class apart, or "".
+        verdict: in a word.
+        evidence: what speaks for and against the best rivals.
+        seconds: time it took.
+
+    """
+
+    named: tuple[Named, ...] = ()
+    unknown: tuple[tuple[str, str], ...] = ()
+    nearest: str = ""
+    separates: str = ""
+    verdict: str = ""
+    evidence: tuple[str, ...] = ()
+    seconds: float = 0.0
+    extra: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def flagged(self) -> bool:
+        """Whether it says that some law is not the catalogue's."""
+        return bool(self.unknown) or any(n.form_differs for n in self.named)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it for a file."""
+        return asdict(self)
+
+
+def from_dict(kept: dict[str, Any]) -> Answer:
+    """Return an answer from a file."""
+    named = tuple(Named(**{**n, "group": tuple(n["group"])}) for n in kept["named"])
+    unknown = tuple((b, d) for b, d in kept["unknown"])
+    return Answer(**{**kept, "named": named, "unknown": unknown,
+                     "evidence": tuple(kept["evidence"])})  # fmt: skip
+
+
+def from_result(result: Result, seconds: float) -> Answer:
+    """Return the answer of the product."""
+    lines = _rounds(result)
+    return Answer(
+        named=tuple(_named(f) for f in result.effects),
+        unknown=tuple((u.balance, u.driver) for u in result.unknown),
+        nearest=_nearest(result), separates=result.next_experiment or "",
+        verdict=result.verdict, evidence=tuple(lines), seconds=seconds,
+    )  # fmt: skip
+
+
+def _named(f: Finding) -> Named:
+    held = "-" if f.held_out is None else f"{f.held_out:.0f}"
+    rivals = "; ".join(f"{r.name}: {r.lost}" for r in f.rivals[:2])
+    return Named(f.name, tuple(f.group), f.form_differs, f.value, *f.interval,
+                 evidence=f"gain {f.gain:.0f}, held out {held}; {rivals}")  # fmt: skip
+
+
+def _nearest(result: Result) -> str:
+    if result.search is None or not result.search.rounds:
+        return ""
+    trials = result.search.rounds[-1].trials
+    return str(trials[0].score.coordinate.name) if trials else ""
+
+
+def _rounds(result: Result) -> list[str]:
+    """Return the best trials and blocks of every round of the search."""
+    lines = []
+    for i, found in enumerate(result.search.rounds if result.search else ()):
+        for t in found.trials[:3]:
+            e = t.evidence
+            lines.append(
+                f"round {i + 1}{' accepted' if found.accepted else ''}: "
+                f"{t.score.coordinate.name} gain {e.gain:.0f} Wald {e.wald:.0f} "
+                f"held out {e.held_out:.0f} size {t.fit.at[-1]:.3g}"
+            )
+        lines += [
+            f"round {i + 1} block: {b.balance.name} by {b.driver} {b.statistic:.0f} "
+            f"(limit {b.limit:.0f})" for b in found.blocks[:3] if b.significant
+        ]  # fmt: skip
+    return lines
