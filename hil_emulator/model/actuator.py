@@ -17,10 +17,7 @@ called here by its name. In every function:
 import math
 from typing import Any
 
-from hil_emulator.model.constants import (
-    ATMOSPHERE,
-    SMALLEST_VOLUME,
-)
+from hil_emulator.model.constants import ATMOSPHERE, SMALLEST_VOLUME
 from hil_emulator.model.mechanics import MECHANICS, move_rod
 from hil_emulator.model.quantities import (
     COUPLING_STATES,
@@ -73,14 +70,19 @@ def hold(par: Any, inputs: Any, held: Any) -> None:
 
 
 def derivative(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
-    """Evaluate every balance at one state."""
-    ports(x, dx, par, held, y)
+    """Evaluate every balance and every signal at one state."""
+    balance(x, dx, par, held, y)
+    account(x, par, held, y)
+
+
+def balance(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Evaluate the balances at one state: its rates, and the signals they need."""
+    p_a, p_b = ports(x, dx, par, held, y)
     move_spool(x, dx, par, held, y)
     meter(x, dx, par, held, y)
-    fill_chambers(x, dx, par, held, y)
+    fill_chambers(x, dx, par, held, y, p_a, p_b)
     move_rod(x, dx, par, held, y)
     feed(x, dx, par, held, y)
-    account(x, par, held, y)
 
 
 def pressure_root(difference: float, width: float) -> float:
@@ -105,14 +107,17 @@ def chamber_pressure(state: float, gas: float) -> float:
     return 0.5 * (state + root) if state > 0.0 else 2.0 * gas * gas / (root - state)
 
 
-def ports(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
-    """Pressures outside the valve and in the chambers, from the states alone."""
+def ports(x: Any, dx: Any, par: Any, held: Any, y: Any) -> tuple[float, float]:
+    """Set all pressures, from the states alone; return those of the chambers' states [Pa]."""
     p_pump = max(0.0, par.supply_pressure + x.pump_pressure)
     y.pump_pressure = p_pump
     y.supply_pressure = supply(par, x, dx, p_pump)
     y.tank_pressure = tank(par, x, dx, par.tank_pressure)
-    y.pressure_a = vapour(par, x, dx, chamber_pressure(x.pressure_a, held.gas_pressure))
-    y.pressure_b = vapour(par, x, dx, chamber_pressure(x.pressure_b, held.gas_pressure))
+    p_a = chamber_pressure(x.pressure_a, held.gas_pressure)
+    p_b = chamber_pressure(x.pressure_b, held.gas_pressure)
+    y.pressure_a = vapour(par, x, dx, p_a)
+    y.pressure_b = vapour(par, x, dx, p_b)
+    return p_a, p_b
 
 
 def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
@@ -174,8 +179,8 @@ def gas_factor(pressure: float, gas: float) -> float:
     return 1.0 + ratio * ratio
 
 
-def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
-    """Continuity in both chambers (S1 eq. 3.11-3.14)."""
+def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b: float) -> None:
+    """Continuity in both chambers (S1 eq. 3.11-3.14), at the pressures of their states [Pa]."""
     area_a = par.cylinder_piston_area
     area_b = par.cylinder_area_ratio * area_a
     dead_a = par.cylinder_dead_volume_a
@@ -183,8 +188,6 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     v_a = max(SMALLEST_VOLUME * dead_a, dead_a + area_a * x.position)
     v_b = max(SMALLEST_VOLUME * dead_b, dead_b + area_b * (par.cylinder_stroke - x.position))
     gas = held.gas_pressure
-    p_a = chamber_pressure(x.pressure_a, gas)
-    p_b = chamber_pressure(x.pressure_b, gas)
     q_ab = cross_leakage(par, x, dx, y.pressure_a, y.pressure_b, held.viscosity)
     q_ea = outward_leakage(par, x, dx, y.pressure_a, held.viscosity)
     q_eb = outward_leakage(par, x, dx, y.pressure_b, held.viscosity)
@@ -240,6 +243,6 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 BALANCES = (
     hold, pressure_root, chamber_pressure, gas_factor, ports, move_spool, edge_flow, meter,
-    fill_chambers, *MECHANICS, feed, account, derivative,
+    fill_chambers, *MECHANICS, feed, account, balance, derivative,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

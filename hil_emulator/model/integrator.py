@@ -2,24 +2,27 @@
 
 from typing import Any
 
-from hil_emulator.model.actuator import derivative
+from hil_emulator.model.actuator import balance, derivative
 from hil_emulator.model.constants import PIECES, VELOCITY_DOUBT
+
+STATE_LENGTH = 0
+"""How many numbers a state holds: the module that `kernel` makes of a model has its own value."""
 
 
 def slopes(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float) -> None:
     """Fill the four slopes of a classical Runge-Kutta step from rows[0]: rows[2] to rows[5]."""
-    n = len(memory) // 6
-    for stage in range(4):
-        # the first slope belongs to the state itself, the others to the trial state in rows[1]
-        derivative(rows[min(stage, 1)], rows[2 + stage], par, held, y)
+    n = STATE_LENGTH
+    balance(rows[0], rows[2], par, held, y)
+    for stage in range(3):
         reach = step if stage == 2 else 0.5 * step
         for i in range(n):
             memory[n + i] = memory[i] + reach * memory[(2 + stage) * n + i]
+        balance(rows[1], rows[3 + stage], par, held, y)
 
 
 def advance(memory: Any, step: float) -> None:
     """Move the state by the mean of the four slopes."""
-    n = len(memory) // 6
+    n = STATE_LENGTH
     for i in range(n):
         slope = memory[2 * n + i] + 2.0 * (memory[3 * n + i] + memory[4 * n + i])
         memory[i] += step / 6.0 * (slope + memory[5 * n + i])
