@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hil_emulator.acting import acting
 from hil_emulator.config.load import Configuration, NodeSettings
 from hil_emulator.device.abort import SdoAbort
 from hil_emulator.device.binding import raw_value
@@ -239,6 +240,8 @@ def assemble(
 ) -> Rig:
     """Make the rig that a configuration describes; compiles the model and runs it once.
 
+    The model knows the effects that can act, see `acting`.
+
     Args:
         config: the rig's description.
         bus: carries its frames.
@@ -249,6 +252,7 @@ def assemble(
         UserError: if a node cannot be made from its EDS.
 
     """
+    config = acting(config)
     model = compiled(config.effects, cache)
     plant = Plant(model, config.plant, config.step)
     random = np.random.default_rng(config.seed)

@@ -17,7 +17,7 @@ from hil_emulator.frame import Frame
 from hil_emulator.loop import Timing, run
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.stages import transducer
-from hil_emulator.rig import Rig, assemble
+from hil_emulator.rig import Rig, assemble, compiled
 
 _CHANNEL = "hil-emulator bench"
 _STEPS = 100_000  # integration steps timed at once
@@ -82,7 +82,7 @@ def measure(
         master.start(rig)
         say("Integration step ...")
         step_us = _step_us(rig.plant)
-        step_all_us = _step_us(_with_everything(rig, config))
+        step_all_us = _step_us(_with_everything(config, cache))
         say("Lock-step ...")
         lockstep_x, tick = _lockstep(rig, master)
         say("Eight actuators ...")
@@ -127,11 +127,11 @@ class _Master:
             pass
 
 
-def _with_everything(rig: Rig, config: Configuration) -> Plant:
+def _with_everything(config: Configuration, cache: Path) -> Plant:
     """Return the actuator with every effect of the plant at its typical value."""
     plain = [e for e in config.effects if e.stage != transducer]
     typical = {e.field_of(p): p.typical for e in plain for p in e.params}
-    return Plant(rig.plant.kernel, config.plant | typical, config.step)
+    return Plant(compiled(config.effects, cache), config.plant | typical, config.step)
 
 
 def _step_us(plant: Plant) -> float:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from hil_emulator.acting import acting
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import MachineSettings, load_machine
@@ -56,7 +57,8 @@ def refuse_collisions(bus: str, there: Sequence[Node]) -> None:
 
 def warnings(config: Configuration) -> Iterator[str]:
     """Yield what will run, but not as well as it should."""
-    step = required_step(compiled(config.effects, cache_folder()), config.plant)
+    lean = acting(config)
+    step = required_step(compiled(lean.effects, cache_folder()), lean.plant)
     if config.step > step:
         yield (
             f"the integration step of {config.step * 1e6:.3g} us is too wide for this actuator; "

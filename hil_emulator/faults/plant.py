@@ -1,5 +1,6 @@
 """Plant and electrical faults: parameters and the coil current in place of the sound ones."""
 
+import functools
 import math
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
@@ -14,28 +15,35 @@ LOWEST_SUPPLY = 1e5
 """A pump at rest: the supply does not fall below the atmosphere [Pa]."""
 
 
+_CHANGES: dict[tuple[str, str], tuple[str, Callable[[Mapping[str, Any], float, float], float]]] = {
+    ("supply", "loss"): (
+        "supply_pressure", lambda v, sound, s: sound + s * (v["pressure"] - sound)),
+    ("supply", "droop"): (
+        "supply_pressure", lambda v, sound, s: max(LOWEST_SUPPLY, sound - s * v["drop"])),
+    ("cylinder", "leak"): (
+        "internal_leakage_conductance", lambda v, sound, s: sound + s * v["conductance"]),
+    ("cylinder", "friction_jump"): (
+        "coulomb_friction_force", lambda v, sound, s: sound + s * v["force"]),
+    ("oil", "air"): (
+        "entrained_air_fraction", lambda v, sound, s: sound + s * v["fraction"]),
+    ("valve", "stuck"): (
+        "spool_rate_limit_rate", lambda v, sound, s: 0.0 if s else sound),
+    ("valve", "clogged"): (
+        "valve_gain", lambda v, sound, s: sound * (1.0 - s * v["share"])),
+    ("valve", "slow"): (
+        "spool_rate_limit_rate", lambda v, sound, s: min(sound, v["rate"] / s) if s else sound),
+}  # fmt: skip
+"""By target and kind: the parameter, and its value from the fault's values, its sound value and
+the strength of the fault."""
+
+FAULTY_PARAMETERS = frozenset(name for name, _ in _CHANGES.values())
+"""What faults can change, whether the configuration has it on or off."""
+
+
 def parameter_change(fault: Fault) -> tuple[str, Change]:
     """Return the plant's parameter that a fault changes, and how."""
-    v: Mapping[str, Any] = fault.values
-    changes: dict[tuple[str, str], tuple[str, Change]] = {
-        ("supply", "loss"): (
-            "supply_pressure", lambda sound, s: sound + s * (v["pressure"] - sound)),
-        ("supply", "droop"): (
-            "supply_pressure", lambda sound, s: max(LOWEST_SUPPLY, sound - s * v["drop"])),
-        ("cylinder", "leak"): (
-            "internal_leakage_conductance", lambda sound, s: sound + s * v["conductance"]),
-        ("cylinder", "friction_jump"): (
-            "coulomb_friction_force", lambda sound, s: sound + s * v["force"]),
-        ("oil", "air"): (
-            "entrained_air_fraction", lambda sound, s: sound + s * v["fraction"]),
-        ("valve", "stuck"): (
-            "spool_rate_limit_rate", lambda sound, s: 0.0 if s else sound),
-        ("valve", "clogged"): (
-            "valve_gain", lambda sound, s: sound * (1.0 - s * v["share"])),
-        ("valve", "slow"): (
-            "spool_rate_limit_rate", lambda sound, s: min(sound, v["rate"] / s) if s else sound),
-    }  # fmt: skip
-    return changes[fault.target, fault.kind.name]
+    name, change = _CHANGES[fault.target, fault.kind.name]
+    return name, functools.partial(change, fault.values)
 
 
 def coil_change(fault: Fault) -> Change:

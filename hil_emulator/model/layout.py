@@ -11,6 +11,9 @@ from hil_emulator.model.stages import CONTINUOUS, SAMPLED, TICKED
 
 Vector = np.ndarray[Any, np.dtype[np.float64]]
 
+_NOTHING = ("nothing", 1)
+"""Stands in a record that would have no field, and so no type."""
+
 
 def record_type(fields: Sequence[tuple[str, int]]) -> np.dtype[Any]:
     """Return a record type of float64 fields, each a (name, length).
@@ -56,12 +59,11 @@ def _own(effects: Iterable[Effect], stages: Sequence[Stage], kind: str) -> list[
 
 
 def _scalars(fields: Iterable[tuple[str, int]]) -> list[tuple[str, int]]:
-    return [field for field in fields if field[1] == 1]
+    return [field for field in fields if field[1] == 1] or [_NOTHING]
 
 
 def _arrays(fields: Iterable[tuple[str, int]]) -> list[tuple[str, int]]:
-    # a record without fields has no type
-    return [field for field in fields if field[1] > 1] or [("nothing", 1)]
+    return [field for field in fields if field[1] > 1] or [_NOTHING]
 
 
 def length(layout: np.dtype[Any]) -> int:
