@@ -223,7 +223,7 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     at, spread = float(final.at[i]), float(np.sqrt(final.covariance()[i, i]))
     spread = max(spread, best.deviation)
     ends = sorted(coordinate.value(at + k * spread) for k in (-1.96, 1.96))
-    group, size = rivals_of(best, round_.scores)
+    group, size = rivals_of(best, round_.scores, round_.trials, searcher.fitter.stretch)
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
     return Finding(
         name=coordinate.name,
