@@ -8,6 +8,7 @@ import numpy as np
 from hil_emulator.model.sensors import CHANNELS
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Mask = np.ndarray[Any, np.dtype[np.bool_]]
 
 SPANS = {channel.name: channel.span for channel in CHANNELS}
 UNITS = {channel.name: channel.unit for channel in CHANNELS}

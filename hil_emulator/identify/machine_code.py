@@ -21,7 +21,7 @@ import numba
 import numpy as np
 
 from hil_emulator.identify import filter as predictor
-from hil_emulator.identify import linearised, static_forces
+from hil_emulator.identify import free_loops, linearised, static_forces
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MODEL = ("tick", "rate", "sense")
@@ -30,6 +30,7 @@ _MODEL = ("tick", "rate", "sense")
 _INNER: tuple[Callable[..., Any], ...] = (predictor.advance, linearised.update)
 _LOOPS: tuple[Callable[..., None], ...] = (
     predictor.predict, linearised.linearise, linearised.propagate, static_forces.forces,
+    free_loops.run_freely, free_loops.carry,
 )  # fmt: skip
 
 
@@ -42,6 +43,8 @@ class Loops:
         linearise: see `linearised.linearise`.
         propagate: see `linearised.propagate`.
         forces: see `static_forces.forces`.
+        run_freely: see `free_loops.run_freely`.
+        carry: see `free_loops.carry`.
 
     """
 
@@ -49,6 +52,8 @@ class Loops:
     linearise: Callable[..., None]
     propagate: Callable[..., None]
     forces: Callable[..., None]
+    run_freely: Callable[..., None]
+    carry: Callable[..., None]
 
 
 class _Binding(ast.NodeTransformer):
@@ -91,7 +96,10 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
         entry=numba.njit(error_model="numpy", nogil=True, cache=file is not None),
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
-    return Loops(module.predict, module.linearise, module.propagate, module.forces)
+    return Loops(
+        module.predict, module.linearise, module.propagate, module.forces, module.run_freely,
+        module.carry,
+    )  # fmt: skip
 
 
 def _bound(loop: Callable[..., Any]) -> str:

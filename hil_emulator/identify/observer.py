@@ -64,6 +64,7 @@ class Frozen:
         gains, whitening, maps, senses, drives, feeds: see `linearised.linearise`.
         weights: one over the standard deviation of each channel's whitened innovations.
         noise: standard deviation of each channel.
+        diffusion: variance that the disturbances give each element of z in a sample.
 
     """
 
@@ -83,6 +84,7 @@ class Frozen:
     feeds: Array
     weights: Array
     noise: Array
+    diffusion: Array
 
 
 class Observer:
@@ -142,6 +144,7 @@ class Observer:
         return Frozen(
             experiment, self.channels, self.chosen, measured, start, z0, active, decay,
             gains, whitening, maps, senses, drives, feeds, np.ones(n_m), noise,
+            diffusion,
         )  # fmt: skip
 
     def innovations(

@@ -11,7 +11,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify import parameters, plausible, static
 from hil_emulator.identify.confusion import rivals_of
 from hil_emulator.identify.experiment import Experiment
-from hil_emulator.identify.gap import one_step, traces
+from hil_emulator.identify.gap import compare, measure, traces
 from hil_emulator.identify.observer import Observer
 from hil_emulator.identify.predictor import Predictor
 from hil_emulator.identify.result import Finding, Result, Rival, Unexplained, in_words
@@ -194,8 +194,9 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     predictor = searcher.fitter.predictor
     training, validation = searcher.fitter.experiments, searcher.validation
     result.measure = predictor.measure
-    result.gap = one_step(predictor, base, final, training, validation)
-    result.traces = traces(predictor, base, final, [*training, *validation])
+    compared = compare(predictor, base, final, training, validation)
+    result.gap = measure(predictor, compared)
+    result.traces = traces(predictor, compared)
     result.parameters = {
         c.name: {"configured": c.neutral, "refitted": float(c.value(float(a)))}
         for c, a in zip(search.nuisances, final.at, strict=False)

@@ -1,0 +1,112 @@
+"""The free run and its floor: what they mean, seen on machines whose truth is known."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify import parameters
+from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.fit import Fit
+from hil_emulator.identify.freerun import WINDOW, replay
+from hil_emulator.identify.gap import compare, measure
+from hil_emulator.identify.motion import by_motion
+from hil_emulator.identify.observer import BURN_IN, Observer
+from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+
+LEAKAGE = 1e-13
+"""Conductance of the leakage that the machine has [m^3/(s*Pa)]."""
+
+
+@cache
+def leaking() -> Experiment:
+    """Return an experiment with a leaking cylinder."""
+    return recorded({"internal_leakage_conductance": LEAKAGE}, "multisine", 3)
+
+
+@cache
+def observer() -> Observer:
+    """Return an observer of a usual rig's channels."""
+    return Observer(knee_twin(), INSTRUMENTS)
+
+
+def model(leakage: float) -> Fit:
+    """Return a model with the machine's ordinary parameters and some leakage."""
+    twin = knee_twin()
+    effects = {c.name: c for c in parameters.candidates(twin, INSTRUMENTS)}
+    ordinary = {c.name: c for c in parameters.ordinary(twin)}
+    free = [effects["internal_leakage"], ordinary["valve_gain"], ordinary["oil_bulk_modulus"],
+            ordinary["coulomb_friction"]]  # fmt: skip
+    values = (leakage, *(f * c.neutral for c, f in zip(free[1:], (1.07, 0.92, 1.2), strict=True)))
+    at = np.array([(v - c.neutral) / c.scale for c, v in zip(free, values, strict=True)])
+    return Fit(free, at, np.zeros(0), np.zeros((0, len(free))), 0.0)
+
+
+def test_the_true_model_reaches_the_floor_and_the_configured_one_does_not() -> None:
+    """With its leakage the model leaves what drift and noise leave; without, several times it."""
+    compared = compare(observer(), model(0.0), model(LEAKAGE), [leaking()], [])
+    for channel in ("pressure_a", "pressure_b", "position"):
+        free = measure(observer(), compared)[channel]["training"]
+        assert free["free_after"] < 1.6 * free["free_floor"]
+        assert free["free_before"] > 2.0 * free["free_after"]
+        assert free["after"] < 1.15 * free["floor"]
+
+
+def test_the_gap_in_percent_is_the_gap_over_the_spread_of_the_channel() -> None:
+    """Both units tell the same: noise over spread lies between them."""
+    e, seen = leaking(), observer()
+    entry = measure(seen, compare(seen, model(0.0), model(0.0), [e], []))["position"]["training"]
+    noise = seen.noise(e)[INSTRUMENTS.index("position")]
+    percent = 100.0 * entry["free_before"] * noise / np.std(e.readings["position"])
+    assert entry["free_before_percent"] == pytest.approx(percent, rel=1e-9)
+
+
+def test_nothing_corrects_the_free_run_between_two_restarts() -> None:
+    """Readings inside a window do not change the prediction there; those before it do."""
+    e = leaking()
+    par, chan = knee_twin().memory(model(LEAKAGE).coordinates, model(LEAKAGE).at)
+    frozen = observer().freeze(e, par, chan)
+    plain = replay(observer(), frozen, par, chan)
+    begin = round((BURN_IN + WINDOW) / e.period)
+    moved = frozen.measured.copy()
+    moved[begin + 1 : begin + 400, 0] += 5e5
+    other = replay(observer(), replace(frozen, measured=moved), par, chan)
+    inside = slice(begin + 1, begin + round(WINDOW / e.period) + 1)
+    predicted = [
+        f.measured - r.free for f, r in ((frozen, plain), (replace(frozen, measured=moved), other))
+    ]
+    np.testing.assert_allclose(predicted[0][inside], predicted[1][inside], rtol=0, atol=1e-6)
+    assert plain.age[inside].tolist() == list(range(1, round(WINDOW / e.period) + 1))
+    assert not np.allclose(plain.one_step[inside], other.one_step[inside], equal_nan=True)
+
+
+def test_the_error_of_the_free_run_grows_with_time_since_the_restart() -> None:
+    """A wrong model is as good as its state at first, and then runs away."""
+    e = leaking()
+    par, chan = knee_twin().memory(model(0.0).coordinates, model(0.0).at)
+    run = replay(observer(), observer().freeze(e, par, chan), par, chan)
+    position = run.free[:, INSTRUMENTS.index("position")]
+    early, late = (np.mean(position[(run.age > a) & (run.age <= b)] ** 2)
+                   for a, b in ((0, 20), (300, 500)))  # fmt: skip
+    assert late > 4.0 * early
+
+
+def test_missing_readings_count_for_nothing() -> None:
+    """A hole in a channel leaves every number finite."""
+    e = leaking()
+    holed = e.readings["pressure_a"].copy()
+    holed[800:1000] = np.nan
+    e = replace(e, readings=e.readings | {"pressure_a": holed})
+    gap = measure(observer(), compare(observer(), model(0.0), model(LEAKAGE), [e], []))
+    assert all(np.isfinite(v) for parts in gap.values() for v in parts["training"].values())
+
+
+def test_regions_of_motion_share_the_samples_among_them() -> None:
+    """Every sample lies in one region, so the mean square over all is theirs, weighted."""
+    seen = observer()
+    compared = compare(seen, model(0.0), model(LEAKAGE), [leaking()], [])
+    whole = measure(seen, compared)["pressure_b"]["training"]["free_before"]
+    parts = [v["before"] for v in by_motion(seen, compared)["pressure_b"].values()]
+    assert min(parts) < whole < max(parts)
+    assert len(parts) == 5
