@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from hil_emulator.identify.experiment import Array
+from hil_emulator.identify.next_experiment import NextExperiment
 from hil_emulator.identify.search import Search
 from hil_emulator.units import show
 
@@ -109,6 +110,7 @@ class Result:
         parameters: ordinary parameters, configured and refitted [SI].
         unseen: effects that these data cannot show.
         next_experiment: what to record next, in words; empty if nothing is needed.
+        plan: the same with its numbers; None if nothing is needed or could be forecast.
         notes: what was found in the data.
         ladder: per accepted effect: name, chi-square on training and on validation data.
         search: the search itself.
@@ -125,6 +127,7 @@ class Result:
     parameters: dict[str, dict[str, float]] = field(default_factory=dict)
     unseen: list[str] = field(default_factory=list)
     next_experiment: str = ""
+    plan: NextExperiment | None = None
     notes: list[str] = field(default_factory=list)
     digests: dict[str, str] = field(default_factory=dict)
     ladder: list[dict[str, Any]] = field(default_factory=list)
@@ -143,6 +146,7 @@ class Result:
             "parameters": self.parameters,
             "unseen": self.unseen,
             "next_experiment": self.next_experiment,
+            "plan": self.plan.to_dict() if self.plan else None,
             "notes": self.notes,
             "data": self.digests,
             "ladder": self.ladder,

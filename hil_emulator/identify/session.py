@@ -12,6 +12,7 @@ from hil_emulator.identify import parameters, plausible, static
 from hil_emulator.identify.confusion import rivals_of
 from hil_emulator.identify.experiment import Experiment
 from hil_emulator.identify.gap import compare, measure, traces
+from hil_emulator.identify.next_experiment import recommend
 from hil_emulator.identify.observer import Observer
 from hil_emulator.identify.predictor import Predictor
 from hil_emulator.identify.result import Finding, Result, Rival, Unexplained, in_words
@@ -177,9 +178,10 @@ def conclude(searcher: Searcher, search: Search) -> Result:
     ambiguous = [f for f in findings if f.group]
     if ambiguous:
         f = ambiguous[0]
-        result.next_experiment = (
-            f"{f.name} and {', '.join(f.group)} look alike here; record steps and slow triangles "
-            "over the whole stroke, and a multisine of another amplitude"
+        result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
+        result.next_experiment = str(result.plan or "") or (
+            f"{f.name} and {', '.join(f.group)} look alike here; record other motions: slower, "
+            "faster, over the whole stroke"
         )
     _measure(searcher, search, result)
     return result

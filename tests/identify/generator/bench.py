@@ -69,7 +69,7 @@ class SetPoint:
 
 def record(
     machine: Machine, effects: dict[str, float], kind: str, seed: Any, duration: float,
-    dirty: bool,
+    dirty: bool, played: np.ndarray | None = None,
 ) -> Experiment:  # fmt: skip
     """Run one experiment.
 
@@ -80,11 +80,12 @@ def record(
         seed: of motion, drift and noise.
         duration: of the recording [s].
         dirty: threefold drift and ripple, coloured noise, a converter.
+        played: wanted position [m] in place of what the kind says.
 
     """
     random = np.random.default_rng(seed)
     time = np.arange(round(duration / PERIOD)) * PERIOD
-    target = wanted(kind, time, random)
+    target = wanted(kind, time, random) if played is None else played
     feed = np.zeros(len(time)) if kind == "steps" else 8e-3 * np.gradient(target, PERIOD)
     scatter = noise(len(time), dirty, random)
     drift, keep, plant = 0.0, np.exp(-PERIOD / 4.0), 3.0 if dirty else 1.0

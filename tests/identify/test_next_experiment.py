@@ -1,0 +1,107 @@
+"""What to record next: forecasts that come true, and a command that writes the file."""
+
+import shlex
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.stats import spearmanr
+
+from hil_emulator.__main__ import main
+from hil_emulator.identify import forecast, parameters
+from hil_emulator.identify.fit import Fitter
+from hil_emulator.identify.forecast import Explanation, Forecaster
+from hil_emulator.identify.library import limits, stimulus, target
+from hil_emulator.identify.next_experiment import Candidate, NextExperiment, command
+from hil_emulator.identify.observer import Observer
+from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+
+
+def test_separability_is_what_a_joint_refit_loses() -> None:
+    """D of the information matrix is the residual sum of squares of a least-squares problem."""
+    random = np.random.default_rng(1)
+    difference, slope = random.standard_normal(200), random.standard_normal((200, 5))
+    left = difference - slope @ np.linalg.lstsq(slope, difference, rcond=None)[0]
+    columns = np.column_stack([difference, slope])
+    assert forecast.separability(columns.T @ columns) == pytest.approx(left @ left, rel=1e-6)
+
+
+def test_more_data_never_separate_less() -> None:
+    """Information adds up: whatever is recorded besides, D does not fall."""
+    random = np.random.default_rng(2)
+    parts = [random.standard_normal((40, 6)) for _ in range(8)]
+    total, last = np.zeros((6, 6)), 0.0
+    for part in parts:
+        total += part.T @ part
+        assert forecast.separability(total) >= last - 1e-6
+        last = forecast.separability(total)
+
+
+@cache
+def forecaster() -> Forecaster:
+    """Return two explanations of one slow recording of a leaking machine."""
+    twin = knee_twin()
+    data = recorded({"internal_leakage_conductance": 1e-14}, "triangles", 1)
+    observer = Observer(twin, INSTRUMENTS)
+    fitter = Fitter(observer, [data], 1)
+    free = parameters.ordinary(twin)
+    known = {c.name: c for c in parameters.candidates(twin, INSTRUMENTS)}
+    fitter.freeze(free, np.zeros(len(free)))
+    found = []
+    for name, start in (("internal_leakage", 0.06), ("external_leakage", 0.3)):
+        fit = fitter.fit([*free, known[name]], np.append(np.zeros(len(free)), start), 4)
+        found.append(Explanation(name, fit.coordinates, fit.at, fit.chi2))
+    fitter.freeze(found[0].coordinates, found[0].at)
+    return Forecaster(fitter, observer, found)
+
+
+def test_forecasts_come_true() -> None:
+    """Over experiments that say little and much, refits to new recordings rank as forecast."""
+    asked = forecaster()
+    truth = asked.explanations[0]
+    allowed = limits(knee_twin().plant_values)
+    predicted, realised = [], []
+    for name in ("multisine", "steps", "pseudo_random", "stroke", "chirp", "micro_motion"):
+        played = target(stimulus(name), allowed)
+        predicted.append(asked.separability_of(truth, played))
+        realised.append(asked.realised(played, truth, 5))
+    assert max(realised) > 5.0 * min(realised)
+    assert spearmanr(predicted, realised).statistic > 0.8
+    assert np.median(np.array(realised) / predicted) == pytest.approx(1.0, abs=0.5)
+
+
+def test_a_new_experiment_adds_to_what_is_known() -> None:
+    """With any further recording the separability is at least that of the data there are."""
+    asked = forecaster()
+    played = target(stimulus("micro_motion"), limits(knee_twin().plant_values))
+    assert asked.separability(played) >= 0.9 * asked.now
+
+
+PLAN = NextExperiment(
+    ("internal_leakage", "external_leakage"), 4.0,
+    Candidate("steps", 0.0126, 2.0, 90.0, 110.0), (Candidate("chirp", 0.001, 2.0, 7.0),),
+    command(Candidate("steps", 0.0126, 2.0, 90.0), []),
+)  # fmt: skip
+
+
+def test_the_command_writes_the_experiment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command in the sentence runs as it stands and writes what was recommended."""
+    monkeypatch.chdir(tmp_path)
+    assert PLAN.command in str(PLAN)
+    program, *words = shlex.split(PLAN.command)
+    assert program == "hil-emulator"
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, done.output
+    position = np.loadtxt(tmp_path / "steps.csv", delimiter=",", skiprows=1)[:, 1]
+    assert len(position) == 2000
+    assert np.abs(position - 0.04).max() == pytest.approx(0.0126, rel=1e-3)
+
+
+def test_it_says_so_where_no_experiment_helps() -> None:
+    """A best candidate that would not separate is not recommended."""
+    weak = Candidate("steps", 0.0126, 2.0, 90.0, 3.0)
+    text = str(NextExperiment(PLAN.members, 1.0, weak, (), PLAN.command))
+    assert "no experiment of the library would separate them" in text
+    assert "hil-emulator" not in text
