@@ -2,6 +2,7 @@
 
     python -m tests.identify.study --out study.jsonl --jobs 2
     python -m tests.identify.study --out study.jsonl --cases none:6,medium:20 --duration 2
+    python -m tests.identify.study --out study.jsonl --cases medium:20 --method open-loop
     python -m tests.identify.study --out study.jsonl --report
 
 Finished cases are kept in the file of `--out`; the same command goes on where it was stopped.
@@ -10,29 +11,62 @@ Finished cases are kept in the file of `--out`; the same command goes on where i
 import argparse
 import json
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from pathlib import Path
 
 from hil_emulator.config.load import load
+from hil_emulator.identify.experiment import Experiment
 from hil_emulator.identify.session import identify
 from tests.identify.answer import Answer, from_dict, from_result
+from tests.identify.baselines import methods
 from tests.identify.generator.cases import GROUPS, Case, campaign, case, cases
+from tests.identify.generator.effects import EFFECTS
 from tests.identify.rig_data import CACHE, KNEE
 from tests.identify.scoring import Outcome, judge
-from tests.identify.tables import described, failed, report
+from tests.identify.tables import compared, described, failed, report
 
 
-def examine(which: Case, exclude: tuple[str, ...] = ()) -> Answer:
-    """Ask the product about one case."""
+def examine(which: Case, exclude: Sequence[str] = (), backwards: bool = False) -> Answer:
+    """Ask the product about one case.
+
+    Args:
+        which: the case.
+        exclude: entries that are deleted from the catalogue.
+        backwards: whether the held-out data run backwards in time.
+
+    """
     train, other = campaign(which)
+    if backwards:
+        other = [turned(e) for e in other]
     start = time.monotonic()
     result = identify(load([KNEE]), train, other, exclude=exclude, cache=CACHE)
     return from_result(result, time.monotonic() - start)
 
 
-METHODS = {"product": examine}
-"""What can be asked, by name."""
+def deleted(which: Case) -> Answer:
+    """Ask with the true entries deleted from the catalogue: a negative control."""
+    return examine(which, exclude=[EFFECTS[k].name for k in which.effects if k in EFFECTS])
+
+
+def reversed_time(which: Case) -> Answer:
+    """Ask with held-out data that run backwards, which no law survives: a negative control."""
+    return examine(which, backwards=True)
+
+
+def turned(e: Experiment) -> Experiment:
+    """Return an experiment backwards in time."""
+    readings = {name: values[::-1].copy() for name, values in e.readings.items()}
+    return replace(e, current=e.current[::-1].copy(), readings=readings)
+
+
+METHODS: dict[str, Callable[[Case], Answer]] = {
+    "product": examine, "deleted": deleted, "reversed": reversed_time,
+    "open-loop": methods.open_loop, "shooting": methods.multiple_shooting,
+    "equation-error": methods.equation_error, "stlsq": methods.stlsq,
+}  # fmt: skip
+"""What can be asked, by name: the product, two negative controls, and the baselines."""
 
 
 def asked(which: Case, method: str) -> tuple[Case, Answer]:
@@ -122,7 +156,12 @@ def main() -> None:
     outcomes = [judge(c, done[c.name]) for c in wanted if c.name in done]
     if chosen.case:
         print("\n".join(line for o in outcomes for line in described(o)))
-    print(report(outcomes, chosen.method))
+    if outcomes:
+        print(report(outcomes, chosen.method))
+    beside = {m: answers for m in METHODS if (answers := kept(chosen.out, m, chosen.duration))}
+    if len(beside) > 1:
+        print(compared({m: [judge(c, beside[m][c.name]) for c in wanted if c.name in beside[m]]
+                        for m in beside}))  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -35,6 +35,15 @@ RULES: dict[str, tuple[Rule, ...]] = {
 """What is counted in each group, and the share that is asked for."""
 
 
+CONTROLS: dict[str, tuple[Rule, ...]] = {
+    "deleted": (("named in its stead, without flag", lambda o: o.hushed, "<= 0.03"),
+                ("flagged", lambda o: o.flagged, ""),
+                ("nothing said", lambda o: not o.flagged and not o.answer.named, "")),
+    "reversed": (("any name", lambda o: bool(o.answer.named), "<= 0.03"),),
+}  # fmt: skip
+"""What is counted in the negative controls, whatever was hidden."""
+
+
 def wilson(hits: int, cases: int) -> tuple[float, float]:
     """Return the 95 % interval of a share (Wilson 1927)."""
     if not cases:
@@ -50,7 +59,7 @@ def share(words: str, hits: int, cases: int, asked: str) -> str:
     """Return one line of the table."""
     low, high = wilson(hits, cases)
     part = f"{hits / cases:.2f}" if cases else "-"
-    return f"{words:46s} {hits:4d}/{cases:<4d} {part:>5s}   {low:.2f} ... {high:.2f}   {asked}"
+    return f"{words:56s} {hits:4d}/{cases:<4d} {part:>5s}   {low:.2f} ... {high:.2f}   {asked}"
 
 
 def groups(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
@@ -60,7 +69,7 @@ def groups(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
 
 def table(outcomes: Sequence[Outcome]) -> list[str]:
     """Return shares by group with Wilson intervals."""
-    lines = [f"{'':46s} {'cases':>9s} {'share':>5s}   95 % interval   asked"]
+    lines = [f"{'':56s} {'cases':>9s} {'share':>5s}   95 % interval   asked"]
     for group, found in groups(outcomes).items():
         for words, rule, asked in RULES[group]:
             lines.append(share(f"{group}: {words}", sum(map(rule, found)), len(found), asked))
@@ -139,10 +148,37 @@ def described(o: Outcome) -> list[str]:
     return lines + [f"    {line}" for line in o.answer.evidence]
 
 
-def report(outcomes: Sequence[Outcome], title: str = "") -> str:
-    """Return all tables as one text."""
+def report(outcomes: Sequence[Outcome], method: str = "product") -> str:
+    """Return all tables of one method as one text."""
     seconds = [o.answer.seconds for o in outcomes]
     time = f"{len(outcomes)} cases, {np.mean(seconds):.1f} s each (longest {max(seconds):.0f} s)"
-    parts = [[title, time], table(outcomes), values(outcomes), confusion(outcomes),
-             ["every failure:", *failures(outcomes)]]  # fmt: skip
+    if method in CONTROLS:
+        parts = [[method, time], control(outcomes, method),
+                 ["every case:", *(line for o in outcomes for line in described(o))]]  # fmt: skip
+    else:
+        parts = [[method, time], table(outcomes), values(outcomes), confusion(outcomes),
+                 ["every failure:", *failures(outcomes)]]  # fmt: skip
     return "\n\n".join("\n".join(p) for p in parts if p)
+
+
+def control(outcomes: Sequence[Outcome], method: str) -> list[str]:
+    """Return the shares of a negative control."""
+    return [
+        share(f"{method}: {words}", sum(map(rule, outcomes)), len(outcomes), asked)
+        for words, rule, asked in CONTROLS[method]
+    ]
+
+
+def compared(by_method: Mapping[str, Sequence[Outcome]]) -> str:
+    """Return the first share of every group for several methods, on the cases all have."""
+    asked = {m: found for m, found in by_method.items() if m not in CONTROLS and found}
+    common = set.intersection(*({o.case.name for o in found} for found in asked.values()))
+    lines = ["methods beside each other, on the cases that all were asked:"]
+    for group, rules in RULES.items():
+        for words, rule, _ in rules[:2]:
+            for method, found in asked.items():
+                same = [o for o in found if o.case.name in common and o.case.group == group]
+                if same:
+                    text = f"{group}: {words} ({method})"
+                    lines.append(share(text, sum(map(rule, same)), len(same), ""))
+    return "\n".join(lines)

@@ -1,0 +1,36 @@
+"""A few blind cases with short recordings; the whole is `python -m tests.identify.study`."""
+
+from tests.identify.generator.cases import case
+from tests.identify.scoring import Outcome, judge
+from tests.identify.study import examine
+
+SHORT = 1.0
+"""Duration of each experiment [s]."""
+
+
+def asked(group: str, number: int) -> Outcome:
+    """Examine one case of the study, shortened."""
+    which = case(group, number, SHORT)
+    return judge(which, examine(which))
+
+
+def test_an_effect_in_a_foreign_simulator_is_named() -> None:
+    """Other equations, integrator, friction, ordinary parameters, a dirty bench: still its name."""
+    assert asked("medium", 8).exact
+
+
+def test_an_effect_with_another_law_is_named_or_flagged() -> None:
+    """A hole leaks with the root of the pressure, the catalogue's gap does not."""
+    assert asked("foreign", 8).known
+
+
+def test_a_healthy_foreign_simulator_lacks_nothing() -> None:
+    """Nothing hidden, everything drifting: no name, and nothing unexplained."""
+    assert asked("none", 0).exact
+
+
+def test_what_no_catalogue_has_is_flagged_where_it_is() -> None:
+    """A leak that opens at 20 bar is a leak of another form."""
+    outcome = asked("outside", 1)
+    assert outcome.flagged
+    assert outcome.place
