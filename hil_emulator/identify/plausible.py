@@ -4,13 +4,28 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import nnls
 from scipy.signal import savgol_filter
 
-from hil_emulator.identify.experiment import Array, Experiment
+from hil_emulator.identify import clocks, magnitudes
+from hil_emulator.identify.experiment import Array, Experiment, noise_of
 from hil_emulator.identify.twin import Twin
 
 CONTRARY = -0.3
 """Correlation below which two channels have opposite senses (assumed)."""
+
+UNRELATED = 0.25
+"""Correlation below which channels have nothing to do with each other (assumed; recordings of the
+reference machine with large effects hidden in it had 0.5 and more)."""
+
+RELATED = 0.7
+"""Correlation from which the ratio of two forces means something (assumed)."""
+
+BETTER = 0.2
+"""Gain in correlation that tells that two channels have changed places (assumed)."""
+
+CLEAR = 5.0
+"""Deviation over noise from which a channel shows something (assumed)."""
 
 
 def speed(experiment: Experiment, smoothing: float = 0.15) -> Array:
@@ -42,23 +57,112 @@ def _correlation(a: Array, b: Array) -> float:
 
 
 def contradictions(experiments: Sequence[Experiment], twin: Twin) -> list[str]:
-    """Return what in driven experiments contradicts the sign convention or the units."""
-    found = []
+    """Return what in experiments contradicts units, signs, one clock, or any relation at all."""
+    found = magnitudes.impossible(experiments, twin)
+    if found:
+        return found
     for e in experiments:
-        driven = len(e.current) > 0 and "position" in e.readings
-        if driven and _correlation(e.current, speed(e, 0.02)) < CONTRARY:
-            found.append(
-                f"{e.name}: the rod moves against the valve current; "
-                "reverse the sign of position or of valve_current"
-            )
-        if "load_force" in e.readings and "pressure_a" in e.readings:
-            force = hydraulic_force(e, twin)
-            if _correlation(force, e.readings["load_force"]) < 2.0 * CONTRARY:
-                found.append(
-                    f"{e.name}: load force and pressures are opposite; reverse load_force, "
-                    "or exchange pressure_a and pressure_b"
-                )
-    return found
+        found += [f"{e.name}: {text}" for text in (_driven(e), _loaded(e, twin)) if text]
+    return found or clocks.two_clocks(experiments, lambda e: hydraulic_force(e, twin))
+
+
+def _driven(e: Experiment) -> str:
+    """Return what is wrong between the valve current and the rod."""
+    if not len(e.current) or "position" not in e.readings:
+        return ""
+    velocity = clocks.motion(e, 1)
+    along = clocks.likeness(e.current, velocity, e.period)
+    against = clocks.likeness(-e.current, velocity, e.period)
+    contrary = _correlation(e.current, speed(e, 0.02)) < CONTRARY
+    if contrary and against > max(RELATED, along):
+        return (
+            "the rod moves against the valve current; "
+            "reverse the sign of position or of valve_current"
+        )
+    if contrary or along < UNRELATED:
+        return (
+            "the rod does not follow the valve current; are both of one recording, and in "
+            "the right columns?"
+        )
+    return ""
+
+
+def _loaded(e: Experiment, twin: Twin) -> str:
+    """Return what is wrong between the pressures and the load cell."""
+    if "pressure_a" not in e.readings:
+        return ""
+    if "load_force" not in e.readings:
+        return _exchanged(e, twin)
+    measured, force = e.readings["load_force"], hydraulic_force(e, twin)
+    if _correlation(force, measured) < 2.0 * CONTRARY:
+        return (
+            "load force and pressures are opposite; reverse load_force, "
+            "or exchange pressure_a and pressure_b"
+        )
+    if "pressure_b" not in e.readings or not len(e.current):
+        return ""
+    if exchanged := _exchanged(e, twin):
+        return exchanged
+    alike = _accounted(force, [measured, *_friction(e)])
+    clear = all(np.nanstd(x) > CLEAR * noise_of(x) for x in (force, measured))
+    if clear and alike < UNRELATED:
+        return (
+            "load_force does not follow the pressures; are both of one recording, and in "
+            "the right columns?"
+        )
+    return _scale(force, measured) if _correlation(force, measured) > RELATED else ""
+
+
+def _exchanged(e: Experiment, twin: Twin) -> str:
+    """Return what tells that the two chambers have changed places."""
+    if not {"pressure_b", "position"} <= set(e.readings) or not len(e.current):
+        return ""
+    columns = [clocks.motion(e, 2), e.readings["position"]]
+    columns = [e.readings["load_force"]] if "load_force" in e.readings else columns
+    swapped = e.readings | {
+        "pressure_a": e.readings["pressure_b"], "pressure_b": e.readings["pressure_a"]
+    }  # fmt: skip
+    both = hydraulic_force(e, twin), hydraulic_force(replace(e, readings=swapped), twin)
+    right, other = (_accounted(force, [*columns, *_friction(e)]) for force in both)
+    if other < right + BETTER or other < RELATED:
+        return ""
+    return "the pressures fit the motion if they change places; exchange pressure_a and pressure_b"
+
+
+def _friction(e: Experiment) -> list[Array]:
+    """Return viscous and dry friction of any size."""
+    if "position" not in e.readings:
+        return []
+    v = clocks.motion(e, 1)
+    return [v, np.tanh(v / (0.1 * max(float(np.nanstd(v)), 1e-6)))]
+
+
+def _accounted(force: Array, columns: Sequence[Array]) -> float:
+    """Return how far other forces, whatever their size, account for the hydraulic one.
+
+    A correlation; none may enter with the wrong sign: friction takes energy.
+    """
+    good = np.isfinite(force) & np.all([np.isfinite(c) for c in columns], axis=0)
+    if good.sum() < 20:
+        return 0.0
+    rows = np.column_stack([(c - np.mean(c[good]))[good] for c in columns])
+    rows /= np.maximum(np.std(rows, axis=0), 1e-30)
+    wanted = force[good] - np.mean(force[good])
+    _, rest = nnls(rows, wanted)
+    explained = 1.0 - rest**2 / max(float(np.sum(wanted**2)), 1e-30)
+    return float(np.sqrt(max(explained, 0.0)))
+
+
+def _scale(force: Array, measured: Array) -> str:
+    """Return what is wrong with the unit of forces that go together."""
+    good = np.isfinite(force) & np.isfinite(measured)
+    ratio = float(np.std(measured[good]) / np.std(force[good]))
+    if 1.0 / magnitudes.FACTOR < ratio < magnitudes.FACTOR:
+        return ""
+    return (
+        f"load_force is {ratio:.2g} times what the pressures give; is its unit, or that of the "
+        "pressures, right?"
+    )
 
 
 def dissipative(experiments: Sequence[Experiment], twin: Twin) -> list[Experiment]:

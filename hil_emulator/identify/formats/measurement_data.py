@@ -1,5 +1,9 @@
 """ASAM MDF (versions 3 and 4): channels with units, each group with a time base of its own."""
 
+import contextlib
+import gc
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +34,29 @@ def read(file: Path) -> Table:
         begins = stream.read(_SMALLEST)
     if len(begins) < _SMALLEST or not begins.startswith(_BEGINNINGS):
         raise UserError(f"{file}: is not an MDF file")
-    try:
-        with asammdf.MDF(file) as mdf:
-            columns = tuple(c for g, _ in enumerate(mdf.groups) for c in _group(mdf, g))
-            own = OWN_MARK in str(mdf.header.comment)
-    except Exception as error:  # asammdf answers a damaged file with many kinds of exception
-        raise UserError(f"{file}: is not a readable MDF file: {error}") from None
+    trouble = ""
+    with _silent_ends():
+        try:
+            with asammdf.MDF(file) as mdf:
+                columns = tuple(c for g, _ in enumerate(mdf.groups) for c in _group(mdf, g))
+                own = OWN_MARK in str(mdf.header.comment)
+        except Exception as error:  # asammdf answers a damaged file with many kinds of exception
+            trouble = str(error).partition("\n")[0] or type(error).__name__
+        if trouble:
+            gc.collect()  # while nobody hears it
+    if trouble:
+        raise UserError(f"{file}: is not a readable MDF file: {trouble}")
     return Table(columns, set_point_first=own)
+
+
+@contextlib.contextmanager
+def _silent_ends() -> Iterator[None]:
+    """Keep quiet about objects that fail as they end: asammdf's do after a damaged file."""
+    usual, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        yield
+    finally:
+        sys.unraisablehook = usual
 
 
 def _group(mdf: Any, group: int) -> list[Column]:
