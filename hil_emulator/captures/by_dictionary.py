@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from hil_emulator.captures.carrier import COUNTER, Carrier, Signal, channel_of
+from hil_emulator.device.binding import SAFE_SUFFIX
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.layout import checked_parameters
@@ -104,9 +105,15 @@ def _carrier(dictionary: Dictionary, pdo: PdoParameters) -> Carrier:
     return Carrier(
         f"{pdo.name} of node {dictionary.node_id}", pdo.can_id, False, pdo.mapping.size,
         tuple(signals), decode, synchronous=pdo.receive and kind <= SYNC_CYCLIC_MAX,
-        deadline=timed if pdo.receive else 0.0, period=0.0 if pdo.receive else timed,
-        counter_modulus=modulus,
+        deadline=timed if pdo.receive else 0.0, safe=_safe(dictionary),
+        period=0.0 if pdo.receive else timed, counter_modulus=modulus,
     )  # fmt: skip
+
+
+def _safe(dictionary: Dictionary) -> float | None:
+    """Return what a device does without a valid set point, if its dictionary says so."""
+    entry = dictionary.named(SET_POINT + SAFE_SUFFIX)
+    return None if entry is None or not entry.unit else entry.value * entry.factor
 
 
 def _meaning(dictionary: Dictionary, entry: Entry) -> tuple[str, float, str]:

@@ -81,7 +81,8 @@ def table(
     if SET_POINT in chosen:
         stream, key, unit = chosen[SET_POINT]
         first = samples.first_places(together, rows)
-        current = samples.set_points(stream, key, first, traffic.syncs, notes)
+        time = np.interp(np.arange(rows), number, reference.time)
+        current = samples.set_points(stream, key, first, time, traffic.syncs, notes)
         columns.append(_current(current, unit, rated_current))
     return Table(tuple(columns), set_point_first=True, notes=tuple(notes))
 

@@ -45,6 +45,7 @@ class Carrier:
         decode: returns values by key; leaves out what a frame does not hold.
         synchronous: whether a set point in it acts with the next SYNC only.
         deadline: time after which a device without a new set point takes a safe one [s]; 0: none.
+        safe: what acts without a valid set point, in its unit; None where it is unknown.
         period: of the device's own timer [s]; 0 where it is unknown.
         counter_modulus: where the sample counter begins anew; 0 without one.
 
@@ -58,6 +59,7 @@ class Carrier:
     decode: Callable[[bytes], Mapping[str, float]]
     synchronous: bool = False
     deadline: float = 0.0
+    safe: float | None = None
     period: float = 0.0
     counter_modulus: int = 0
 

@@ -131,32 +131,40 @@ def _same_node(a: Stream, b: Stream) -> bool:
     return a.carrier.name.rpartition(" ")[2] == b.carrier.name.rpartition(" ")[2]
 
 
-def set_points(stream: Stream, key: str, first: Places, syncs: Places, notes: list[str]) -> Array:
-    """Return the set point that acted before each sample, NaN before there was any.
+def set_points(
+    stream: Stream, key: str, first: Places, time: Array, syncs: Places, notes: list[str]
+) -> Array:
+    """Return the set point that acted before each sample, NaN where it is not known.
 
     Args:
         stream: the frames that carry it.
         key: of its value.
-        first: place of the first frame of each sample, growing; -1 for a lost one.
+        first: place of the first frame of each sample; -1 for a lost one.
+        time: of each sample by the capture's clock [s].
         syncs: places of the SYNC frames.
         notes: takes what was found.
 
     """
-    place, values = stream.place, stream.values[key]
+    place, values, since = stream.place, stream.values[key], stream.time
     if stream.carrier.synchronous:
         after = np.searchsorted(syncs, place)
         inside = after < len(syncs)
-        place, values = syncs[after[inside]], values[inside]
-    limit = stream.carrier.deadline
-    silent = int(np.sum(np.diff(stream.time) > limit)) if limit else 0
-    if silent:
-        notes.append(
-            f"{SET_POINT}: {silent} times no frame came for longer than {limit * 1e3:g} ms; the "
-            "device may have taken its safe value there"
-        )
+        place, values, since = syncs[after[inside]], values[inside], since[inside]
     known = np.maximum.accumulate(first)  # a lost sample: nothing is known to have changed
     before = np.searchsorted(place, known) - 1
-    return np.asarray(np.where(before >= 0, values[np.maximum(before, 0)], np.nan))
+    last = np.maximum(before, 0)
+    found = np.where(before >= 0, values[last], np.nan)
+    limit, safe = stream.carrier.deadline, stream.carrier.safe
+    silent = (time - since[last] > limit) & (before >= 0) if limit else np.zeros(len(found), bool)
+    found[silent] = np.nan
+    replaced = int(np.sum(~np.isfinite(found)))
+    if safe is not None and replaced:
+        notes.append(
+            f"{SET_POINT}: for {replaced} samples there was no valid one, so {safe:.3g} acted, "
+            "the device's safe value"
+        )
+        found[~np.isfinite(found)] = safe
+    return np.asarray(found)
 
 
 def first_places(numbers: Sequence[tuple[Stream, Places]], rows: int) -> Places:
