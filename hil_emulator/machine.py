@@ -27,7 +27,7 @@ class Junction:
         return tap
 
     def collect(self) -> None:
-        """Hand what has arrived to every tap."""
+        """Hand what has arrived to every tap: once a tick, so that all hear it in the same one."""
         frames = self._bus.receive()
         if frames:
             for tap in self._taps:
@@ -55,8 +55,7 @@ class Tap:
         self.waiting: list[Frame] = []
 
     def receive(self) -> list[Frame]:
-        """Return what has arrived, never wait."""
-        self._junction.collect()
+        """Return what the junction has collected, and what the other rigs sent."""
         frames, self.waiting = self.waiting, []
         return frames
 
@@ -70,11 +69,13 @@ class Machine:
 
     Args:
         rigs: at least one, by name; all with the same tick.
+        junctions: the buses that they are on.
 
     """
 
-    def __init__(self, rigs: Mapping[str, Rig]) -> None:
+    def __init__(self, rigs: Mapping[str, Rig], junctions: Iterable[Junction]) -> None:
         self.rigs = dict(rigs)
+        self._junctions = tuple(junctions)
         self.tick_ns = next(iter(rigs.values())).tick_ns
 
     @property
@@ -84,6 +85,8 @@ class Machine:
 
     def step(self) -> None:
         """Let one tick pass."""
+        for junction in self._junctions:
+            junction.collect()
         for rig in self.rigs.values():
             rig.step()
 
@@ -108,6 +111,5 @@ def assemble_machine(
 
     """
     junctions = {name: Junction(bus) for name, bus in buses.items()}
-    return Machine(
-        {a.name: assemble(a.config, junctions[a.bus].tap(), cache) for a in settings.actuators}
-    )
+    rigs = {a.name: assemble(a.config, junctions[a.bus].tap(), cache) for a in settings.actuators}
+    return Machine(rigs, junctions.values())

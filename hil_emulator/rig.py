@@ -19,6 +19,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.faults.active import Faults, Running
 from hil_emulator.faults.fault import Fault, fault
 from hil_emulator.frame import Frame
+from hil_emulator.hearing import Hearing
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors
@@ -82,7 +83,7 @@ class Rig:
         self.tape = tape
         self.faults = Faults(plant, sensors, nodes, self.value, self._ended)
         self._steps = steps
-        self._heard: dict[Node, list[Frame]] = {node: [] for node in self.nodes}
+        self._hearing = Hearing(self.nodes)
         self._measured = self._measure()
 
     def step(self) -> None:
@@ -182,11 +183,13 @@ class Rig:
     def _receive(self, frames: Sequence[Frame]) -> None:
         if self.tape and frames:
             self.tape.bus(self.now_ns, frames, sent=False)
-        for node in self.nodes:
-            # what the other nodes sent in the last tick, then what came from outside
-            heard, self._heard[node] = self._heard[node], []
-            arriving = self.faults.arriving(self.now_ns, node, [*heard, *frames])
-            self.plant.command(node.receive(self.now_ns, arriving))
+        faulty = self.faults.active  # faults meet every frame, whoever takes it
+        for node, arriving in self._hearing.arriving(frames, everything=faulty):
+            if faulty:
+                arriving = self.faults.arriving(self.now_ns, node, arriving)
+            commands = node.receive(self.now_ns, arriving)
+            if commands:
+                self.plant.command(commands)
         self.faults.act_on(self.now_ns, self.plant)
 
     def _measure(self) -> Measured:
@@ -195,15 +198,17 @@ class Rig:
         return self.faults.sensed(self.now_ns, sound)
 
     def _publish(self) -> None:
+        outgoing: list[Frame] = []
         for node in self.nodes:
-            sent = node.publish(self.now_ns, self._measured)
-            leaving = self.faults.leaving(self.now_ns, node, sent)
-            self.bus.send(leaving)
-            for other in self.nodes:
-                if other is not node:
-                    self._heard[other] += leaving
-            if self.tape and leaving:
-                self.tape.bus(self.now_ns, leaving, sent=True)
+            sent: Sequence[Frame] = node.publish(self.now_ns, self._measured)
+            if self.faults.active:
+                sent = self.faults.leaving(self.now_ns, node, sent)
+            self._hearing.say(node, sent)
+            outgoing += sent
+        if outgoing:
+            self.bus.send(outgoing)
+            if self.tape:
+                self.tape.bus(self.now_ns, outgoing, sent=True)
 
 
 @functools.cache

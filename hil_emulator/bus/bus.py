@@ -125,22 +125,30 @@ class Bus:
 class _Outgoing(can.Message):
     """A frame on its way out, which python-can's virtual bus copies for every receiver.
 
-    `copy.deepcopy` takes bytearrays apart, which costs more than all the rest of a send.
+    `copy.deepcopy` takes bytearrays apart, which costs more than all the rest of a send. As nobody
+    here keeps the message, the first receiver gets the original.
     """
 
-    __slots__ = ()
+    __slots__ = ("_given",)
 
     def __init__(self, frame: Frame) -> None:
         can_id, data, remote, extended = frame
         super().__init__(0.0, can_id, extended, remote, data=data)
+        self._given = False
 
     def __deepcopy__(self, memo: dict[int, Any] | None) -> can.Message:
+        if not self._given:
+            self._given = True
+            return self
         return can.Message(
             self.timestamp,
             self.arbitration_id,
             self.is_extended_id,
             self.is_remote_frame,
+            channel=self.channel,
+            dlc=self.dlc,
             data=bytes(self.data),
+            is_rx=self.is_rx,
         )
 
 

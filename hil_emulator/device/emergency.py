@@ -60,7 +60,12 @@ class _Error(NamedTuple):
 
 
 class Emergency:
-    """Active errors, their messages and their history."""
+    """Active errors, their messages and their history.
+
+    Attributes:
+        queue: messages that have not been sent yet.
+
+    """
 
     def __init__(self, dictionary: Dictionary) -> None:
         self._dictionary = dictionary
@@ -80,7 +85,7 @@ class Emergency:
     def reset(self) -> None:
         """Forget everything: after an NMT reset. What still is wrong will be raised again."""
         self._active: dict[Hashable, _Error] = {}
-        self._queue: deque[bytes] = deque(maxlen=QUEUE_LENGTH)
+        self.queue: deque[bytes] = deque(maxlen=QUEUE_LENGTH)
         self._free_ns = 0
         self._register.value = 0
         self._clear_history()
@@ -113,8 +118,8 @@ class Emergency:
 
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
         """Append the messages that may be sent now."""
-        while self._queue and now_ns >= self._free_ns:
-            message = self._queue.popleft()
+        while self.queue and now_ns >= self._free_ns:
+            message = self.queue.popleft()
             predefined = EMCY_BASE + self._dictionary.node_id
             number = predefined if self._cob_id is None else self._cob_id.value
             if number & cob_id.INVALID:
@@ -137,7 +142,7 @@ class Emergency:
 
     def _send(self, code: int, details: bytes) -> None:
         head = code.to_bytes(2, "little") + bytes([self._register.value])
-        self._queue.append((head + details).ljust(8, b"\0"))
+        self.queue.append((head + details).ljust(8, b"\0"))
 
     def _update_register(self) -> None:
         register = 0

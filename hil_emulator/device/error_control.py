@@ -5,25 +5,30 @@ from typing import Any
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.nmt import State
+from hil_emulator.device.rpdo import NEVER, NS_PER_MS
 from hil_emulator.frame import Frame
 
 PRODUCER_HEARTBEAT_TIME = 0x1017
 ERROR_CONTROL_COB_ID = 0x700
-NS_PER_MS = 1_000_000
+UNSTARTED = -1
+"""Stands for the time of the next heartbeat until the first tick of its period."""
 
 
 class Heartbeat:
     """Heartbeat producer, period in 0x1017 in ms; 0 is off.
 
     The first heartbeat follows one period after boot-up or after a write of the period.
+
+    Attributes:
+        due_ns: from when on `publish` has something to do.
+
     """
 
     def __init__(self, dictionary: Dictionary) -> None:
         self._dictionary = dictionary
         self._time = dictionary.get(PRODUCER_HEARTBEAT_TIME)
-        self._restart = True
-        self._next_ns = 0
         self._period_ns = 0
+        self.due_ns = UNSTARTED
         if self._time is not None:
             dictionary.watch(PRODUCER_HEARTBEAT_TIME, self)
 
@@ -34,23 +39,22 @@ class Heartbeat:
 
     def publish(self, now_ns: int, state: State, frames: list[Frame]) -> None:
         """Append a heartbeat where one is due."""
-        if self._restart:
+        if self.due_ns == UNSTARTED:
             self._start(now_ns)
-        if self._period_ns and now_ns >= self._next_ns:
+        if now_ns >= self.due_ns:
             frames.append(self._message(state))
-            self._next_ns += ((now_ns - self._next_ns) // self._period_ns + 1) * self._period_ns
+            self.due_ns += ((now_ns - self.due_ns) // self._period_ns + 1) * self._period_ns
 
     def check(self, entry: Entry, value: Any) -> None:
         """Accept any period."""
 
     def changed(self, entry: Entry) -> None:
         """Start a new period."""
-        self._restart = True
+        self.due_ns = UNSTARTED
 
     def _message(self, state: State) -> Frame:
         return Frame(ERROR_CONTROL_COB_ID + self._dictionary.node_id, bytes([state]))
 
     def _start(self, now_ns: int) -> None:
-        self._restart = False
         self._period_ns = 0 if self._time is None else self._time.value * NS_PER_MS
-        self._next_ns = now_ns + self._period_ns
+        self.due_ns = now_ns + self._period_ns if self._period_ns else NEVER

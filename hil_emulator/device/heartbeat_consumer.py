@@ -25,6 +25,9 @@ class HeartbeatConsumer:
         emergency: told of a node lost (0x8130, first manufacturer byte its node-ID).
         on_change: called when other nodes are to be watched.
 
+    Attributes:
+        due_ns: when a node has been silent for its time, if nothing is heard.
+
     """
 
     def __init__(
@@ -50,17 +53,17 @@ class HeartbeatConsumer:
             if _used(node_id, time_ms)
         }
         self._deadlines_ns: dict[int, int] = {}
-        self._next_ns = NEVER
+        self.due_ns = NEVER
 
     def heard(self, now_ns: int, node_id: int) -> None:
         """Take note of a heartbeat."""
         self._emergency.clear(("heartbeat", node_id))
         self._deadlines_ns[node_id] = now_ns + self._times_ns[node_id]
-        self._next_ns = min(self._deadlines_ns.values())
+        self.due_ns = min(self._deadlines_ns.values())
 
     def expired(self, now_ns: int) -> bool:
         """Return True once when nodes have been silent for their time, and report them."""
-        if now_ns < self._next_ns:
+        if now_ns < self.due_ns:
             return False
         for node_id in [n for n, due_ns in self._deadlines_ns.items() if now_ns >= due_ns]:
             del self._deadlines_ns[node_id]
@@ -70,7 +73,7 @@ class HeartbeatConsumer:
                 ErrorBit.COMMUNICATION,
                 bytes([node_id]),
             )
-        self._next_ns = min(self._deadlines_ns.values(), default=NEVER)
+        self.due_ns = min(self._deadlines_ns.values(), default=NEVER)
         return True
 
     def check(self, entry: Entry, value: Any) -> None:

@@ -56,6 +56,7 @@ class LssSlave:
     Attributes:
         node_id: of now, 0xFF if unconfigured.
         pending: takes effect with `activate`.
+        answers: those that have not been sent yet.
 
     """
 
@@ -74,7 +75,7 @@ class LssSlave:
         self._selected = 0
         self._identified = 0
         self._scan_part = 0
-        self._answers: list[bytes] = []
+        self.answers: list[bytes] = []
 
     def activate(self) -> int:
         """Put the pending node-ID into force and return it: NMT reset communication."""
@@ -103,12 +104,11 @@ class LssSlave:
 
     def publish(self, frames: list[Frame]) -> None:
         """Append the answers."""
-        if self._answers:
-            frames.extend([Frame(LSS_ANSWER, answer) for answer in self._answers])
-            self._answers.clear()
+        frames.extend([Frame(LSS_ANSWER, answer) for answer in self.answers])
+        self.answers.clear()
 
     def _answer(self, service: int, data: bytes = b"") -> None:
-        self._answers.append(bytes([service]) + data.ljust(7, b"\0"))
+        self.answers.append(bytes([service]) + data.ljust(7, b"\0"))
 
     def _switch(self, configuring: bool) -> None:
         leaving = self._configuring and not configuring

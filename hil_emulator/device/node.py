@@ -6,7 +6,7 @@ bus with the predefined connection set: SYNC, TIME, EMCY, TPDOs by number, SDO a
 control.
 """
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
 from hil_emulator.device import bus_load, layout, nmt
 from hil_emulator.device.binding import Sensors, SetPoints
@@ -55,6 +55,9 @@ class Node:
 
     Attributes:
         dictionary: as given.
+        hears: the COB-ID of every frame that the node takes in its present state, and whether
+            taking it may change this table.
+        on_route: called when this table has changed.
 
     Raises:
         UserError: a command has no RPDO-mappable object, a default PDO maps what does not exist
@@ -70,6 +73,7 @@ class Node:
         storage: Storage | None = None,
     ) -> None:
         self.dictionary = dictionary
+        self.on_route: Callable[[], None] = lambda: None
         storage = storage or MemoryStorage()
         self._lss = LssSlave(dictionary, storage, self._configured)
         if self._lss.node_id != UNCONFIGURED:
@@ -133,8 +137,8 @@ class Node:
             if handlers is not None and not extended:
                 for handler in handlers:
                     handler(now_ns, data)
-        if self._consumer.expired(now_ns) or self._guarding.expired(now_ns):
-            self._on_communication_error()
+        if now_ns >= self._consumer.due_ns or now_ns >= self._guarding.due_ns:
+            self._check_partners(now_ns)
         operational = self._state is State.OPERATIONAL
         if operational:
             self._pdos.check_deadlines(now_ns)
@@ -154,7 +158,8 @@ class Node:
         if self._sensors.sample(now_ns, measured):
             self._profile.measure(now_ns, measured)
         frames: list[Frame] = []
-        self._lss.publish(frames)
+        if self._lss.answers:
+            self._lss.publish(frames)
         if self._state is State.INITIALISING:
             if self._lss.node_id != UNCONFIGURED:
                 frames.append(self._heartbeat.boot_up(now_ns))
@@ -162,13 +167,18 @@ class Node:
             return frames
         self._sensors.check_ranges(measured.overrange)
         if self._state is not State.STOPPED:
-            self._produce(now_ns, frames)
-            self._emergency.publish(now_ns, frames)
+            if self._produces:
+                self._produce(now_ns, frames)
+            if self._emergency.queue:
+                self._emergency.publish(now_ns, frames)
             if self._state is State.OPERATIONAL:
                 self._pdos.publish(now_ns, frames)
-            self._sdo.publish(now_ns, frames)
-        self._guarding.publish(self._state, frames)
-        self._heartbeat.publish(now_ns, self._state, frames)
+            if self._sdo.busy:
+                self._sdo.publish(now_ns, frames)
+        if self._guarding.requests:
+            self._guarding.publish(self._state, frames)
+        if now_ns >= self._heartbeat.due_ns:
+            self._heartbeat.publish(now_ns, self._state, frames)
         return frames
 
     def _on_written(self, entries: Sequence[Entry]) -> None:
@@ -184,6 +194,7 @@ class Node:
         time = self._time.due(now_ns)
         if time is not None:
             frames.append(time)
+        self._produces = self._sync_producer.produces or self._time.produces
 
     def raise_error(self, key: Hashable, code: int, bit: ErrorBit) -> None:
         """Let the node report an error of its hardware, until it is cleared.
@@ -256,6 +267,10 @@ class Node:
             self._pdos.start()
         self._route()
 
+    def _check_partners(self, now_ns: int) -> None:
+        if self._consumer.expired(now_ns) or self._guarding.expired(now_ns):
+            self._on_communication_error()
+
     def _on_communication_error(self) -> None:
         """Obey 0x1029:01 after a heartbeat or life guarding event (CiA 301 7.5.2.32)."""
         entry = self.dictionary.get(ERROR_BEHAVIOUR, COMMUNICATION_ERROR)
@@ -298,11 +313,14 @@ class Node:
             routes[LSS_REQUEST] = [self._lss.request]
         if self._state is not State.INITIALISING:
             routes[nmt.NMT_COB_ID] = [self._on_nmt]
+        if self._state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
+            self._sdo.add_routes(routes)
+        rerouting = set(routes)
+        if self._state is not State.INITIALISING:
             remote[ERROR_CONTROL_COB_ID + self.node_id] = [self._guarding.request]
             for node_id in self._consumer.node_ids:
                 routes[ERROR_CONTROL_COB_ID + node_id] = [self._heartbeat_handler(node_id)]
         if self._state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
-            self._sdo.add_routes(routes)
             if self._sync.can_id is not None:
                 routes.setdefault(self._sync.can_id, []).append(self._on_sync)
             if self._time.can_id is not None:
@@ -310,6 +328,9 @@ class Node:
         if self._state is State.OPERATIONAL:
             self._pdos.add_routes(routes, remote)
         self._routes, self._remote_routes = routes, remote
+        self.hears = {can_id: can_id in rerouting for can_id in (*routes, *remote)}
+        self._produces = True  # or no longer: the next tick will tell
+        self.on_route()
 
     def _heartbeat_handler(self, node_id: int) -> Handler:
         def handle(now_ns: int, data: bytes) -> None:

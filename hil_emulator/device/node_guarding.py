@@ -25,6 +25,10 @@ class NodeGuarding:
         dictionary: 0x100C in ms, 0x100D and 0x1017.
         emergency: told of a lost master (0x8130).
 
+    Attributes:
+        requests: how many have not been answered yet.
+        due_ns: when the master has been silent for the life time, if it does not ask again.
+
     """
 
     def __init__(self, dictionary: Dictionary, emergency: Emergency) -> None:
@@ -38,24 +42,24 @@ class NodeGuarding:
     def reset(self) -> None:
         """Begin afresh after boot-up: the first answer has toggle 0, nothing is monitored."""
         self._toggle = 0
-        self._requests = 0
-        self._deadline_ns = NEVER
+        self.requests = 0
+        self.due_ns = NEVER
 
     def request(self, now_ns: int, data: bytes) -> None:
         """Take a remote frame of the master."""
         if self._heartbeat is not None and self._heartbeat.value:
             return
-        self._requests += 1
+        self.requests += 1
         self._emergency.clear(_LIFE_GUARDING)
         if self._guard is not None and self._factor is not None:
             life_time_ns = self._guard.value * self._factor.value * NS_PER_MS
-            self._deadline_ns = now_ns + life_time_ns if life_time_ns else NEVER
+            self.due_ns = now_ns + life_time_ns if life_time_ns else NEVER
 
     def expired(self, now_ns: int) -> bool:
         """Return True once when the master has been silent for the life time."""
-        if now_ns < self._deadline_ns:
+        if now_ns < self.due_ns:
             return False
-        self._deadline_ns = NEVER
+        self.due_ns = NEVER
         self._emergency.raise_error(
             _LIFE_GUARDING, ErrorCode.LIFE_GUARD_OR_HEARTBEAT, ErrorBit.COMMUNICATION
         )
@@ -63,8 +67,8 @@ class NodeGuarding:
 
     def publish(self, state: State, frames: list[Frame]) -> None:
         """Append an answer to each request."""
-        for _ in range(self._requests):
+        for _ in range(self.requests):
             can_id = ERROR_CONTROL_COB_ID + self._dictionary.node_id
             frames.append(Frame(can_id, bytes([state | self._toggle])))
             self._toggle ^= _TOGGLE
-        self._requests = 0
+        self.requests = 0

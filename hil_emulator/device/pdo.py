@@ -96,6 +96,12 @@ class PdoParameters:
         return self._value(TRANSMISSION_TYPE, EVENT_PROFILE)
 
     @property
+    def synchronous(self) -> bool:
+        """Whether SYNC is of any concern to it."""
+        kind = self.transmission_type
+        return kind <= SYNC_CYCLIC_MAX or kind == RTR_SYNC
+
+    @property
     def inhibit_us(self) -> int:
         """Shortest time between two event-driven transmissions."""
         return 100 * self._value(INHIBIT_TIME, 0)

@@ -59,7 +59,6 @@ class ProcessData:
             tpdo.parameters.on_change = self._restarter(tpdo)
             check_bound(dictionary, tpdo.parameters, sources)
             self.tpdos.append(tpdo)
-        self._active: list[Tpdo] = []
         self._select()
 
     @property
@@ -93,15 +92,15 @@ class ProcessData:
             window_ns: how long synchronous RPDOs are taken from now on, 0 for ever.
 
         """
-        for rpdo in self.rpdos:
+        for rpdo in self._active_rpdos:
             if rpdo.sync(now_ns, window_ns):
                 self._on_written(rpdo.parameters.mapping.entries)
-        for tpdo in self._active:
+        for tpdo in self._synchronous:
             tpdo.sync(counter)
 
     def check_deadlines(self, now_ns: int) -> None:
         """Let the commands of each RPDO that is overdue fall back."""
-        for rpdo in self.rpdos:
+        for rpdo in self._active_rpdos:
             if rpdo.expired(now_ns):
                 self._set_points.fall_back(rpdo.parameters.mapping.entries)
 
@@ -116,9 +115,8 @@ class ProcessData:
 
     def add_routes(self, data: dict[int, list[Handler]], remote: dict[int, list[Handler]]) -> None:
         """Add which data and remote frames the PDOs take."""
-        for rpdo in self.rpdos:
-            if rpdo.parameters.active:
-                data.setdefault(rpdo.parameters.can_id, []).append(self._receiver(rpdo))
+        for rpdo in self._active_rpdos:
+            data.setdefault(rpdo.parameters.can_id, []).append(self._receiver(rpdo))
         for tpdo in self._active:
             remote.setdefault(tpdo.parameters.can_id, []).append(self._requester(tpdo))
 
@@ -147,4 +145,7 @@ class ProcessData:
         return restart
 
     def _select(self) -> None:
+        """Note who has something to do, of the many PDOs an EDS may describe."""
+        self._active_rpdos = [rpdo for rpdo in self.rpdos if rpdo.parameters.active]
         self._active = [tpdo for tpdo in self.tpdos if tpdo.parameters.active]
+        self._synchronous = [tpdo for tpdo in self._active if tpdo.parameters.synchronous]

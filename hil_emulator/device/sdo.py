@@ -89,6 +89,11 @@ class SdoServer:
         entry = self._dictionary.get(self._index, subindex)
         return predefined + self._dictionary.node_id if entry is None else int(entry.value)
 
+    @property
+    def busy(self) -> bool:
+        """Whether a transfer is under way, which may time out."""
+        return self._transfer is not None
+
     def reset(self) -> None:
         """Drop the transfer under way and all answers not yet sent."""
         self._answer_can_id = self.answer_can_id

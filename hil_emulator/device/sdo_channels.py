@@ -34,10 +34,14 @@ class SdoChannels:
         dictionary: what is read and written; 0x1200 and the following describe the channels.
         on_change: called when a channel has come, gone or moved.
 
+    Attributes:
+        busy: whether there is something to answer or to time.
+
     """
 
     def __init__(self, dictionary: Dictionary, on_change: Callable[[], None]) -> None:
         self._on_change = on_change
+        self.busy = False
         self._servers = servers(dictionary)
         for index in self._servers:
             if index != SDO_SERVER_PARAMETER:
@@ -52,11 +56,19 @@ class SdoChannels:
         """Append the answers of all channels."""
         for server in self._servers.values():
             server.publish(now_ns, frames)
+        self.busy = any(server.busy for server in self._servers.values())
 
     def add_routes(self, routes: dict[int, list[Handler]]) -> None:
         """Add which frames the channels take."""
         for server in filter(attrgetter("exists"), self._servers.values()):
-            routes.setdefault(server.request_can_id, []).append(server.request)
+            routes.setdefault(server.request_can_id, []).append(self._receiver(server))
+
+    def _receiver(self, server: SdoServer) -> Handler:
+        def receive(now_ns: int, data: bytes) -> None:
+            self.busy = True
+            server.request(now_ns, data)
+
+        return receive
 
     def check(self, entry: Entry, value: Any) -> None:
         """Lock the COB-IDs of an existing channel, and refuse bad identifiers (0609 0030)."""

@@ -111,6 +111,11 @@ class SyncProducer:
         self._next_ns = 0
         self._counter = 0
 
+    @property
+    def produces(self) -> bool:
+        """Whether bit 30 of 0x1005 is set."""
+        return self._cob_id is not None and bool(self._cob_id.value & cob_id.PRODUCER)
+
     def reset(self) -> None:
         """Begin afresh: after a reset, and on leaving STOPPED."""
         self._running_ns = 0

@@ -59,6 +59,11 @@ class TimeStamp:
             return None
         return int(self._cob_id.value) & cob_id.CAN_ID_MASK
 
+    @property
+    def produces(self) -> bool:
+        """Whether bit 30 of 0x1012 is set."""
+        return self._cob_id is not None and bool(self._cob_id.value & cob_id.PRODUCER)
+
     def reset(self) -> None:
         """Begin a new period: after a reset."""
         self._next_ns = UNSTARTED

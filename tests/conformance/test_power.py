@@ -56,7 +56,7 @@ def watching_on(consumer: HeartbeatConsumer) -> None:
     """Reset, but go on waiting for the heartbeats that were waited for."""
     waiting = dict(vars(consumer))
     SOUND_RESET(consumer)
-    for name in ("_deadlines_ns", "_next_ns"):
+    for name in ("_deadlines_ns", "due_ns"):
         setattr(consumer, name, waiting.get(name, getattr(consumer, name)))
 
 

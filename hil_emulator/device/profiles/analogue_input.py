@@ -45,6 +45,9 @@ NORMAL_OPERATION = 1
 NOT_VALID, POSITIVE_OVERLOAD, NEGATIVE_OVERLOAD = 0x01, 0x02, 0x04
 """Bits of 0x6150."""
 
+_Digits = tuple[Entry, float, float, float, bool]
+"""An object, its digits per physical unit, its type's limits, whether that is a real one."""
+
 _REAL32 = DATA_TYPES[0x08]
 _UNSIGNED8 = DATA_TYPES[0x05]
 _IN_PHYSICAL_UNIT = (
@@ -177,8 +180,8 @@ class AnalogueInput:
             real = entry.type.kind == "real"
             entry.unit = unit[0]
             entry.factor = unit[1] if real else unit[1] * 10.0 ** -int(self._digits.value)
-        self._gross_digits = [(entry, self._si / entry.factor) for entry in self._gross]
-        self._net_digits = [(entry, self._si / entry.factor) for entry in self._net]
+        self._gross_digits = [_digits(entry, self._si / entry.factor) for entry in self._gross]
+        self._net_digits = [_digits(entry, self._si / entry.factor) for entry in self._net]
 
     def _parameter(self, index: int, missing: float, kind: DataType = _REAL32) -> Entry:
         entry = self._dictionary.get(index, self._number)
@@ -189,11 +192,15 @@ class AnalogueInput:
         return [entry for entry in found if entry is not None]
 
 
-def _show(entries: list[tuple[Entry, float]], value: float) -> None:
-    """Write a value into objects, each with its digits per physical unit, saturated."""
-    for entry, digits in entries:
-        kind = entry.type
-        raw = value * digits
-        if not kind.low <= raw <= kind.high:
-            raw = kind.high if raw > kind.high else kind.low
-        entry.value = raw if kind.kind == "real" else round(raw)
+def _digits(entry: Entry, per_unit: float) -> _Digits:
+    kind = entry.type
+    return entry, per_unit, kind.low, kind.high, kind.kind == "real"
+
+
+def _show(objects: list[_Digits], value: float) -> None:
+    """Write a value into objects, each in its own digits, saturated."""
+    for entry, per_unit, low, high, real in objects:
+        raw = value * per_unit
+        if not low <= raw <= high:
+            raw = high if raw > high else low
+        entry.value = raw if real else round(raw)

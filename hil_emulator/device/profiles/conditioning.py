@@ -45,7 +45,7 @@ class Conditioning:
 
     def reference(self, set_point: float) -> float:
         """Return the ramp's target for a set point."""
-        limited = min(max(set_point, self._low), self._high)
+        limited = _clamp(set_point, self._low, self._high)
         return _clamp(limited * self._scale + self._offset)
 
     def demand(self, reference: float) -> int:
@@ -69,5 +69,6 @@ class Conditioning:
         return entry is not None and entry.value != 0
 
 
-def _clamp(value: float) -> float:
-    return min(max(value, -FULL_SCALE), FULL_SCALE)
+def _clamp(value: float, low: float = -FULL_SCALE, high: float = FULL_SCALE) -> float:
+    above = low if value < low else value
+    return high if above > high else above

@@ -41,7 +41,8 @@ class DeviationMonitor:
 
         """
         if self._shown is not None:
-            self._shown.value = min(max(deviation, -0x8000), 0x7FFF)
+            within = -0x8000 <= deviation <= 0x7FFF
+            self._shown.value = deviation if within else -0x8000 if deviation < 0 else 0x7FFF
         if not (self._on and controlled) or self._low <= deviation <= self._high:
             self._since_ns = None
             return False

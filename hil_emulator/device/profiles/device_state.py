@@ -66,14 +66,15 @@ class StateMachine:
         """
         rising = control & ~self._control
         self._control = control
-        self.repaired = self.state in _REPAIRED and bool(rising & READY_BIT)
-        if self.repaired:
+        self.repaired = False
+        if self.state in _LADDER:
+            here, wanted = _LADDER.index(self.state), _wanted(control, operational=operational)
+            self.state = _LADDER[here + (wanted > here) - (wanted < here)]
+        elif rising & READY_BIT:
+            self.repaired = True
             self.state = _REPAIRED[self.state]
         elif self.state is DeviceState.FAULT_HOLD and not control & HOLD_BIT:
             self.state = DeviceState.FAULT_DISABLED
-        elif self.state in _LADDER:
-            here, wanted = _LADDER.index(self.state), _wanted(control, operational=operational)
-            self.state = _LADDER[here + (wanted > here) - (wanted < here)]
 
     def fail(self) -> None:
         """Enter the fault state that belongs to the present one."""

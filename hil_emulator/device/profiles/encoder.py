@@ -32,6 +32,9 @@ POSITION_ERROR = 0x0001
 FREQUENCY_EXCEEDED = 0x0001
 """Bit of 0x6505: faster than 0x6030 can tell."""
 
+_Limited = tuple[Entry, int, int]
+"""An object and the limits of its type."""
+
 STEPS_PER_METRE = 1e9
 """Of the unit of 0x6005:01 and 0x6501, 0.001 um."""
 STEPS_PER_METRE_PER_SECOND = 1e5
@@ -60,7 +63,9 @@ class Encoder:
             for entry in (dictionary.get(MULTI_POSITION, 1), dictionary.get(POSITION))
             if entry is not None
         ]
+        self._position_limited = [_limited(entry) for entry in self._position_values]
         self._speed_value = dictionary.get(SPEED, 1)
+        self._speed_limited = None if self._speed_value is None else _limited(self._speed_value)
         self._at = self._wire(channels, self._position_values[0].signal, *self._position_values)
         self._speed_at = None
         if self._speed_value is not None:
@@ -109,12 +114,12 @@ class Encoder:
                 self._raw = round(position / self._step)
             alarm = alarm or abs(self._raw) > self._range > 0
             value = self._raw + (0 if self._offset is None else self._offset.value)
-            for entry in self._position_values:
-                _saturate(entry, value)
-        if self._speed_at is not None and self._speed_value is not None:
-            speed = measured.values[self._speed_at] / self._speed_value.factor
+            for target in self._position_limited:
+                _saturate(target, value)
+        if self._speed_at is not None and self._speed_limited is not None:
+            speed = measured.values[self._speed_at] / self._speed_limited[0].factor
             if speed == speed:
-                warning = _saturate(self._speed_value, round(speed))
+                warning = _saturate(self._speed_limited, round(speed))
         self._alarms.value = POSITION_ERROR if alarm else 0
         self._warnings.value = FREQUENCY_EXCEEDED if warning else 0
 
@@ -130,7 +135,7 @@ class Encoder:
     def changed(self, entry: Entry) -> None:
         """Move the zero so that here is the preset value, or put a new parameter into force."""
         if entry.index == PRESET and self._offset is not None:
-            _saturate(self._offset, entry.value - self._raw)
+            _saturate(_limited(self._offset), entry.value - self._raw)
         else:
             self.reset()
 
@@ -150,8 +155,13 @@ class Encoder:
         return missing if entry is None else int(entry.value)
 
 
-def _saturate(entry: Entry, value: int) -> bool:
+def _limited(entry: Entry) -> _Limited:
+    return entry, int(entry.type.low), int(entry.type.high)
+
+
+def _saturate(target: _Limited, value: int) -> bool:
     """Write a value, kept within the entry's type; return whether it was beyond."""
-    low, high = int(entry.type.low), int(entry.type.high)
-    entry.value = min(max(value, low), high)
-    return not low <= value <= high
+    entry, low, high = target
+    inside = low <= value <= high
+    entry.value = value if inside else low if value < low else high
+    return not inside

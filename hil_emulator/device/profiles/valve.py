@@ -149,4 +149,6 @@ def _place(channels: Sequence[str], name: str) -> int | None:
 
 
 def _int16(value: float) -> int:
-    return round(min(max(value, -0x8000), 0x7FFF)) if value == value else -0x8000
+    if -0x8000 <= value <= 0x7FFF:
+        return round(value)
+    return 0x7FFF if value > 0x7FFF else -0x8000  # no number shows as the lowest

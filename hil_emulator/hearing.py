@@ -1,0 +1,84 @@
+"""What the nodes of a rig hear: what the others said in the last tick, then the bus.
+
+Most frames on a bus concern none of the rig's nodes. They are sorted out once for all of them, by
+the COB-IDs that the nodes listen to at this moment.
+"""
+
+from collections.abc import Iterator, Sequence
+
+from hil_emulator.device.node import Node
+from hil_emulator.frame import Frame
+
+Spoken = list[tuple[Node, Frame]]
+"""Frames with the nodes that sent them."""
+
+
+class Hearing:
+    """Carries frames between the nodes of a rig, and to them.
+
+    Args:
+        nodes: the rig's nodes.
+
+    """
+
+    def __init__(self, nodes: Sequence[Node]) -> None:
+        self._nodes = tuple(nodes)
+        self._spoken: Spoken = []
+        self._stale = True
+        self._listened: dict[int, bool] = {}
+        for node in self._nodes:
+            node.on_route = self._rerouted
+
+    def say(self, node: Node, frames: Sequence[Frame]) -> None:
+        """Let the other nodes hear in the next tick what a node has sent."""
+        self._spoken += [(node, frame) for frame in frames]
+
+    def arriving(
+        self, frames: Sequence[Frame], *, everything: bool
+    ) -> Iterator[tuple[Node, Sequence[Frame]]]:
+        """Yield each node with what it hears now.
+
+        Args:
+            frames: what the bus carried since the last tick.
+            everything: yields frames that no node takes, too.
+
+        """
+        spoken, self._spoken = self._spoken, []
+        if not everything:
+            spoken, frames = self._of_concern(spoken, frames)
+        for node in self._nodes:
+            if spoken:
+                yield node, [*(f for speaker, f in spoken if speaker is not node), *frames]
+            else:
+                yield node, frames
+
+    def _of_concern(
+        self, spoken: Spoken, frames: Sequence[Frame]
+    ) -> tuple[Spoken, Sequence[Frame]]:
+        """Return the frames that some node takes.
+
+        That is all of them if one may let a node listen to others, which may follow it.
+        """
+        if self._stale:
+            self._listen()
+        listened = self._listened
+        said = [item for item in spoken if item[1].can_id in listened]
+        heard = [frame for frame in frames if frame.can_id in listened]
+        for frame in heard:
+            if listened[frame.can_id]:
+                return spoken, frames
+        for _, frame in said:
+            if listened[frame.can_id]:
+                return spoken, frames
+        return said, heard
+
+    def _listen(self) -> None:
+        """Note what any node takes, and whether that may change what some node takes."""
+        self._stale = False
+        self._listened = {}
+        for node in self._nodes:
+            for can_id, rerouting in node.hears.items():
+                self._listened[can_id] = rerouting or self._listened.get(can_id, False)
+
+    def _rerouted(self) -> None:
+        self._stale = True
