@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
+from hil_emulator.commands.gap_table import gap_lines
 from hil_emulator.commands.recordings import Meaning, experiments
-from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify.layer import layer
@@ -18,6 +18,12 @@ from hil_emulator.identify.session import identify as run_identification
 from hil_emulator.places import cache_folder, near
 
 CONFIGURATIONS = {".toml"}
+
+MEASURED = ("agrees", "disagrees")
+"""Verdicts of `gap`, which does not search: it calls nothing unknown."""
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as a shell gives it: 128 and the signal's number."""
 
 _NOTHING_SAID = Meaning()
 
@@ -60,6 +66,8 @@ def identify(
     if out is not None:
         _write(result, configs, out)
         click.echo(f"\nwritten   {near(out / 'report.html')}, result.json, identified.toml")
+    if result.interrupted:
+        raise SystemExit(INTERRUPTED)
 
 
 def summary(result: Result) -> str:
@@ -67,23 +75,17 @@ def summary(result: Result) -> str:
     lines = [f"verdict   {result.verdict}", f"          {result.reason}"]
     lines += [f"note      {note}" for note in result.notes]
     for finding in result.effects:
-        lines.append(f"missing   {finding}, {100 * finding.explained:.0f} % of what is explained")
+        lines.append(f"missing   {finding}, {100 * finding.explained:.0f} % of the gap")
         if finding.form_differs:
             lines.append("          its law differs from the catalogue's form")
         if finding.group:
             lines.append(f"          not to be told from {', '.join(finding.group)}")
         lines += [f"          rival {r.name}: {r.lost}" for r in finding.rivals[:3]]
-    lines += [f"unknown   {u.balance} over {u.driver}: {u.shape}" for u in result.unknown]
+    if result.verdict not in MEASURED:
+        lines += [f"unknown   {u.balance} over {u.driver}: {u.shape}" for u in result.unknown]
     if result.next_experiment:
         lines.append(f"next      {result.next_experiment}")
-    if result.gap:
-        rows = [
-            (channel, part, f"{v['before']:.3g}", f"{v['after']:.3g}")
-            for channel, parts in result.gap.items()
-            for part, v in parts.items()
-        ]
-        head = ("channel", "data", "before", "after")
-        lines += ["", f"one-step disagreement, rms in {result.measure}", text_table(head, rows)]
+    lines += gap_lines(result)
     return "\n".join(lines)
 
 

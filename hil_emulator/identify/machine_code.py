@@ -21,16 +21,21 @@ import numba
 import numpy as np
 
 from hil_emulator.identify import filter as predictor
-from hil_emulator.identify import free_loops, linearised, static_forces
+from hil_emulator.identify import free_loops, linearised, smoothing, static_forces
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MODEL = ("tick", "rate", "sense")
 """The model's functions that a loop may take."""
 
-_INNER: tuple[Callable[..., Any], ...] = (predictor.advance, linearised.update)
+_INNER: tuple[Callable[..., Any], ...] = (
+    predictor.advance,
+    linearised.update,
+    smoothing.observe,
+    smoothing.proceed,
+)
 _LOOPS: tuple[Callable[..., None], ...] = (
     predictor.predict, linearised.linearise, linearised.propagate, static_forces.forces,
-    free_loops.run_freely, free_loops.carry,
+    free_loops.run_freely, free_loops.carry, smoothing.smooth,
 )  # fmt: skip
 
 
@@ -45,6 +50,7 @@ class Loops:
         forces: see `static_forces.forces`.
         run_freely: see `free_loops.run_freely`.
         carry: see `free_loops.carry`.
+        smooth: see `smoothing.smooth`.
 
     """
 
@@ -54,6 +60,7 @@ class Loops:
     forces: Callable[..., None]
     run_freely: Callable[..., None]
     carry: Callable[..., None]
+    smooth: Callable[..., None]
 
 
 class _Binding(ast.NodeTransformer):
@@ -98,7 +105,7 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
     return Loops(
         module.predict, module.linearise, module.propagate, module.forces, module.run_freely,
-        module.carry,
+        module.carry, module.smooth,
     )  # fmt: skip
 
 

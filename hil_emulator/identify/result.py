@@ -6,10 +6,15 @@ from typing import Any, Literal
 
 from hil_emulator.identify.experiment import Array
 from hil_emulator.identify.next_experiment import NextExperiment
+from hil_emulator.identify.regions import Disagreement
+from hil_emulator.identify.residuals import Map
 from hil_emulator.identify.search import Search
 from hil_emulator.units import show
 
-Verdict = Literal["missing_effects", "nothing_missing", "unknown_effect", "cannot_examine"]
+Verdict = Literal[
+    "missing_effects", "nothing_missing", "unknown_effect", "cannot_examine", "agrees", "disagrees"
+]
+"""The last two are those of a gap that was measured without a search."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +109,14 @@ class Result:
         reason: the verdict in a sentence.
         effects: the missing effects, the first found first.
         unknown: what remains and is not explained.
-        gap: by channel, {"training": {"before", "after"}, "validation": ...}, root mean square
-            of the one-step disagreement in `measure`.
+        gap: by channel, {"training": {"before", "after", "floor", ...}, "validation": ...}, root
+            mean square in `measure` and in percent of the channel's spread, one step ahead and
+            (prefix `free_`) in free runs of 500 ms; see `gap.measure`.
+        motion: by channel and region of motion, the free run before, after and its floor, held-out
+            where there are such data.
+        where: the balances that the configured model does not meet, and in which regions.
+        remaining: the same of the final model.
+        maps: what the worst balances lack over what it depends on, before and after.
         measure: what the gap is counted in.
         parameters: ordinary parameters, configured and refitted [SI].
         unseen: effects that these data cannot show.
@@ -114,7 +125,8 @@ class Result:
         notes: what was found in the data.
         ladder: per accepted effect: name, chi-square on training and on validation data.
         search: the search itself.
-        traces: by experiment and channel: time, measured, before, after.
+        traces: by experiment and channel, see `gap.traces`.
+        interrupted: whether the user ended the search before it was complete.
 
     """
 
@@ -133,6 +145,11 @@ class Result:
     ladder: list[dict[str, Any]] = field(default_factory=list)
     search: Search | None = None
     traces: dict[str, dict[str, Array]] = field(default_factory=dict)
+    motion: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
+    where: list[Disagreement] = field(default_factory=list)
+    remaining: list[Disagreement] = field(default_factory=list)
+    maps: list[Map] = field(default_factory=list)
+    interrupted: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Return what goes into `result.json`."""
@@ -143,6 +160,9 @@ class Result:
             "unknown": [vars(u) for u in self.unknown],
             "gap": self.gap,
             "gap_measure": self.measure,
+            "free_run_by_motion": self.motion,
+            "where": [_where(d) for d in self.where],
+            "remaining": [_where(d) for d in self.remaining],
             "parameters": self.parameters,
             "unseen": self.unseen,
             "next_experiment": self.next_experiment,
@@ -150,6 +170,7 @@ class Result:
             "notes": self.notes,
             "data": self.digests,
             "ladder": self.ladder,
+            "interrupted": self.interrupted,
         }
 
 
@@ -157,6 +178,10 @@ def _finding(finding: Finding) -> Mapping[str, Any]:
     plain = dict(vars(finding))
     plain["rivals"] = [vars(r) for r in finding.rivals]
     return plain
+
+
+def _where(disagreement: Disagreement) -> Mapping[str, Any]:
+    return {**vars(disagreement), "regions": [vars(r) for r in disagreement.regions]}
 
 
 def in_words(driver: str, curve: Array, unit: str) -> str:

@@ -105,10 +105,22 @@ class Searcher:
         self.candidates = list(candidates)
         self.nuisances = list(nuisances)
         self.tell = tell
+        self._search = Search(self.nuisances)
+
+    def stopped(self) -> Search:
+        """Return a search that was interrupted, with the effects that were accepted and fitted."""
+        search = self._search
+        if search.rounds and search.rounds[-1].accepted:
+            fitted = [c.name for c in search.final.coordinates] if search.final else []
+            if any(c.name not in fitted for c in search.effects):
+                search.final = search.rounds[-1].trials[0].fit
+                fitted = [c.name for c in search.final.coordinates]
+            search.effects = [c for c in search.effects if c.name in fitted]
+        return search
 
     def run(self) -> Search:
         """Search until nothing more is justified."""
-        search = Search(self.nuisances)
+        self._search = search = Search(self.nuisances)
         search.at = np.zeros(len(search.nuisances))
         while len(search.effects) < SEVERAL:
             found = self._round(search)

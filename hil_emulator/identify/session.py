@@ -8,10 +8,9 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
-from hil_emulator.identify import parameters, plausible, static
+from hil_emulator.identify import account, parameters, plausible, static
 from hil_emulator.identify.confusion import rivals_of
 from hil_emulator.identify.experiment import Experiment
-from hil_emulator.identify.gap import compare, measure, traces
 from hil_emulator.identify.next_experiment import recommend
 from hil_emulator.identify.observer import Observer
 from hil_emulator.identify.predictor import Predictor
@@ -63,10 +62,14 @@ def identify(
     priors = parameters.PRIORS if isinstance(predictor, Observer) else parameters.STATIC_PRIORS
     nuisances = parameters.ordinary(twin, priors)
     searcher = Searcher(predictor, learn, check, candidates, nuisances, jobs, tell)
-    found = searcher.run() if search else searcher.look()
+    try:
+        found = searcher.run() if search else searcher.look()
+    except KeyboardInterrupt:
+        tell("interrupted: concluding from what is known so far")
+        return _so_far(searcher, notes, {e.name: e.digest for e in (*learn, *check)})
     result = conclude(searcher, found)
     if not search:
-        result.verdict = "nothing_missing" if not result.unknown else "unknown_effect"
+        account.judge(result)
     result.notes = notes
     result.digests = {e.name: e.digest for e in (*learn, *check)}
     hidden = {c.name for c in parameters.candidates(twin, twin.names)}
@@ -74,6 +77,18 @@ def identify(
     if only or exclude:
         barred = hidden - {c.name for c in candidates}
         result.unseen = [name for name in result.unseen if name not in barred]
+    return result
+
+
+def _so_far(searcher: Searcher, notes: list[str], digests: dict[str, str]) -> Result:
+    """Return the result of a search that the user ended."""
+    found = searcher.stopped()
+    if not found.rounds:
+        why = "interrupted before the first screening of the effects was complete"
+        return Result("cannot_examine", why, notes=notes, digests=digests, interrupted=True)
+    result = conclude(searcher, found)
+    result.reason = f"interrupted; so far {result.reason}"
+    result.notes, result.digests, result.interrupted = notes, digests, True
     return result
 
 
@@ -151,8 +166,8 @@ def _chosen(
 def conclude(searcher: Searcher, search: Search) -> Result:
     """Turn a finished search into a result."""
     findings = [_found(searcher, search, c) for c in search.effects]
-    total = sum(f.gain for f in findings) or 1.0
-    findings = [_with_share(f, f.gain / total) for f in findings]
+    parts = account.shares(searcher, search)
+    findings = [_with_share(f, parts.get(f.name, 0.0)) for f in findings]
     last = search.rounds[-1]
     unknown = []
     if last.unknown:
@@ -192,17 +207,15 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     final = search.final
     if final is None:
         return
-    base = search.rounds[0].base
-    predictor = searcher.fitter.predictor
-    training, validation = searcher.fitter.experiments, searcher.validation
-    result.measure = predictor.measure
-    compared = compare(predictor, base, final, training, validation)
-    result.gap = measure(predictor, compared)
-    result.traces = traces(predictor, compared)
+    account.fill(searcher, search, result)
+    deviations = np.sqrt(np.diag(final.covariance()))
     result.parameters = {
-        c.name: {"configured": c.neutral, "refitted": float(c.value(float(a)))}
-        for c, a in zip(search.nuisances, final.at, strict=False)
-    }
+        c.name: {
+            "configured": c.neutral, "refitted": float(c.value(float(a))),
+            "low": float(c.value(float(a - 1.96 * d))), "high": float(c.value(float(a + 1.96 * d))),
+        }
+        for c, a, d in zip(search.nuisances, final.at, deviations, strict=False)
+    }  # fmt: skip
     for found in search.rounds:
         if found.accepted:
             t = found.trials[0]

@@ -93,3 +93,21 @@ def test_an_effect_that_does_not_exist_is_refused() -> None:
     train, other = campaign({})
     with pytest.raises(UserError, match="internal_leakage"):
         identify(knee(), train, other, only=["internal_leak"], cache=CACHE)
+
+
+@pytest.mark.parametrize("moment", [1, pytest.param(4, marks=SLOW)])
+def test_an_interrupted_search_keeps_what_it_found(moment: int) -> None:
+    """Before the first round is complete nothing is known; after it, the first effect is."""
+    train, other = campaign({"internal_leakage_conductance": 1e-13})
+    told: list[str] = []
+
+    def tell(words: str) -> None:
+        told.append(words)
+        if len(told) == moment + 1:
+            raise KeyboardInterrupt
+
+    result = identify(knee(), train, other, only=["internal_leakage"], tell=tell, cache=CACHE)
+    assert result.interrupted
+    assert "interrupted" in result.reason
+    assert [f.name for f in result.effects] == ["internal_leakage"] * (moment > 1)
+    assert bool(result.gap) == (moment > 1)

@@ -1,0 +1,73 @@
+"""The gap as a terminal shows it: per channel, per balance, per region."""
+
+from collections.abc import Mapping, Sequence
+
+from hil_emulator.commands.text_table import text_table
+from hil_emulator.identify.regions import Disagreement
+from hil_emulator.identify.result import Result
+
+Row = tuple[str, ...]
+
+
+def gap_lines(result: Result) -> list[str]:
+    """Return the lines that tell how large the gap is and where."""
+    lines = [*balances("where", result.where)]
+    if result.effects and result.remaining:
+        lines += balances("remains", result.remaining)
+    if not result.gap:
+        return lines
+    times = ("before", "after", "floor") if result.effects else ("before", "floor")
+    short = "sigma" if "deviation" in result.measure else result.measure
+    lines += ["", f"rms of measured less predicted, in {result.measure} ({short}) and in % of the "
+              "channel's spread;", "free run: 500 ms from filtered states"]  # fmt: skip
+    head, rows = ["channel", "data"], []
+    free = any("free_before" in v for parts in result.gap.values() for v in parts.values())
+    kinds = {"": "1 step"} | ({"free_": "free run"} if free else {})
+    for words in kinds.values():
+        head += [f"{words}: {when}" if when == times[0] else when for when in times]
+    for channel, parts in result.gap.items():
+        for part, values in parts.items():
+            cells = [_cell(values, f"{k}{when}", short) for k in kinds for when in times]
+            rows.append((channel, part, *cells))
+    return [*lines, text_table(tuple(head), rows), *_motion(result, times)]
+
+
+def balances(title: str, found: Sequence[Disagreement]) -> list[str]:
+    """Return a line per balance, and one per region of it."""
+    lines = []
+    for d in found:
+        lines.append(f"{title:9s} {d.balance}, over {d.driver}: {100 * d.share:.0f} % of the gap")
+        lines += [f"          {region}" for region in d.regions]
+        title = ""
+    return lines
+
+
+def _cell(values: Mapping[str, float], name: str, unit: str) -> str:
+    if name not in values:
+        return "-"
+    percent = values.get(f"{name}_percent")
+    text = f"{values[name]:.3g} {unit}" if unit != "sigma" else f"{values[name]:.3g}"
+    return text if percent is None else f"{text} ({percent:.3g} %)"
+
+
+def _motion(result: Result, times: Sequence[str]) -> list[str]:
+    """Return the free run by region of motion, for the channels whose gap is widest there."""
+    if not result.motion:
+        return []
+    rows = []
+    for channel in widest(result):
+        for words, values in result.motion[channel].items():
+            rows.append((channel, words, *(f"{values[t]:.3g}" if t in values else "-"
+                                           for t in times)))  # fmt: skip
+    return ["", "free run by region of motion, in sigma",
+            text_table(("channel", "region", *times), rows)]  # fmt: skip
+
+
+def widest(result: Result, most: int = 2) -> list[str]:
+    """Return the channels whose free run is farthest beyond its floor."""
+
+    def beyond(channel: str) -> float:
+        parts = result.gap[channel].values()
+        return max(v.get("free_before", 0.0) / max(v.get("free_floor", 1.0), 1e-9) for v in parts)
+
+    return sorted(result.motion, key=beyond, reverse=True)[:most]

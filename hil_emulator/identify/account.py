@@ -1,0 +1,107 @@
+"""What a result shows of a search: the gap, where it is, what each effect took of it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_emulator.identify.blocks import BlockScore, drivers
+from hil_emulator.identify.fit import Fit
+from hil_emulator.identify.gap import Compared, compare, measure, traces
+from hil_emulator.identify.motion import by_motion
+from hil_emulator.identify.observer import Observer
+from hil_emulator.identify.regions import Disagreement, disagreements
+from hil_emulator.identify.residuals import draw
+from hil_emulator.identify.result import Result
+from hil_emulator.identify.search import NOTICEABLE, Round, Search, Searcher
+
+MAPPED = 2
+"""Balances of which a map is drawn."""
+
+
+def fill(searcher: Searcher, search: Search, result: Result) -> None:
+    """Fill in gap, regions, maps and traces of a search with at least one round."""
+    first, last = search.rounds[0], search.rounds[-1]
+    before, after = first.base, search.final or last.base
+    predictor = searcher.fitter.predictor
+    training = searcher.fitter.experiments
+    compared = compare(predictor, before, after, training, searcher.validation)
+    result.measure = predictor.measure
+    result.gap = measure(predictor, compared)
+    result.traces = traces(predictor, compared)
+    if isinstance(predictor, Observer):
+        result.motion = by_motion(predictor, compared)
+    result.where = _where(searcher, first, compared, old=True)
+    if last is not first:
+        result.remaining = _where(searcher, last, compared, old=False)
+    result.maps = [draw(predictor, before, after, block, training)
+                   for block in _mapped(first, result.where)]  # fmt: skip
+
+
+def _where(
+    searcher: Searcher, found: Round, compared: Compared, old: bool
+) -> list[Disagreement]:  # fmt: skip
+    """Return the balances that disagree at the start of a round."""
+    views = (compared.before if old else compared.after)["training"]
+    names = searcher.fitter.predictor.twin.signal_names
+    parts = [drivers(v.replay.track, names, v.experiment.period) for v in views]
+    states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+    count = len(searcher.fitter.predictor.channels)
+    least = NOTICEABLE * len(found.base.residual)
+    return disagreements(found.base, found.blocks, states, count, least)
+
+
+def _mapped(first: Round, where: Sequence[Disagreement]) -> list[BlockScore]:
+    """Return the blocks worth a map: where it disagrees, or else where it might most."""
+    known = {(b.balance.name, b.driver): b for b in first.blocks if not b.balance.channel}
+    wanted = [known[d.balance, d.driver] for d in where if (d.balance, d.driver) in known]
+    found: list[BlockScore] = []
+    for block in [*wanted, *known.values()]:
+        if block.balance not in [f.balance for f in found]:
+            found.append(block)
+    return found[:MAPPED]
+
+
+def shares(searcher: Searcher, search: Search) -> dict[str, float]:
+    """Return by effect its share of what laws of any form could take out of the disagreement.
+
+    The disagreement is chi-square one step ahead, on the training data, in the weights of the final
+    model. Its explainable part is what the effects took, and what the strongest term that no
+    effect explains would still take.
+    """
+    if search.final is None or not search.effects:
+        return {}
+    fitter = searcher.fitter
+    fitter.freeze(search.final.coordinates, search.final.at)
+    chi2 = [_chi2(searcher, r.base) for r in search.rounds] + [_chi2(searcher, search.final)]
+    took = {
+        r.trials[0].score.coordinate.name: chi2[i] - chi2[i + 1]
+        for i, r in enumerate(search.rounds) if r.accepted
+    }  # fmt: skip
+    took = {c.name: max(took.get(c.name, 0.0), 0.0) for c in search.effects}
+    total = sum(took.values()) + _left(search.rounds[-1])
+    return {name: gain / total if total > 0.0 else 0.0 for name, gain in took.items()}
+
+
+def _chi2(searcher: Searcher, fit: Fit) -> float:
+    residual = searcher.fitter.residual(fit.coordinates, fit.at)
+    return float(residual @ residual)
+
+
+def _left(last: Round) -> float:
+    """Return what the strongest unexplained term would still take."""
+    terms: list[BlockScore] = [b for b in last.blocks if b.significant]
+    return max((b.statistic for b in terms), default=0.0)
+
+
+def judge(result: Result) -> None:
+    """Give a gap that was measured, and not searched, a verdict of its own."""
+    if not result.where:
+        result.verdict = "agrees"
+        result.reason = (
+            "no balance disagrees beyond noise and usual disturbances "
+            "(no effect was searched for; `identify` does)"
+        )
+        return
+    result.verdict = "disagrees"
+    told = "; ".join(str(d) for d in result.where[:2])
+    result.reason = f"{told} (`identify` searches for the effect)"

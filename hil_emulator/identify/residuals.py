@@ -1,0 +1,217 @@
+"""What each balance lacks, moment by moment, and its map over what it may depend on.
+
+The estimate is a smoothed one: a term that changes within 10 ms is pulled towards zero, so a map
+shows a little less than the whole. Each balance is taken as if it alone were wrong.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil_emulator.identify.blocks import SUPPLY, Balance, BlockScore
+from hil_emulator.identify.experiment import Array, Experiment
+from hil_emulator.identify.fit import Fit, prior_rows
+from hil_emulator.identify.observer import Frozen, Observer
+from hil_emulator.identify.predictor import Predictor
+from hil_emulator.identify.probes import PROBES
+from hil_emulator.identify.static import Measured
+
+STRONG = 0.03
+"""Standard deviation of a term over the largest force, flow, current or pressure (assumed)."""
+
+LASTING = 0.01
+"""Time over which a term is correlated [s] (assumed)."""
+
+LONGEST = 20.0
+"""Time of the experiments that go into a map [s]."""
+
+BINS = 25
+
+SHOWN = {"m^3/s": (6e4, "l/min"), "m/s": (1e3, "mm/s"), "m": (1e3, "mm"), "Pa": (1e-5, "bar"),
+         "A": (1e3, "mA"), "N": (1.0, "N"), "s": (1.0, "s")}  # fmt: skip
+"""Factor and unit for people, by SI unit."""
+
+DRIVER_UNITS = {
+    "valve current": "A", "spool position": "A", "time": "s", "pressure a": "Pa",
+    "pressure b": "Pa", "pressure difference": "Pa", "position": "m", "velocity": "m/s",
+    "position with the sign of velocity": "m", "supply flow": "m^3/s",
+    "pressure difference with the sign of velocity": "Pa",
+    "pressure sum with the sign of velocity": "Pa",
+}  # fmt: skip
+"""SI unit of the drivers that are shown in a unit."""
+
+
+@dataclass(frozen=True)
+class Binned:
+    """A residual over a driver: `mean` and `spread` (one standard deviation) in each bin."""
+
+    mean: Array
+    spread: Array
+
+
+@dataclass(frozen=True)
+class Map:
+    """What one balance lacks over one driver, in units for people.
+
+    Attributes:
+        balance: which.
+        driver: over what.
+        unit: of the residual.
+        driver_unit: of the driver.
+        centres: of the bins.
+        before: with the configured model.
+        after: with what was found.
+        frequency: of the spectra [Hz]; empty where samples are irregular.
+        spectra: density before and after [unit/Hz^0.5].
+
+    """
+
+    balance: str
+    driver: str
+    unit: str
+    driver_unit: str
+    centres: Array
+    before: Binned
+    after: Binned
+    frequency: Array
+    spectra: tuple[Array, Array]
+
+
+def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what: Balance) -> Array:
+    """Return what a balance lacks along one experiment, in the balance's unit.
+
+    Args:
+        predictor: sees the experiment.
+        frozen: what the predictor's `freeze` returned.
+        par: the plant's parameters.
+        chan: the transducers' parameters.
+        what: a balance with probes, or the supply pressure.
+
+    """
+    residual, _ = predictor.innovations(frozen, par, chan)
+    if isinstance(frozen, Measured):
+        return np.asarray(np.where(frozen.present, -residual[:, 0] / frozen.weights[0], np.nan))
+    assert isinstance(frozen, Frozen)
+    assert isinstance(predictor, Observer)
+    drives, feeds = _entries(frozen, what)
+    feeds = np.where(np.isfinite(frozen.measured), feeds, 0.0)
+    decay = float(np.exp(-frozen.experiment.period / LASTING))
+    size = STRONG * _largest(predictor, frozen, par, what)
+    term = np.zeros(len(residual))
+    predictor.twin.loops.smooth(
+        frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, frozen.weights,
+        residual, decay, size**2, term,
+    )  # fmt: skip
+    return term
+
+
+def _entries(frozen: Frozen, what: Balance) -> tuple[Array, Array]:
+    """Return what a term in a balance adds to the next z and the next reading."""
+    if what is SUPPLY:
+        return (np.ascontiguousarray(frozen.maps[:, :, -1]),
+                np.ascontiguousarray(frozen.senses[:, :, -1]))  # fmt: skip
+    weights = np.zeros(len(PROBES))
+    for name, weight in what.probes:
+        weights[[p.name for p in PROBES].index(name)] = weight
+    return np.asarray(frozen.drives @ weights), np.asarray(frozen.feeds @ weights)
+
+
+def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> float:
+    """Return the largest force, flow, current or pressure in a balance."""
+    p = dict(zip(observer.twin.kernel.parameters.names or (), par.tolist(), strict=True))
+    top = float(np.nanmax(np.abs(frozen.experiment.current), initial=1e-6))
+    largest: dict[str, float] = {
+        "N": p["cylinder_piston_area"] * p["supply_pressure"],
+        "m^3/s": p["valve_gain"] * top * float(np.sqrt(p["supply_pressure"] / 2.0)),
+        "A": top, "Pa": p["supply_pressure"],
+    }  # fmt: skip
+    return largest[what.unit]
+
+
+def beside(fit: Fit, block: BlockScore) -> Fit:
+    """Return a fit with its parameters moved to where they go when a block's term joins them.
+
+    Without the term they have taken over part of it: what a balance lacks then shows too little.
+    """
+    weights = prior_rows(fit.coordinates)
+    normal = fit.jacobian.T @ fit.jacobian + np.diag(weights**2)
+    pull = fit.jacobian.T @ (block.columns @ (block.curve / block.balance.scale))
+    moved = fit.at - np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ pull
+    bounds = np.array([c.bounds for c in fit.coordinates]).reshape(-1, 2)
+    return replace(fit, at=np.clip(moved, bounds[:, 0], bounds[:, 1]))
+
+
+def draw(
+    predictor: Predictor, before: Fit, after: Fit, block: BlockScore,
+    experiments: Sequence[Experiment],
+) -> Map:  # fmt: skip
+    """Return what a block's balance lacks over its driver, with both models.
+
+    Args:
+        predictor: sees the experiments.
+        before: the model without what was found, at which the block was scored.
+        after: the final model.
+        block: balance and driver.
+        experiments: the first of them are drawn.
+
+    """
+    chosen = _first(experiments)
+    old = _along(predictor, beside(before, block), chosen, block)
+    new = _along(predictor, after, chosen, block)
+    return _map(block, chosen[0].period, old, new)
+
+
+def _first(experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Return the first experiments, as many as a map takes."""
+    ends = np.cumsum([e.samples * e.period for e in experiments])
+    return [e for e, end in zip(experiments, ends, strict=True) if end <= max(LONGEST, ends[0])]
+
+
+def _along(
+    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], block: BlockScore
+) -> tuple[Array, Array]:
+    """Return driver and residual, all experiments in a row."""
+    par, chan = predictor.twin.memory(fit.coordinates, fit.at)
+    values, residuals = [], []
+    for experiment in experiments:
+        frozen = predictor.freeze(experiment, par, chan)
+        predictor.weigh(frozen, par, chan)
+        track = predictor.innovations(frozen, par, chan, track=True)[1]
+        values.append(predictor.drivers(frozen, track)[block.driver])
+        residuals.append(lacking(predictor, frozen, par, chan, block.balance))
+    return np.concatenate(values), np.concatenate(residuals)
+
+
+def _map(
+    block: BlockScore, period: float, before: tuple[Array, Array], after: tuple[Array, Array]
+) -> Map:
+    balance, driver = block.balance, block.driver
+    factor, unit = SHOWN[balance.unit]
+    driver_factor, driver_unit = SHOWN.get(DRIVER_UNITS.get(driver, ""), (1.0, "SI"))
+    ends = np.quantile(before[0], (0.005, 0.995))
+    edges = np.linspace(ends[0], ends[1], BINS + 1)
+    centres = 0.5 * (edges[:-1] + edges[1:]) * driver_factor
+    one, two = (_binned(d, r * factor, edges) for d, r in (before, after))
+    frequency, spectrum = _spectrum(before[1] * factor, period)
+    spectra = (spectrum, _spectrum(after[1] * factor, period)[1])
+    return Map(balance.name, driver, unit, driver_unit, centres, one, two, frequency, spectra)
+
+
+def _binned(driver: Array, residual: Array, edges: Array) -> Binned:
+    inside = np.digitize(driver, edges) - 1
+    mean, spread = np.full(BINS, np.nan), np.full(BINS, np.nan)
+    for b in range(BINS):
+        here = residual[(inside == b) & np.isfinite(residual)]
+        if len(here) >= 10:
+            mean[b], spread[b] = float(np.mean(here)), float(np.std(here))
+    return Binned(mean, spread)
+
+
+def _spectrum(residual: Array, period: float) -> tuple[Array, Array]:
+    """Return frequencies and the density of a residual, averaged over half-second pieces."""
+    from scipy.signal import welch
+
+    good = np.nan_to_num(residual)
+    frequency, power = welch(good, 1.0 / period, nperseg=min(len(good), round(0.5 / period)))
+    return np.asarray(frequency[1:]), np.asarray(np.sqrt(power[1:]))

@@ -1,0 +1,135 @@
+"""Does adding what was found close the gap? Held-out free runs beside those of the true model.
+
+    python -m tests.identify.freerun_study --cases medium:12 --duration 2
+
+The true model is the catalogue's, with the hidden effect at its true size and the ordinary
+parameters refitted to the same training data. A case counts as closed where the model that was
+found leaves at most 1.05 times what the true model leaves on the validation data.
+"""
+
+import argparse
+import math
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from hil_emulator.config.load import load
+from hil_emulator.identify import parameters
+from hil_emulator.identify.fit import Fit
+from hil_emulator.identify.gap import Gap, compare, measure
+from hil_emulator.identify.observer import Observer
+from hil_emulator.identify.search import Search, Searcher
+from hil_emulator.identify.session import identify
+from hil_emulator.identify.twin import Coordinate, Twin
+from tests.identify.generator.cases import Case, campaign, case, cases
+from tests.identify.generator.effects import EFFECTS
+from tests.identify.rig_data import CACHE, KNEE
+from tests.identify.study import counts
+
+CLOSED = 1.05
+"""Most that the found model may leave, over what the true one leaves."""
+
+
+def true_model(twin: Twin, observer: Observer, which: Case, searcher: Searcher) -> Fit:
+    """Return the catalogue's model with the hidden effects at their true sizes, refitted."""
+    known = {c.name: c for c in parameters.candidates(twin, observer.channels)}
+    hidden = [(known[EFFECTS[k].name], EFFECTS[k].knob(v)) for k, v in which.effects.items()]
+    for coordinate, value in hidden:
+        set_to(twin, coordinate, value)
+    search = Search(parameters.ordinary(twin))
+    search.nuisances = [c for c in search.nuisances if c.name not in dict(hidden_names(hidden))]
+    search.at = np.zeros(len(search.nuisances))
+    return searcher.settle(search)
+
+
+def hidden_names(hidden: list[tuple[Coordinate, float]]) -> Iterator[tuple[str, float]]:
+    """Yield the names of what is hidden."""
+    yield from ((c.name, value) for c, value in hidden)
+
+
+def set_to(twin: Twin, coordinate: Coordinate, value: float) -> None:
+    """Give a model's parameter a value."""
+    sensor, i = twin.index(coordinate)
+    (twin.chan if sensor else twin.par)[i] = value
+
+
+def left(gap: Gap, when: str) -> np.ndarray:
+    """Return what is left in the held-out free run by channel, in units of noise."""
+    return np.array([parts["validation"][f"free_{when}"] for parts in gap.values()])
+
+
+def examine(which: Case) -> dict[str, object]:
+    """Return what the found and the true model leave in one case."""
+    train, held = campaign(which)
+    begin = time.process_time()
+    result = identify(load([KNEE]), train, held, cache=CACHE)
+    twin = Twin(load([KNEE]), CACHE)
+    observer = Observer(twin, tuple(result.gap))
+    searcher = Searcher(observer, train, held, [], parameters.ordinary(twin))
+    fit = true_model(twin, observer, which, searcher)
+    reference = measure(observer, compare(observer, fit, fit, train, held))
+    true = left(reference, "after")
+    return {
+        "named": [f.name for f in result.effects], "channels": list(result.gap),
+        "before": left(result.gap, "before"), "after": left(result.gap, "after"),
+        "floor": left(result.gap, "floor"), "true": true,
+        "seconds": time.process_time() - begin,
+    }  # fmt: skip
+
+
+def pooled(values: np.ndarray) -> float:
+    """Return the root mean square over channels."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def wilson(hits: int, of: int) -> str:
+    """Return a share with its 95 % interval."""
+    if not of:
+        return "none"
+    p, z = hits / of, 1.96
+    centre = (p + z * z / (2 * of)) / (1 + z * z / of)
+    half = z * math.sqrt(p * (1 - p) / of + z * z / (4 * of * of)) / (1 + z * z / of)
+    return f"{hits}/{of} (95 %: {centre - half:.2f} ... {centre + half:.2f})"
+
+
+def line(which: Case, row: dict[str, object]) -> str:
+    """Return one case in a line: per channel before > after (true, floor)."""
+    parts = [
+        f"{c[:10]} {b:.1f}>{a:.2f} ({t:.2f}, {f:.2f})"
+        for c, b, a, t, f in zip(
+            *(row[k] for k in ("channels", "before", "after", "true", "floor")), strict=True
+        )
+    ]  # fmt: skip
+    return f"{which.name:10s} {'+'.join(which.effects):22s} {row['named']}  {'; '.join(parts)}"
+
+
+def main() -> None:
+    """Run the cases and print the table."""
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    options.add_argument("--cases", default="medium:12", help="as in the study of names")
+    options.add_argument("--case", nargs="*", default=[], help="single cases, like medium-07")
+    options.add_argument("--duration", type=float, default=2.0, help="of each experiment [s]")
+    chosen = options.parse_args()
+    named = [name.rpartition("-") for name in chosen.case]
+    wanted = [case(group, int(number), chosen.duration) for group, _, number in named]
+    wanted = wanted or list(cases(counts(chosen.cases), chosen.duration))
+    overall, every, floors = [], [], []
+    for which in wanted:
+        row = examine(which)
+        print(line(which, row), f"{row['seconds']:.0f} s", flush=True)
+        after, true, floor = (np.asarray(row[k]) for k in ("after", "true", "floor"))
+        overall.append(pooled(after) / pooled(true))
+        every.append(float(np.max(after / true)))
+        floors.append(pooled(floor) / pooled(true))
+    for words, ratios in (("all channels", overall), ("the worst channel", every)):
+        hits = sum(r <= CLOSED for r in ratios)
+        print(f"closed, {words}: {wilson(hits, len(ratios))}, median {np.median(ratios):.3f}")
+    print(f"floor over what the true model leaves: median {np.median(floors):.2f}, "
+          f"{min(floors):.2f} ... {max(floors):.2f}")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

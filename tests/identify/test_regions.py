@@ -1,0 +1,103 @@
+"""Which balance disagrees and where, on machines that lack something known."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify import parameters
+from hil_emulator.identify.blocks import LEAKAGE, BlockScore, drivers, score_blocks
+from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.fit import Fit, Fitter
+from hil_emulator.identify.observer import Observer
+from hil_emulator.identify.regions import disagreements
+from hil_emulator.identify.residuals import beside, draw, lacking
+from hil_emulator.identify.scan import Projection
+from hil_emulator.identify.search import NOTICEABLE
+from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+
+CONDUCTANCE = 1e-13
+"""Of the leakage that the machine has and the configuration lacks [m^3/(s*Pa)]."""
+
+
+@cache
+def observer() -> Observer:
+    """Return an observer of a usual rig's channels."""
+    return Observer(knee_twin(), INSTRUMENTS)
+
+
+@cache
+def leaking() -> list[Experiment]:
+    """Return experiments with a leaking cylinder."""
+    effect = {"internal_leakage_conductance": CONDUCTANCE}
+    return [recorded(effect, kind, 3 + i) for i, kind in enumerate(("multisine", "steps"))]
+
+
+@cache
+def configured() -> tuple[Fit, Fitter]:
+    """Return the model without leakage, ordinary parameters refitted."""
+    free = [c for c in parameters.ordinary(knee_twin())
+            if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
+    fitter = Fitter(observer(), leaking(), 1)
+    fitter.freeze(free, np.zeros(3))
+    fit = fitter.fit(free, np.zeros(3), 2)
+    fitter.freeze(free, fit.at)
+    return fitter.fit(free, fit.at, 1), fitter
+
+
+@cache
+def blocks() -> list[BlockScore]:
+    """Return what every block explains of the leaking machine."""
+    fit, fitter = configured()
+    project = Projection(fit)
+    return score_blocks(fitter, fit.coordinates, fit.at, project, project.residual)
+
+
+def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
+    """The balance with the largest share is the one that lacks a term; shares add up to one."""
+    fit, fitter = configured()
+    par, chan = knee_twin().memory(fit.coordinates, fit.at)
+    tracks = [observer().innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
+    states = drivers(np.vstack(tracks), knee_twin().signal_names, leaking()[0].period)
+    least = NOTICEABLE * len(fit.residual)
+    found = disagreements(fit, blocks(), states, len(INSTRUMENTS), least)
+    assert found[0].balance == LEAKAGE.name
+    assert found[0].driver == "pressure difference"
+    assert sum(d.share for d in found) == pytest.approx(1.0)
+    assert all(0.0 < r.time < 1.0 and r.share > r.time for d in found for r in d.regions)
+
+
+def test_nothing_significant_is_no_disagreement() -> None:
+    """Terms below what is worth a word make no line."""
+    fit, _ = configured()
+    assert disagreements(fit, blocks(), {}, len(INSTRUMENTS), np.inf) == []
+
+
+def leak() -> BlockScore:
+    """Return the leakage over the pressure difference."""
+    return next(b for b in blocks() if b.balance is LEAKAGE and b.driver == "pressure difference")
+
+
+def test_what_the_balance_lacks_is_the_leak_itself() -> None:
+    """The smoothed term has the slope of the leak over the pressure difference, and its sign."""
+    fit = configured()[0]
+    moved = beside(fit, leak())
+    par, chan = knee_twin().memory(moved.coordinates, moved.at)
+    frozen = observer().freeze(leaking()[0], par, chan)
+    term = lacking(observer(), frozen, par, chan, LEAKAGE)
+    readings = leaking()[0].readings
+    drop = readings["pressure_a"] - readings["pressure_b"]
+    assert np.polyfit(drop[200:], term[200:], 1)[0] == pytest.approx(CONDUCTANCE, rel=0.3)
+
+
+def test_a_map_shows_the_leak_before_and_nothing_after() -> None:
+    """With the leak in the model the mean of the residual no longer follows its driver."""
+    fit, _ = configured()
+    effects = parameters.candidates(knee_twin(), INSTRUMENTS)
+    effect = next(c for c in effects if c.name == "internal_leakage")
+    at = np.append(beside(fit, leak()).at, CONDUCTANCE / effect.scale)
+    after = Fit([*fit.coordinates, effect], at, fit.residual, fit.jacobian, 0.0)
+    drawn = draw(observer(), fit, after, leak(), leaking())
+    assert (drawn.unit, drawn.driver_unit) == ("l/min", "bar")
+    assert np.nanstd(drawn.after.mean) < 0.3 * np.nanstd(drawn.before.mean)
+    assert drawn.spectra[0][:5].sum() > drawn.spectra[1][:5].sum()
