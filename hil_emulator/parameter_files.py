@@ -18,6 +18,7 @@ from hil_emulator.device.storage import Values
 from hil_emulator.errors import UserError
 
 FORMAT = "hil-emulator parameters 1"
+IDENTITY, VENDOR_PRODUCT_REVISION = 0x1018, (1, 2, 3)
 
 
 class ParameterFile:
@@ -90,10 +91,11 @@ class _RefusedError(ValueError):
 def fingerprint(dictionary: Dictionary) -> str:
     """Return what tells one device's parameters from another's: identity and every object.
 
-    Two nodes of the same device have the same one; an EDS with another object, data type or
-    limit has another.
+    Two nodes of the same device have the same one, whatever their serial numbers; an EDS with
+    another object, data type or limit has another.
     """
-    identity = [entry.default for entry in dictionary if entry.index == 0x1018]
+    parts = [dictionary.get(IDENTITY, n) for n in VENDOR_PRODUCT_REVISION]
+    identity = [0 if part is None else part.default for part in parts]
     objects = sorted(
         (e.index, e.subindex, e.type.name, e.access, str(e.low), str(e.high)) for e in dictionary
     )

@@ -1,7 +1,6 @@
 """One tick of the emulator in a few lines; the only module that knows everybody."""
 
 import functools
-import logging
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Protocol
@@ -9,10 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from hil_emulator.acting import acting
-from hil_emulator.config.load import Configuration, NodeSettings
+from hil_emulator.config.load import Configuration
 from hil_emulator.device.abort import SdoAbort
 from hil_emulator.device.binding import raw_value
-from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
@@ -23,15 +21,14 @@ from hil_emulator.hearing import Hearing
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors
-from hil_emulator.parameter_files import ParameterFile
+from hil_emulator.nodes import nodes
 from hil_emulator.record import MODEL, Tape
 from hil_emulator.settings import SETTINGS
 
+__all__ = ["COMMANDS", "FrameDoor", "Rig", "assemble", "compiled", "nodes"]
+
 COMMANDS = ("valve_current",)
 """What a node commands the plant to do."""
-
-
-_log = logging.getLogger(__name__)
 
 
 class FrameDoor(Protocol):
@@ -215,26 +212,6 @@ class Rig:
 def compiled(effects: tuple[Effect, ...], cache: Path | None) -> kernel.Kernel:
     """Return the compiled model of a catalogue, once in a process."""
     return kernel.build(effects, cache)
-
-
-def nodes(config: Configuration, channels: Sequence[str]) -> list[Node]:
-    """Make the CANopen nodes of a configuration.
-
-    Raises:
-        UserError: if an EDS is missing, wrong, or maps what nothing feeds, or the folder of
-            stored parameters cannot be used.
-
-    """
-    return [_node(settings, channels) for settings in config.nodes]
-
-
-def _node(settings: NodeSettings, channels: Sequence[str]) -> Node:
-    dictionary = Dictionary.from_eds(settings.eds, settings.id)
-    if settings.storage is None:
-        return Node(dictionary, channels, settings.commands)
-    file = settings.storage / f"node_{settings.id}.json"
-    kept = ParameterFile(file, dictionary, _log.warning)
-    return Node(dictionary, channels, settings.commands, kept)
 
 
 def assemble(

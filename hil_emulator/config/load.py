@@ -40,6 +40,8 @@ class NodeSettings:
         commands: what it commands, with the values in SI that hold without a controller; empty
             for a node that only measures.
         storage: folder in which it keeps parameters stored by 0x1010; None forgets them.
+        serial_number: as configured; None leaves it to the EDS, or to node-ID and bus.
+        bus_number: counts the buses of a machine.
 
     """
 
@@ -47,6 +49,8 @@ class NodeSettings:
     eds: Path
     commands: dict[str, float]
     storage: Path | None = None
+    serial_number: int | None = None
+    bus_number: int = 0
 
 
 @dataclass(frozen=True)
@@ -235,6 +239,7 @@ def _configuration(
                 folder / n.eds,
                 dict.fromkeys(n.commands, n.safe_current),
                 None if n.storage is None else folder / n.storage,
+                n.serial_number,
             )
             for n in checked.node
         ),

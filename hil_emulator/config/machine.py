@@ -82,7 +82,10 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
         return MachineSettings((only,), {ONLY_BUS: config.bus})
     (file,) = files
     table = _checked(file)
-    actuators = tuple(_actuator(file, i, a) for i, a in enumerate(table.actuator))
+    places = {name: place for place, name in enumerate(table.buses)}
+    actuators = tuple(
+        _actuator(file, i, a, places.get(a.bus, 0)) for i, a in enumerate(table.actuator)
+    )
     _check_together(file, table, actuators)
     return MachineSettings(actuators, table.buses)
 
@@ -103,10 +106,12 @@ def _checked(file: Path) -> MachineTable:
         raise UserError(describe(error, MachineTable, content, origin, [file])) from None
 
 
-def _actuator(file: Path, position: int, table: ActuatorTable) -> ActuatorSettings:
-    """Load one actuator; its noise differs from that of the others."""
+def _actuator(file: Path, position: int, table: ActuatorTable, bus: int) -> ActuatorSettings:
+    """Load one actuator; its noise and serial numbers differ from those of the others."""
     config = load([file.parent / name for name in table.files])
-    nodes = tuple(dataclasses.replace(n, id=n.id + table.node_offset) for n in config.nodes)
+    nodes = tuple(
+        dataclasses.replace(n, id=n.id + table.node_offset, bus_number=bus) for n in config.nodes
+    )
     config = dataclasses.replace(config, nodes=nodes, seed=config.seed + position)
     return ActuatorSettings(table.name, config, table.bus)
 

@@ -52,9 +52,10 @@ class RigTable(Table):
 
 
 class NodeTable(Table):
-    """One CANopen node: its ID, EDS, commands, safe current, and folder of stored parameters."""
+    """One CANopen node: its IDs, EDS, commands, safe current, and folder of stored parameters."""
 
     id: int = Field(ge=1, le=127)
+    serial_number: int | None = Field(default=None, ge=1, le=0xFFFF_FFFF)
     eds: str
     commands: tuple[Literal["valve_current"], ...] = ("valve_current",)
     storage: str | None = None

@@ -28,7 +28,7 @@ def test_shipped_eds_loads_without_loss() -> None:
     assert len(variables) == len(list(dictionary))
     for variable in variables:
         entry = dictionary.entry(variable.index, variable.subindex)
-        stock_default = variable.default
+        stock_default = 0 if variable.default is None else variable.default
         if isinstance(stock_default, str):
             stock_default = stock_default.encode()
         assert (entry.name, entry.access, entry.default) == (

@@ -23,7 +23,14 @@ def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
 def switched_on(storage: Storage) -> Master:
     """Return a master of a device that has just got power."""
     dictionary = Dictionary.from_eds(EDS, NODE_ID)
+    dictionary.set_default(dictionary.entry(0x1018, 4), SERIAL)
     return booted(Node(dictionary, CHANNELS, {"valve_current": 0.0}, storage))
+
+
+@pytest.fixture
+def master() -> Master:
+    """Return a master of a device with a serial number."""
+    return switched_on(MemoryStorage())
 
 
 def unconfigured() -> Master:
