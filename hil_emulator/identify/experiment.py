@@ -25,6 +25,7 @@ class Experiment:
         readings: values by channel, SI, NaN where nothing was recorded.
         notes: what was found and repaired on the way in.
         digest: digest of the file.
+        copies: experiments that share its noise, itself included; see `copies`.
 
     """
 
@@ -34,6 +35,7 @@ class Experiment:
     readings: dict[str, Array]
     notes: tuple[str, ...] = ()
     digest: str = ""
+    copies: int = 1
     extras: dict[str, Array] = field(default_factory=dict)
 
     @property

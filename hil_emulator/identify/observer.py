@@ -240,7 +240,8 @@ class Observer:
         raw = self.innovations(frozen, par, chan)[0]
         present = np.isfinite(frozen.measured)
         spread = [_robust_rms(raw[present[:, j], j]) for j in range(raw.shape[1])]
-        frozen.weights = 1.0 / np.array([s if s > 1e-6 else 1.0 for s in spread])
+        scale = np.sqrt(frozen.experiment.copies)
+        frozen.weights = 1.0 / (scale * np.array([s if s > 1e-6 else 1.0 for s in spread]))
 
     def _tuning(
         self,

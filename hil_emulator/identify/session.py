@@ -1,7 +1,7 @@
 """The whole workflow as one function: experiments and a configuration in, a result out."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 from hil_emulator.identify import account, parameters, plausible, static
 from hil_emulator.identify.confusion import rivals_of
+from hil_emulator.identify.copies import counted
 from hil_emulator.identify.experiment import Experiment
 from hil_emulator.identify.next_experiment import recommend
 from hil_emulator.identify.observer import Observer
@@ -17,6 +18,7 @@ from hil_emulator.identify.predictor import Predictor
 from hil_emulator.identify.result import Finding, Result, Rival, Unexplained, in_words
 from hil_emulator.identify.search import Search, Searcher, Trial
 from hil_emulator.identify.twin import Coordinate, Twin
+from hil_emulator.identify.valve_bench import VOLUME_PRIORS, ValveBench, bench
 from hil_emulator.model.sensors import CHANNELS
 
 DRIVEN = 0.2e-3
@@ -52,15 +54,15 @@ def identify(
 
     """
     twin = Twin(config, cache)
-    learn, check = _split(training, validation)
+    learn, check = counted(*_split(training, validation))
     notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     predictor, learn, check, why = _predictor(twin, learn, check)
     if predictor is None:
         return Result("cannot_examine", why, notes=notes)
     notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
+    twin = predictor.twin
     candidates = _chosen(_candidates(twin, predictor), only, exclude)
-    priors = parameters.PRIORS if isinstance(predictor, Observer) else parameters.STATIC_PRIORS
-    nuisances = parameters.ordinary(twin, priors)
+    nuisances = parameters.ordinary(twin, _priors(predictor))
     searcher = Searcher(predictor, learn, check, candidates, nuisances, jobs, tell)
     try:
         found = searcher.run() if search else searcher.look()
@@ -110,23 +112,23 @@ def _predictor(
         c.name for c in CHANNELS
         if not c.differenced and all(c.name in e.readings for e in everything)
     )  # fmt: skip
-    if "position" not in names:
-        why = "no experiment shows a moving position; without it no balance can be examined"
-        return None, learn, check, why
-    if any(np.nanmax(e.readings["position"]) - np.nanmin(e.readings["position"]) < DRIVEN
-           for e in everything):  # fmt: skip
-        return None, learn, check, "the rod hardly moves; move it by some millimetres"
+    travels = [float(np.ptp(x[np.isfinite(x)])) for x in
+               (e.readings.get("position", np.zeros(1)) for e in everything)]  # fmt: skip
+    if max(travels) < DRIVEN:
+        valve, why = bench(twin, everything)
+        still = "the rod hardly moves; move it by some millimetres" if max(travels) > 0.0 else (
+            "no experiment shows a moving position"
+        )  # fmt: skip
+        why = f"{still}; {why}" if why else _slow(everything)
+        return None if why else valve, learn, check, why
+    if min(travels) < DRIVEN:
+        return None, learn, check, "the rod hardly moves in some; move it by some millimetres"
     contrary = plausible.contradictions(everything, twin)
     if contrary:
         return None, learn, check, "; ".join(contrary)
     if all(len(e.current) for e in everything):
-        if max(e.period for e in everything) > SLOWEST:
-            why = (
-                f"sampled every {max(e.period for e in everything) * 1e3:.3g} ms: pressures move "
-                f"within that time; record at {SLOWEST * 1e3:g} ms or faster"
-            )
-            return None, learn, check, why
-        return Observer(twin, names), learn, check, ""
+        why = _slow(everything)
+        return None if why else Observer(twin, names), learn, check, why
     if "load_force" in names and {"pressure_a", "pressure_b"} & set(names):
         turned = plausible.dissipative(everything, twin)
         return (
@@ -137,6 +139,24 @@ def _predictor(
         "chamber pressure and load_force"
     )
     return None, learn, check, why
+
+
+def _priors(predictor: Predictor) -> Mapping[str, float]:
+    """Return how well ordinary parameters are known."""
+    if isinstance(predictor, ValveBench):
+        return VOLUME_PRIORS
+    return parameters.PRIORS if isinstance(predictor, Observer) else parameters.STATIC_PRIORS
+
+
+def _slow(experiments: Sequence[Experiment]) -> str:
+    """Return why experiments are sampled too slowly, or ""."""
+    slowest = max(e.period for e in experiments)
+    if slowest <= SLOWEST:
+        return ""
+    return (
+        f"sampled every {slowest * 1e3:.3g} ms: pressures move within that time; record at "
+        f"{SLOWEST * 1e3:g} ms or faster"
+    )
 
 
 def _candidates(twin: Twin, predictor: Predictor) -> list[Coordinate]:

@@ -1,0 +1,111 @@
+"""A valve with blocked ports: closed chambers, or its spool alone, and nothing of the load."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.session import identify
+from hil_emulator.identify.valve_bench import ValveBench, bench
+from hil_emulator.model.plant import Plant, Sensors
+from tests.identify.rig_data import CACHE, OFF, PERIOD, knee, knee_twin, recorded
+
+CHANNELS = ("pressure_a", "pressure_b", "supply_pressure")
+
+
+def blocked(
+    changes: Mapping[str, float], kind: str, seed: int, duration: float = 2.0
+) -> Experiment:
+    """Record a valve whose ports are blocked: a cylinder with a load that nothing moves."""
+    twin, config = knee_twin(), knee()
+    random = np.random.default_rng(seed)
+    values = {n: v * OFF.get(n, 1.0) for n, v in twin.plant_values.items()}
+    plant = Plant(twin.kernel, values | {"load_mass": 1e12} | dict(changes), 2e-5)
+    readings = Sensors(twin.kernel, config.sensors, PERIOD, random)
+    time = np.arange(round(duration / PERIOD)) * PERIOD
+    if kind == "multisine":
+        frequencies = np.array([0.7, 1.9, 5.3, 13.0, 31.0, 71.0])
+        phases = random.uniform(0.0, 2.0 * np.pi, len(frequencies))
+        waves = np.sin(2.0 * np.pi * np.outer(time, frequencies) + phases)
+        current = waves @ np.array([60.0, 40.0, 40.0, 40.0, 30.0, 30.0]) * 1e-6
+    else:
+        current = random.uniform(-3e-4, 3e-4, 40)[(time / 0.1).astype(int) % 40]
+    table = np.zeros((len(time), len(readings.names)))
+    for k, value in enumerate(current):
+        readings.sample(plant.signal_vector)
+        table[k] = readings.reading
+        plant.command({"valve_current": value})
+        plant.step(50)
+    found = {n: table[:, readings.names.index(n)].copy() for n in (*CHANNELS, "spool_position")}
+    found["spool_position"] += random.normal(0.0, 1e-5, len(time))
+    return Experiment(f"{kind}-{seed}", PERIOD, current, found)
+
+
+def only(e: Experiment, *channels: str) -> Experiment:
+    """Return an experiment with some of its channels."""
+    return replace(e, readings={n: v for n, v in e.readings.items() if n in channels})
+
+
+def test_closed_chambers_are_told_from_a_rod_that_moves_unseen() -> None:
+    """Pressures of blocked ports follow the valve's flow; those of a moving rod do not."""
+    twin = knee_twin()
+    for kind in ("multisine", "steps"):
+        found, why = bench(twin, [only(blocked({}, kind, 1), *CHANNELS)])
+        assert isinstance(found, ValveBench), why
+        moving = recorded({}, kind, 1)
+        found, why = bench(twin, [only(moving, *CHANNELS)])
+        assert found is None
+        assert "nor does pressure_a follow the valve" in why
+
+
+def test_it_says_which_balances_it_examines() -> None:
+    """Spool alone; with pressures the flows, too; never a force."""
+    twin = knee_twin()
+    spool, _ = bench(twin, [only(blocked({}, "steps", 1), "spool_position")])
+    assert spool is not None
+    assert [b.name for b in spool.balances] == ["spool"]
+    ports, _ = bench(twin, [only(blocked({}, "steps", 1), *CHANNELS)])
+    assert ports is not None
+    assert {b.name for b in ports.balances} == {
+        "spool", "flow into chamber a", "flow out of chamber b", "leakage from a to b",
+        "supply pressure",
+    }  # fmt: skip
+
+
+def test_neither_pressures_nor_spool_is_too_little() -> None:
+    """A current and the supply alone say nothing of a valve."""
+    result = identify(knee(), [only(blocked({}, "steps", 1), "supply_pressure")], cache=CACHE)
+    assert result.verdict == "cannot_examine"
+    assert "no valve_current with the spool's position or with chamber pressures" in result.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "name", "value"),
+    [
+        ({"null_bias_bias": 3e-5}, "null_bias", 3e-5),
+        ({"underlap_lap": 0.0, "overlap_lap": 6e-5}, "overlap", 6e-5),
+    ],
+)
+def test_an_effect_of_the_valve_is_named(
+    changes: Mapping[str, float], name: str, value: float
+) -> None:
+    """From current and pressures of blocked ports alone; friction is out of sight."""
+    kinds = ("multisine", "steps", "multisine")
+    train = [only(blocked(changes, kind, 1 + i), *CHANNELS) for i, kind in enumerate(kinds)]
+    other = [only(blocked(changes, "steps", 101), *CHANNELS)]
+    result = identify(knee(), train, other, cache=CACHE)
+    assert [f.name for f in result.effects] == [name]
+    assert result.effects[0].value == pytest.approx(value, rel=0.15)
+    assert {"stribeck_friction", "load_spring", "gravity"} <= set(result.unseen)
+
+
+@pytest.mark.slow
+def test_a_healthy_valve_lacks_nothing() -> None:
+    """Ordinary parameters off by a usual amount, and no name."""
+    train = [only(blocked({}, kind, 1 + i), *CHANNELS) for i, kind in
+             enumerate(("multisine", "steps", "multisine"))]  # fmt: skip
+    result = identify(knee(), train, [only(blocked({}, "steps", 101), *CHANNELS)], cache=CACHE)
+    assert result.verdict == "nothing_missing"
