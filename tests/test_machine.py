@@ -142,6 +142,7 @@ def test_a_single_configuration_is_a_machine_of_one() -> None:
         ('bus = "right"', 'bus = "rigth"', "there is no bus 'rigth'; there are: left, right"),
         ("node_offset = 1", "offset = 1", "actuator.1.offset: unknown key"),
         ('name = "knee"', "", "actuator.1.name: missing"),
+        ('name = "knee"', 'name = "hip"', "two actuators are called hip"),
         (
             f'files = ["{KNEE}"]\nbus = "left"\nnode',
             'files = ["no.toml"]\nbus="left"\nnode',

@@ -159,13 +159,23 @@ def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration
             f'"{recording.header["capture"]}"; only a recording from the start can be replayed'
         )
     config = load(files or [Path(name) for name in recording.header["files"]])
-    config = dataclasses.replace(config, seed=recording.header["seed"])
+    config = _as_recorded(config, recording.header)
     if not files and config.digest != recording.provenance["digest"]:
         raise UserError(
             f"{file}: its configuration has changed since (digest {config.digest}, then "
             f"{recording.provenance['digest']}); name the CONFIG to replay it with"
         )
     return recording, config
+
+
+def _as_recorded(config: Configuration, head: dict[str, Any]) -> Configuration:
+    """Return what an actuator's files describe with what a machine has made of it."""
+    ids = head.get("nodes", [])
+    if len(ids) == len(config.nodes):
+        pairs = zip(config.nodes, ids, strict=True)
+        nodes = tuple(dataclasses.replace(n, id=i, bus_number=bus) for n, (i, bus) in pairs)
+        config = dataclasses.replace(config, nodes=nodes)
+    return dataclasses.replace(config, seed=head["seed"])
 
 
 def _verdict(result: Comparison, recording: Recording) -> str:

@@ -13,6 +13,7 @@ from hil_emulator.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
 from hil_emulator.commands.run_machine import run_machine
+from hil_emulator.commands.taping import taped
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
@@ -21,8 +22,6 @@ from hil_emulator.loop import Timing
 from hil_emulator.places import cache_folder, near
 from hil_emulator.recording.capture import Capture
 from hil_emulator.recording.exports import check_file
-from hil_emulator.recording.header import header
-from hil_emulator.recording.tape import FileTape
 from hil_emulator.remote.desk import Desk
 from hil_emulator.rig import Rig, assemble
 
@@ -44,9 +43,10 @@ def run(
         bus: "interface:channel" in place of what the configuration says.
         clock: "wall", "lockstep" or "follow-sync".
         duration: emulator time to run [s]; None runs until interrupted.
-        record: files for signals and frames; see `recording.exports`.
+        record: files for signals and frames, see `recording.exports`; of several actuators
+            each has its own, see `taping.of_actuator`.
         capture: records only what is around a condition, where there is one.
-        faults: what breaks, a line each; see `faults.fault.spoken`.
+        faults: what breaks, a line each; see `faults.fault.spoken` and `run_machine.placed`.
         control: TCP port of the remote control; off without one.
 
     Raises:
@@ -57,22 +57,20 @@ def run(
         raise UserError("the lock-step clock waits for nobody: give it a --duration")
     for file in record:
         check_file(file)
-    broken = [spoken(line) for line in faults]
     settings = load_machine(files)
     if len(settings.actuators) > 1:
-        if bus or record or faults or control is not None:
-            raise UserError(
-                "--bus, --record, --fault and --control are for one actuator; run its own files"
-            )
-        run_machine(settings, clock, duration)
+        if bus or control is not None:
+            raise UserError("--bus and --control are for one actuator; run its own files")
+        run_machine(settings, clock, duration, record, capture, faults)
         return
+    broken = [spoken(line) for line in faults]
     config = settings.actuators[0].config
     with Bus(bus_settings(config, bus)) as door:
         follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
         click.echo("Preparing the model (a few seconds the first time) ...", err=True)
         rig = assemble(config, follow or door, cache_folder())
         refuse_collisions("bus", rig.nodes)
-        with _recording(rig, config, record, capture), _desk(control) as desk:
+        with taped(rig, config, record, capture), _desk(control) as desk:
             for fault in broken:
                 rig.inject(fault)
             measures = [] if clock == "lockstep" else realtime.apply()
@@ -124,25 +122,6 @@ def capture(trigger: str | None, before: float, after: float) -> Capture | None:
     if trigger is None:
         return None
     return Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
-
-
-@contextmanager
-def _recording(
-    rig: Rig, config: Configuration, files: Sequence[Path], capture: Capture | None
-) -> Iterator[None]:
-    """Record what happens meanwhile, where there are files to record into."""
-    if not files:
-        yield
-        return
-    text = capture.text if capture else ""
-    tape = FileTape(files, header(config, rig.nodes, text), capture)
-    rig.tape = tape
-    try:
-        yield
-    finally:
-        tape.close()
-        for file in files:
-            click.echo(f"recorded  {near(file)}")
 
 
 def bus_settings(config: Configuration, override: str | None) -> Mapping[str, Any]:

@@ -1,6 +1,8 @@
 """`hil-emulator run` of several actuators on their buses."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack
+from pathlib import Path
 
 import click
 
@@ -9,20 +11,33 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.clock import Clock, LockStep, WallClock
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
+from hil_emulator.commands.taping import machine_taped
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
+from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.loop import Timing
 from hil_emulator.machine import Machine, assemble_machine
 from hil_emulator.places import cache_folder, near
+from hil_emulator.recording.capture import Capture
 
 
-def run_machine(settings: MachineSettings, clock: str, duration: float | None) -> None:
+def run_machine(
+    settings: MachineSettings,
+    clock: str,
+    duration: float | None,
+    record: Sequence[Path] = (),
+    capture: Capture | None = None,
+    faults: Sequence[str] = (),
+) -> None:
     """Run several actuators under one loop.
 
     Args:
         settings: the machine.
         clock: "wall" or "lockstep".
         duration: emulator time to run [s]; None runs until interrupted.
+        record: files for signals and frames; each actuator's bears its name besides.
+        capture: records only what is around a condition, where there is one.
+        faults: what breaks, a line each; see `placed`.
 
     Raises:
         UserError: for whatever the user can mend.
@@ -30,6 +45,7 @@ def run_machine(settings: MachineSettings, clock: str, duration: float | None) -
     """
     if clock == "follow-sync":
         raise UserError("several actuators have no common SYNC: use --clock wall or lockstep")
+    broken = [placed(line, [a.name for a in settings.actuators]) for line in faults]
     tick_ns = settings.actuators[0].config.tick_ns
     with ExitStack() as stack:
         buses = {name: stack.enter_context(Bus(t)) for name, t in settings.buses.items()}
@@ -38,6 +54,9 @@ def run_machine(settings: MachineSettings, clock: str, duration: float | None) -
         for name in buses:
             there = [a.name for a in settings.actuators if a.bus == name]
             refuse_collisions(name, [n for a in there for n in machine.rigs[a].nodes])
+        stack.enter_context(machine_taped(machine, settings, record, capture))
+        for name, fault in broken:
+            machine.rigs[name].inject(fault)
         measures = [] if clock == "lockstep" else realtime.apply()
         click.echo(_banner(settings, buses, measures))
         pace: Clock = LockStep() if clock == "lockstep" else WallClock(tick_ns)
@@ -50,6 +69,22 @@ def run_machine(settings: MachineSettings, clock: str, duration: float | None) -
             )  # fmt: skip
         finally:
             click.echo(summary(machine, timing, doors))
+
+
+def placed(line: str, names: Sequence[str]) -> tuple[str, Fault]:
+    """Return whom a fault befalls, and the fault: `hip.pressure_a offset value="3 bar"`.
+
+    Raises:
+        UserError: for a line that names no actuator, or a fault that cannot be.
+
+    """
+    for name in names:
+        if line.startswith(f"{name}."):
+            return name, spoken(line.removeprefix(f"{name}."))
+    raise UserError(
+        f"fault '{line}': begin with the name of an actuator, such as {names[0]}.{line}; "
+        f"there are: {', '.join(names)}"
+    )
 
 
 def _banner(

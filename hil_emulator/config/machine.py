@@ -119,7 +119,10 @@ def _actuator(file: Path, position: int, table: ActuatorTable, bus: int) -> Actu
 def _check_together(file: Path, table: MachineTable, actuators: Sequence[ActuatorSettings]) -> None:
     """Refuse what only shows when the actuators are seen side by side."""
     taken: dict[tuple[str, int], str] = {}
+    names = [actuator.name for actuator in actuators]
     for actuator in actuators:
+        if names.count(actuator.name) > 1:
+            raise UserError(f"{file}: two actuators are called {actuator.name}; rename one")
         if actuator.bus not in table.buses:
             raise UserError(
                 f"{file}: actuator {actuator.name}: there is no bus '{actuator.bus}'; "

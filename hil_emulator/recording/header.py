@@ -34,6 +34,7 @@ def header(config: Configuration, nodes: Sequence[Node], capture: str = "") -> d
         "provenance": provenance(config),
         "files": [str(f.resolve()) for f in config.files],
         "seed": config.seed,
+        "nodes": [(n.id, n.bus_number) for n in config.nodes],
         "tick_ns": config.tick_ns,
         "capture": capture,
         "columns": columns(),

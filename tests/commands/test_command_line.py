@@ -14,6 +14,7 @@ import pytest
 
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.places import shipped
+from hil_emulator.recording import journal
 
 REFERENCE = shipped("configs/hyq_knee.toml")
 
@@ -131,7 +132,32 @@ def test_a_leg_of_two_actuators_runs_on_two_buses(layer: Callable[[str], Path]) 
     assert "node      12 on knee" in result.stdout
     assert "500 ticks" in result.stdout
     assert "40 out" in result.stdout
-    assert "for one actuator" in refused("run", leg, "--record", "x.csv")
+    assert "for one actuator" in refused("run", leg, "--control", "0")
+    assert "such as hip.valve stuck" in refused("run", leg, "--fault", "valve stuck")
+
+
+def test_each_actuator_of_a_machine_is_recorded_and_can_break(
+    layer: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """One file each; the fault is in that of the actuator it was for; both replay bit for bit."""
+    text = shipped("configs/hyq_leg.toml").read_text()
+    leg = layer(
+        re.sub(r"port = \d+", "port = 0", text).replace('"hyq_', f'"{REFERENCE.parent}/hyq_')
+    )
+    result = hil_emulator(
+        "run", leg, "--clock", "lockstep", "--duration", "0.3 s",
+        "--record", tmp_path / "leg.rec", "--fault", "hip.supply droop start='0.1 s'",
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    hip, knee = (journal.read(tmp_path / f"leg_{name}.rec") for name in ("hip", "knee"))
+    assert len(hip.rows) == len(knee.rows) == 300
+    assert [what for _, what in hip.events] != []
+    assert knee.events == []
+    assert hip.table()["model.supply_pressure"][-1] < 130e5
+    assert knee.table()["model.supply_pressure"][-1] == 160e5
+    for name in ("hip", "knee"):
+        result = hil_emulator("replay", tmp_path / f"leg_{name}.rec")
+        assert "the same, bit for bit" in result.stdout, result.stdout + result.stderr
 
 
 def test_bad_input_ends_with_one_message(layer: Callable[[str], Path], tmp_path: Path) -> None:
