@@ -58,7 +58,7 @@ CELL = Balance("reading of the load cell", "N", 10.0, channel="load_force")
 RULER = Balance("reading of the position sensor", "m", 1e-5, channel="position")
 
 BLOCKS: tuple[tuple[Balance, str], ...] = (
-    (SPOOL, "valve current"), (SPOOL, "rate of the current"), (SPOOL, "time"),
+    (SPOOL, "valve current"), (SPOOL, "rate of the current"),
     (FLOW_A, "spool position"), (FLOW_A, "pressure a"), (FLOW_A, "position"),
     (FLOW_B, "spool position"), (FLOW_B, "pressure b"), (FLOW_B, "position"),
     (LEAKAGE, "pressure difference"), (LEAKAGE, "position times pressure difference"),
@@ -68,7 +68,8 @@ BLOCKS: tuple[tuple[Balance, str], ...] = (
     (LOAD, "velocity"), (LOAD, "position"), (LOAD, "time"),
     (SUPPLY, "supply flow"), (CELL, "time"), (RULER, "velocity"),
 )  # fmt: skip
-"""Balance and driver of every block."""
+"""Balance and driver of every block. The spool over time is missing: drift of the null, which every
+valve has, is a state of the predictor."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,11 @@ class BlockScore:
     knots: Array
     curve: Array
     columns: Array
+
+    @property
+    def title(self) -> str:
+        """The balance and its driver in words."""
+        return f"{self.balance.name} over {self.driver}"
 
     @property
     def significant(self) -> bool:
@@ -197,7 +203,8 @@ def _score(
         balance,
         driver,
         float(gain @ gain),
-        chance(basis, residual, seed, 2 * stretch),
+        # what the term explains is no measure of chance
+        chance(basis, residual - basis @ gain, seed, 2 * stretch),
         knots,
         curve,
         columns,

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hil_emulator.identify.contest import Trial
 from hil_emulator.identify.experiment import Array
 from hil_emulator.identify.gate import robust_variance
 from hil_emulator.identify.scan import Score
-from hil_emulator.identify.search import Trial
 
 INSEPARABLE = 12.0
 """Difference in chi-square below which two explanations count as the same (assumed)."""

@@ -23,8 +23,8 @@ INPUT_COUNT = len(INPUTS)
 
 
 def advance(
-    tick: Any, memory: Any, past: Any, z: Any, active: Any, par: Any, supply: int, nominal: float,
-    inputs: Any, current: float, decay: Any, signals: Any, step: float, steps: int,
+    tick: Any, memory: Any, past: Any, z: Any, active: Any, par: Any, drift: int, supply: int,
+    nominal: float, inputs: Any, current: float, decay: Any, signals: Any, step: float, steps: int,
 ) -> None:  # fmt: skip
     """Map z over one sample period; `memory` and `signals` then belong to the new state."""
     n = len(active)
@@ -32,7 +32,8 @@ def advance(
         memory[active[i]] = z[i]
     z[n] *= decay[0]
     z[n + 1] *= decay[1]
-    inputs[0] = current + z[n]
+    inputs[0] = current
+    par[drift] = z[n]
     par[supply] = nominal + z[n + 1]
     tick(memory, past, par, inputs, signals, step, steps)
     for i in range(n):
@@ -40,8 +41,8 @@ def advance(
 
 
 def predict(
-    tick: Any, sense: Any, start: Any, z0: Any, active: Any, par: Any, supply: int, chan: Any,
-    remembered: Any, sources: Any, chosen: Any, current: Any, measured: Any, gains: Any,
+    tick: Any, sense: Any, start: Any, z0: Any, active: Any, par: Any, drift: int, supply: int,
+    chan: Any, remembered: Any, sources: Any, chosen: Any, current: Any, measured: Any, gains: Any,
     whitening: Any, decay: Any, period: float, step: float, steps: int, residual: Any, track: Any,
 ) -> None:  # fmt: skip
     """Run the frozen predictor.
@@ -53,6 +54,7 @@ def predict(
         z0: augmented state at the start.
         active: indices of the states in z.
         par: the plant's parameters.
+        drift: index of the null's drift in `par`.
         supply: index of the supply pressure in `par`.
         chan: the transducers' parameters.
         remembered: how many values the set point, the transducers, and their histories remember.
@@ -90,6 +92,7 @@ def predict(
         z,
         active,
         par,
+        drift,
         supply,
         nominal,
         inputs,
@@ -117,6 +120,6 @@ def predict(
             for j in range(m):
                 z[i] += gains[k, i, j] * error[j]
         advance(
-            tick, memory, past, z, active, par, supply, nominal, inputs, current[k], decay, signals,
-            step, steps,
+            tick, memory, past, z, active, par, drift, supply, nominal, inputs, current[k], decay,
+            signals, step, steps,
         )  # fmt: skip

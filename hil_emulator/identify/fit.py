@@ -97,6 +97,11 @@ class Fitter:
         np.nan_to_num(flat, copy=False, nan=WORST, posinf=WORST, neginf=-WORST)
         return tamed(np.clip(flat, -WORST, WORST))
 
+    def chi2(self, coordinates: Sequence[Coordinate], at: Array) -> float:
+        """Return the sum of squares at a point, priors included."""
+        residual = self.residual(coordinates, at)
+        return float(residual @ residual + np.sum((prior_rows(coordinates) * at) ** 2))
+
     def map(self, function: Callable[[int], Array], items: Iterable[int]) -> list[Array]:
         """Apply a function on threads: the compiled code does not hold the interpreter."""
         if self._jobs <= 1:

@@ -8,10 +8,10 @@ from hil_emulator.identify.filter import INPUT_COUNT, advance
 
 
 def run_freely(
-    tick: Any, sense: Any, start: Any, z0: Any, active: Any, par: Any, supply: int, chan: Any,
-    remembered: Any, sources: Any, chosen: Any, current: Any, measured: Any, gains: Any, decay: Any,
-    period: float, step: float, steps: int, first: int, window: int, one: Any, free: Any,
-    track: Any,
+    tick: Any, sense: Any, start: Any, z0: Any, active: Any, par: Any, drift: int, supply: int,
+    chan: Any, remembered: Any, sources: Any, chosen: Any, current: Any, measured: Any,
+    gains: Any, decay: Any, period: float, step: float, steps: int, first: int, window: int,
+    one: Any, free: Any, track: Any,
 ) -> None:  # fmt: skip
     """Run the frozen predictor, and beside it the free run that it restarts.
 
@@ -37,8 +37,8 @@ def run_freely(
     past_free, trace_free, history_free = past.copy(), trace.copy(), history.copy()
     signals = np.zeros(track.shape[1])
     advance(
-        tick, memory, past, z, active, par, supply, nominal, inputs, current[0], decay, signals,
-        step, 0,
+        tick, memory, past, z, active, par, drift, supply, nominal, inputs, current[0], decay,
+        signals, step, 0,
     )  # fmt: skip
     signals_free = signals.copy()
     error = np.zeros(len(chosen))
@@ -65,13 +65,13 @@ def run_freely(
             trace_free[:] = trace
             history_free[:] = history
         advance(
-            tick, memory, past, z, active, par, supply, nominal, inputs, current[k], decay, signals,
-            step, steps,
+            tick, memory, past, z, active, par, drift, supply, nominal, inputs, current[k], decay,
+            signals, step, steps,
         )  # fmt: skip
         if k >= first:
             advance(
-                tick, memory_free, past_free, z_free, active, par, supply, nominal, inputs,
-                current[k], decay, signals_free, step, steps,
+                tick, memory_free, past_free, z_free, active, par, drift, supply, nominal,
+                inputs, current[k], decay, signals_free, step, steps,
             )  # fmt: skip
 
 

@@ -53,7 +53,7 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
     one, free = np.full(frozen.measured.shape, np.nan), np.full(frozen.measured.shape, np.nan)
     track = np.empty((count, len(twin.signal_names)))
     twin.loops.run_freely(
-        frozen.start, frozen.z0, frozen.active, par, twin.supply, chan, twin.remembered,
+        frozen.start, frozen.z0, frozen.active, par, twin.drift, twin.supply, chan, twin.remembered,
         twin.sources, frozen.chosen, experiment.current, frozen.measured, frozen.gains,
         frozen.decay, period, period / steps, steps, first, window, one, free, track,
     )  # fmt: skip

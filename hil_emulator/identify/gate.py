@@ -16,6 +16,11 @@ SMALLEST_HELD_OUT = 5.0
 """Gain in chi-square on data that took no part in the fit."""
 
 
+CONFIRMED = 0.25
+"""Part of the gain which an effect of the estimated size would have on held-out data, that it must
+have there (assumed)."""
+
+
 @dataclass(frozen=True)
 class Evidence:
     """For and against one candidate.
@@ -25,6 +30,7 @@ class Evidence:
         wald: squared estimate over its variance, serial correlation counted.
         held_out: gain in chi-square on the validation data; NaN without any.
         needed: gain that is needed.
+        expected: gain on the validation data if the effect has the estimated size there too.
 
     """
 
@@ -32,6 +38,7 @@ class Evidence:
     wald: float
     held_out: float
     needed: float
+    expected: float = 0.0
 
     @property
     def passed(self) -> bool:
@@ -48,6 +55,8 @@ class Evidence:
             found.append(f"robust Wald statistic {self.wald:.1f} below {SMALLEST_WALD:.0f}")
         if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
+        elif np.isfinite(self.held_out) and self.held_out < CONFIRMED * self.expected:
+            found.append(f"held-out gain {self.held_out:.0f}, expected {self.expected:.0f}")
         return found
 
 

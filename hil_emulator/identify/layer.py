@@ -31,7 +31,8 @@ def layer(result: Result, files: Sequence[Path], date: str) -> str:
     if result.search is not None and result.search.final is not None:
         for finding in result.effects:
             coordinate = next(c for c in result.search.effects if c.name == finding.name)
-            tables.setdefault(_table(coordinate), []).append(_effect(coordinate, finding))
+            row = _effect(result.search, coordinate, finding)
+            tables.setdefault(_table(coordinate), []).append(row)
         for coordinate, value in _refitted(result.search):
             tables.setdefault(_table(coordinate), []).append(_ordinary(coordinate, value))
     for table, rows in tables.items():
@@ -56,12 +57,18 @@ def quoted(value: float, unit: str) -> str:
     return repr(float(value)) if unit == "1" else f'"{value:.8g} {unit}"'
 
 
-def _effect(coordinate: Coordinate, finding: Finding) -> str:
+def _effect(search: Search, coordinate: Coordinate, finding: Finding) -> str:
     assert coordinate.effect is not None
-    value = quoted(finding.value, finding.unit)
+    assert search.final is not None
+    at = dict(zip([c.name for c in search.final.coordinates], search.final.at, strict=True))
+    law = [f"{finding.knob} = {quoted(finding.value, finding.unit)}"]
+    for shape in search.shapes:
+        owner, _, name = shape.name.rpartition(".")
+        if owner == coordinate.name:
+            law.append(f"{name} = {quoted(shape.value(float(at[shape.name])), shape.unit)}")
     low, high = (f"{v:.4g}" for v in finding.interval)
     return (
-        f"{coordinate.effect.name} = {{ {finding.knob} = {value} }}"
+        f"{coordinate.effect.name} = {{ {', '.join(law)} }}"
         f"   # 95 %: {low} ... {high} {finding.unit}; {100 * finding.explained:.0f} % of the gap"
     )
 

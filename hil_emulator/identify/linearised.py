@@ -32,9 +32,9 @@ def update(cov: Any, slope: Any, noise: Any, present: Any, gain: Any, whitening:
 
 def linearise(
     tick: Any, sense: Any, start: Any, z0: Any, cov0: Any, scales: Any, active: Any, par: Any,
-    supply: int, probes: Any, probe_sizes: Any, chan: Any, remembered: Any, sources: Any,
-    chosen: Any, slope: Any, signal_count: int, current: Any, measured: Any, noise: Any,
-    diffusion: Any, decay: Any, period: float, step: float, steps: int, gains: Any,
+    drift: int, supply: int, probes: Any, probe_sizes: Any, chan: Any, remembered: Any,
+    sources: Any, chosen: Any, slope: Any, signal_count: int, current: Any, measured: Any,
+    noise: Any, diffusion: Any, decay: Any, period: float, step: float, steps: int, gains: Any,
     whitening: Any, maps: Any, senses: Any,
     drives: Any, feeds: Any,
 ) -> None:  # fmt: skip
@@ -84,6 +84,7 @@ def linearise(
         z,
         active,
         par,
+        drift,
         supply,
         nominal,
         inputs,
@@ -102,8 +103,8 @@ def linearise(
             other[:] = memory
             past_other[:] = past
             advance(
-                tick, other, past_other, moved, active, par, supply, nominal, inputs, before, still,
-                signals_moved, step, 0,
+                tick, other, past_other, moved, active, par, drift, supply, nominal, inputs, before,
+                still, signals_moved, step, 0,
             )  # fmt: skip
             for i in range(m):
                 source = sources[chosen[i]]
@@ -121,8 +122,8 @@ def linearise(
         past_before[:] = past
         posterior = z.copy()
         advance(
-            tick, memory, past, z, active, par, supply, nominal, inputs, current[k], decay, signals,
-            step, steps,
+            tick, memory, past, z, active, par, drift, supply, nominal, inputs, current[k], decay,
+            signals, step, steps,
         )  # fmt: skip
         for j in range(n):  # Jacobian of the next state and reading
             moved[:] = posterior
@@ -130,8 +131,8 @@ def linearise(
             other[:] = old
             past_other[:] = past_before
             advance(
-                tick, other, past_other, moved, active, par, supply, nominal, inputs, current[k],
-                decay, signals_moved, step, steps,
+                tick, other, past_other, moved, active, par, drift, supply, nominal, inputs,
+                current[k], decay, signals_moved, step, steps,
             )  # fmt: skip
             for i in range(n):
                 maps[k, i, j] = (moved[i] - z[i]) / scales[j]
@@ -144,8 +145,8 @@ def linearise(
             past_other[:] = past_before
             par[probes[j]] += probe_sizes[j]
             advance(
-                tick, other, past_other, moved, active, par, supply, nominal, inputs, current[k],
-                decay, signals_moved, step, steps,
+                tick, other, past_other, moved, active, par, drift, supply, nominal, inputs,
+                current[k], decay, signals_moved, step, steps,
             )  # fmt: skip
             par[probes[j]] -= probe_sizes[j]
             for i in range(n):

@@ -135,7 +135,7 @@ class Observer:
                   ((n, n_m), (n_m, n_m), (n, n), (n_m, n), (n, q), (n_m, q))]  # fmt: skip
         steps = int(np.ceil(experiment.period / self.step(par) - 1e-9))
         twin.loops.linearise(
-            start, z0, cov0, scales, active, par, twin.supply,
+            start, z0, cov0, scales, active, par, twin.drift, twin.supply,
             twin.probes, twin.probe_sizes, chan, twin.remembered, twin.sources, self.chosen,
             np.ones(n_m), len(twin.signal_names), experiment.current, measured, noise**2, diffusion,
             decay, experiment.period, experiment.period / steps, steps, *arrays,
@@ -164,9 +164,9 @@ class Observer:
         twin, experiment = self.twin, frozen.experiment
         steps = max(1, int(np.ceil(experiment.period / step - 1e-9)))
         twin.loops.predict(
-            frozen.start, frozen.z0, frozen.active, par,
-            twin.supply, chan, twin.remembered, twin.sources, frozen.chosen, experiment.current,
-            frozen.measured, frozen.gains, frozen.whitening, frozen.decay, experiment.period,
+            frozen.start, frozen.z0, frozen.active, par, twin.drift, twin.supply, chan,
+            twin.remembered, twin.sources, frozen.chosen, experiment.current, frozen.measured,
+            frozen.gains, frozen.whitening, frozen.decay, experiment.period,
             experiment.period / steps, steps, residual, path,
         )  # fmt: skip
 

@@ -23,6 +23,10 @@ PRIORS = {
 }
 """Relative standard deviation by parameter (assumed: tolerance of a careful data sheet)."""
 
+FREE = "supply_pressure"
+"""A channel that follows a disturbance: no model says how it moves from sample to sample, so these
+data cannot show a lag, a delay or a hum of its sensor."""
+
 KNOB_PRIOR = 0.5
 """Relative standard deviation of an effect that the configuration states (assumed)."""
 
@@ -83,6 +87,8 @@ def candidates(twin: Twin, channels: tuple[str, ...]) -> list[Coordinate]:
             continue
         for channel in (c for c in channels if concerns(effect, c)):
             coordinate = twin.knob(effect, channel, math.inf)
+            if channel == FREE and effect.states:
+                continue
             if predictable(effect) and not is_on(effect, coordinate.neutral):
                 found.append(coordinate)
     return found

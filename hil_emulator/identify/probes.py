@@ -42,6 +42,19 @@ def probe_spool(current: float, term: float) -> float:
     return current + term
 
 
+@effect(command, knob=_knob("A", 1e-7), source="identification", signature="spool")
+def probe_drift(current: float, term: float) -> float:
+    """Add the drift of the null, which the predictor tracks: u = u + n.
+
+    It acts on the spool, behind whatever delays or holds the set point.
+    """
+    return current + term
+
+
 PROBES: tuple[Effect, ...] = (
     probe_friction, probe_load, probe_cross, probe_outward, probe_spool,
 )  # fmt: skip
+"""Terms whose effect on the next state is wanted."""
+
+DRIFT = probe_drift
+"""The valve's null, which is a state of the predictor."""

@@ -1,5 +1,6 @@
 """Score every candidate at once, with what ordinary parameters could explain projected out."""
 
+import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,15 @@ SEEN = 9.0
 FAR = 10.0
 """Typical sizes beyond which an estimate from a hardly visible effect is nonsense (assumed)."""
 
+WORTHLESS = 4.0
+"""Expected gain in chi-square below which a candidate is not looked at again."""
+
+KEPT = 0.5
+"""Part of the gain that the linear model expects which the model itself must show (assumed)."""
+
+LOOKS = 30
+"""Most looks at the model itself in one scan."""
+
 
 @dataclass(frozen=True)
 class Score:
@@ -26,6 +36,8 @@ class Score:
         estimate: its linear estimate, in typical sizes.
         information: squared norm of its projected column: the gain of the effect at typical size.
         column: derivative of the residual, ordinary parameters projected out.
+        slope: the same, nothing projected out.
+        response: change of the ordinary parameters with the candidate.
 
     """
 
@@ -34,6 +46,8 @@ class Score:
     estimate: float
     information: float
     column: Array
+    slope: Array
+    response: Array
 
     @property
     def visible(self) -> bool:
@@ -58,10 +72,16 @@ class Projection:
         self._inverse = np.linalg.pinv(scaled, rcond=1e-10, hermitian=True)
         self.residual = np.concatenate([fit.residual, self._weights * fit.at])
 
-    def __call__(self, column: Array) -> Array:
+    def response(self, column: Array) -> Array:
+        """Return what the free parameters do to compensate a unit of the column."""
+        return np.asarray(
+            -self._scale * (self._inverse @ (self._scale * (self._jacobian.T @ column)))
+        )
+
+    def __call__(self, column: Array, response: Array | None = None) -> Array:
         """Return the projected column, with its part in the prior rows at the end."""
-        moved = self._scale * (self._inverse @ (self._scale * (self._jacobian.T @ column)))
-        return np.concatenate([column - self._jacobian @ moved, -self._weights * moved])
+        moved = self.response(column) if response is None else response
+        return np.concatenate([column + self._jacobian @ moved, self._weights * moved])
 
 
 def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Score]:
@@ -71,17 +91,56 @@ def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Sco
     def column(i: int) -> Array:
         free = [*fit.coordinates, candidates[i]]
         at = np.append(fit.at, 0.0)
-        return project(fitter.column(free, at, fit.residual, len(fit.at))).astype(np.float32)
+        return fitter.column(free, at, fit.residual, len(fit.at)).astype(np.float32)
 
     columns = fitter.map(column, range(len(candidates)))
-    scores = [_score(c, s, project.residual) for c, s in zip(candidates, columns, strict=True)]
+    scores = [_score(c, s, project) for c, s in zip(candidates, columns, strict=True)]
     return sorted(scores, key=lambda s: -s.statistic)
 
 
-def _score(candidate: Coordinate, column: Array, residual: Array) -> Score:
-    information = float(np.sum(column.astype(np.float64) ** 2))
-    slope = float(column @ residual)
+def _score(candidate: Coordinate, slope: Array, project: Projection) -> Score:
+    response = project.response(slope)
+    column = project(slope, response)
+    information = float(column @ column)
+    gradient = float(column @ project.residual)
     low, high = candidate.bounds
-    estimate = float(np.clip(-slope / information, low, high)) if information > 1e-9 else 0.0
-    gain = -2.0 * estimate * slope - estimate**2 * information
-    return Score(candidate, max(gain, 0.0), estimate, information, column)
+    estimate = float(np.clip(-gradient / information, low, high)) if information > 1e-9 else 0.0
+    gain = -2.0 * estimate * gradient - estimate**2 * information
+    return Score(
+        candidate, max(gain, 0.0), estimate, information, column.astype(np.float32), slope, response
+    )
+
+
+def confirm(fitter: Fitter, fit: Fit, scores: Sequence[Score], wanted: int) -> list[Score]:
+    """Return the best scores that hold where the linear model puts the estimate.
+
+    An effect that bends, or that is far stronger than its typical size, gets a slope that leads
+    nowhere; its slope is then taken as the secant to the estimate, until that holds.
+
+    Args:
+        fitter: with frozen experiments.
+        fit: where the scores were taken.
+        scores: of the linear model.
+        wanted: how many are enough.
+
+    """
+    project = Projection(fit)
+    queue = [(-s.statistic, i, s) for i, s in enumerate(scores) if s.statistic > WORTHLESS]
+    heapq.heapify(queue)
+    found: list[Score] = []
+    looks = 0
+    while queue and len(found) < wanted and looks < LOOKS:
+        statistic, i, score = heapq.heappop(queue)
+        at = np.append(fit.at + score.estimate * score.response, score.estimate)
+        free = [*fit.coordinates, score.coordinate]
+        looks += 1
+        if fit.chi2 - fitter.chi2(free, at) >= -KEPT * statistic:
+            found.append(score)
+            continue
+        alone = fitter.residual(free, np.append(fit.at, score.estimate))
+        secant = (alone - fit.residual) / score.estimate
+        again = _score(score.coordinate, secant, project)
+        if again.statistic > WORTHLESS and again.sensible:
+            # a secant that promises more than before would be looked at for ever
+            heapq.heappush(queue, (max(-again.statistic, 0.9 * statistic), i, again))
+    return found

@@ -2,81 +2,133 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from hil_emulator.identify import gate
 from hil_emulator.identify.blocks import BlockScore, score_blocks
+from hil_emulator.identify.contest import Contest, Trial
 from hil_emulator.identify.experiment import Array, Experiment
 from hil_emulator.identify.fit import Fit, Fitter
+from hil_emulator.identify.form import beyond, own_blocks
 from hil_emulator.identify.predictor import Predictor
-from hil_emulator.identify.scan import Projection, Score, scan
+from hil_emulator.identify.scan import Projection, Score, confirm, scan
 from hil_emulator.identify.twin import Coordinate
 
 REFITTED = 4
 """Candidates that are refitted together with everything else."""
 
-REFITS = 5
-"""Iterations of a joint refit."""
-
-PROMISING = 0.2
-"""Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
-
 SEVERAL = 5
 """Most effects that are looked for."""
 
-CONTENDERS = 0.75
-"""Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
+PARSIMONIOUS = 0.7
+"""Part of what a free shape of the law of an effect in the model would gain, that another effect
+must gain to be named in its place (assumed)."""
 
-NEAR = 0.9
-"""Of effects that gain at least this part of the best on held-out data, the one with the fewest
-assumed shape parameters is named (assumed)."""
+SETTLED = 0.3
+"""Change in posterior standard deviations below which a fit has settled (assumed)."""
 
-OUT_EXPLAINED = 1.10
-"""A block that explains this much more than the best effect says that its law is another one."""
+CHANCE = 15.0
+"""Gain in chi-square that six hat functions have over one effect by chance alone."""
 
 NOTICEABLE = 0.005
 """Share of the innovations' variance below which an unexplained term is not worth a word: ripple
 of friction and supply, which every machine has, is there and significant (assumed)."""
 
-UNKNOWN = 1.6
-"""And this much more: that the effect is not in the catalogue (assumed, between the two)."""
+DIFFERENT = 0.1
+"""Part of what the model would lose without an effect that a free shape of its law may still gain
+before its form differs (assumed)."""
 
-
-@dataclass
-class Trial:
-    """One candidate, refitted."""
-
-    score: Score
-    fit: Fit
-    evidence: gate.Evidence
-    deviation: float
+UNKNOWN = 0.6
+"""The same, from which on the effect is not the one that acts (assumed)."""
 
 
 @dataclass
 class Round:
-    """One pass over the catalogue."""
+    """One pass over the catalogue.
+
+    Attributes:
+        base: the fit before it.
+        scores: of all candidates, best first.
+        trials: the likeliest, refitted, best first.
+        blocks: nonparametric terms, the worthwhile ones first.
+        accepted: whether the first trial became part of the model.
+        unknown: whether something remains that no effect explains.
+
+    """
 
     base: Fit
     scores: list[Score]
     trials: list[Trial]
     blocks: list[BlockScore]
     accepted: bool = False
-    form_differs: bool = False
     unknown: bool = False
+
+    @property
+    def worthwhile(self) -> list[BlockScore]:
+        """Terms that are neither chance nor too small for a word."""
+        least = NOTICEABLE * len(self.base.residual)
+        return [b for b in self.blocks if b.significant and b.statistic > least]
 
 
 @dataclass
 class Search:
-    """Where a search stands: rounds so far, and the effects in the model."""
+    """Where a search stands.
+
+    Attributes:
+        nuisances: ordinary parameters.
+        shapes: what else the laws of the effects in the model hold.
+        effects: knobs of the effects in the model.
+        at: coordinates of all of them, in this order.
+        rounds: so far.
+        form_differs: effects whose law is another one than the catalogue's.
+        final: the last fit.
+
+    """
 
     nuisances: list[Coordinate]
+    shapes: list[Coordinate] = field(default_factory=list)
     effects: list[Coordinate] = field(default_factory=list)
     at: Array = field(default_factory=lambda: np.zeros(0))
     rounds: list[Round] = field(default_factory=list)
     form_differs: set[str] = field(default_factory=set)
     final: Fit | None = None
+
+    @property
+    def ordinary(self) -> list[Coordinate]:
+        """What is fitted beside the effects."""
+        return [*self.nuisances, *self.shapes]
+
+    @property
+    def free(self) -> list[Coordinate]:
+        """Everything that is fitted."""
+        return [*self.ordinary, *self.effects]
+
+    def adopt(self, fit: Fit) -> None:
+        """Take over coordinates from a fit, whatever their order."""
+        found = {c.name: a for c, a in zip(fit.coordinates, fit.at, strict=True)}
+        self.at = np.array([found[c.name] for c in self.free])
+
+    def add(self, trial: Trial) -> None:
+        """Take an effect into the model."""
+        known = {c.name for c in self.free}
+        new = [c for c in trial.fit.coordinates[:-1] if c.name not in known]
+        self.shapes += new
+        self.effects.append(trial.fit.coordinates[-1])
+        self.adopt(trial.fit)
+
+    def without(self, name: str) -> list[Coordinate]:
+        """Return what is free without one effect."""
+        return [c for c in self.free if c.name != name and not c.name.startswith(f"{name}.")]
+
+    def remove(self, name: str) -> None:
+        """Take an effect out of the model."""
+        kept = {c.name for c in self.without(name)}
+        values = dict(zip([c.name for c in self.free], self.at, strict=True))
+        self.shapes = [c for c in self.shapes if c.name in kept]
+        self.effects = [c for c in self.effects if c.name in kept]
+        self.at = np.array([values[c.name] for c in self.free])
+        self.form_differs.discard(name)
 
 
 class Searcher:
@@ -120,121 +172,111 @@ class Searcher:
 
     def run(self) -> Search:
         """Search until nothing more is justified."""
-        self._search = search = Search(self.nuisances)
-        search.at = np.zeros(len(search.nuisances))
-        while len(search.effects) < SEVERAL:
+        search = self._begin()
+        while True:
             found = self._round(search)
             search.rounds.append(found)
+            self._judge(search, found)
             if not found.accepted:
                 break
-            best = found.trials[0]
-            search.effects.append(best.score.coordinate)
-            search.at = best.fit.at
-            if found.form_differs:
-                search.form_differs.add(best.score.coordinate.name)
+            search.add(found.trials[0])
             self._re_examine(search)
+        self._conclude(search)
         return search
 
     def look(self) -> Search:
         """Make the first round alone, and accept nothing."""
-        search = Search(self.nuisances)
-        search.at = np.zeros(len(search.nuisances))
-        first = self._round(search)
-        first.accepted = False
-        least = NOTICEABLE * len(first.base.residual)
-        first.unknown = any(b.significant and b.statistic > least for b in first.blocks)
-        search.rounds.append(first)
+        search = self._begin()
+        found = self._round(search)
+        found.unknown = bool(found.worthwhile)
+        search.rounds.append(found)
         return search
 
-    def settle(self, search: Search, passes: int = 3) -> Fit:
-        """Refit everything in the model, with gains refreshed."""
-        free = [*search.nuisances, *search.effects]
+    def _begin(self) -> Search:
+        self._search = Search(self.nuisances)
+        self._search.at = np.zeros(len(self.nuisances))
+        return self._search
+
+    def settle(self, search: Search, passes: int = 6) -> Fit:
+        """Refit everything in the model, with gains refreshed, until it hardly moves."""
         for _ in range(passes):
-            self.fitter.freeze(free, search.at)
-            fit = self.fitter.fit(free, search.at, 2)
-            moved = float(np.max(np.abs(fit.at - search.at), initial=0.0))
+            self.fitter.freeze(search.free, search.at)
+            fit = self.fitter.fit(search.free, search.at, 2)
+            spread = np.sqrt(np.diag(fit.covariance()))
+            moved = float(np.max(np.abs(fit.at - search.at) / spread, initial=0.0))
             search.at = fit.at
-            if moved < 0.05:
+            if moved < SETTLED:
                 break
-        self.fitter.freeze(free, search.at)
-        fit = self.fitter.fit(free, search.at, 1)
+        self.fitter.freeze(search.free, search.at)
+        fit = self.fitter.fit(search.free, search.at, 1)
         search.at = fit.at
         search.final = fit
         return fit
 
     def _round(self, search: Search) -> Round:
-        self.tell(f"refitting {len(search.nuisances)} ordinary parameters")
-        base = self.settle(search, 3)
+        self.tell(f"refitting {len(search.free)} parameters")
+        base = self.settle(search)
         names = {c.name for c in search.effects}
         rest = [c for c in self.candidates if c.name not in names]
+        if len(names) == SEVERAL:
+            rest = []
         self.tell(f"screening {len(rest)} effects")
         scores = scan(self.fitter, base, rest)
-        held = self._held_out(base)
-        likely = [s for s in scores if s.statistic > 4.0 and s.sensible]
-        trials = self._trials(base, likely[:REFITTED], held)
-        trials = ranked(trials)
+        likely = confirm(self.fitter, base, [s for s in scores if s.sensible], REFITTED)
+        trials = Contest(self.fitter, base, self._held_out(base)).enter(likely)
         self.tell("looking for what no effect explains")
+        return Round(base, scores, trials, self._blocks(base))
+
+    def _blocks(self, base: Fit) -> list[BlockScore]:
+        """Return nonparametric terms, those that are worth a word first."""
         project = Projection(base)
         blocks = score_blocks(self.fitter, base.coordinates, base.at, project, project.residual)
-        found = Round(base, scores, trials, blocks)
-        self._judge(found)
-        return found
+        worthwhile = {b.title for b in Round(base, [], [], blocks).worthwhile}
+        return sorted(blocks, key=lambda b: b.title not in worthwhile)
 
-    def _judge(self, found: Round) -> None:
-        least = NOTICEABLE * len(found.base.residual)
-        found.blocks.sort(key=lambda b: not (b.significant and b.statistic > least))
-        strongest = next((b for b in found.blocks if b.significant and b.statistic > least), None)
-        best = found.trials[0] if found.trials else None
-        if best is None or not best.evidence.passed:
-            found.unknown = strongest is not None
-            return
-        found.accepted = True
-        if strongest is None:
-            return
-        ratio = (
-            max(b.statistic for b in found.blocks if b.significant) - 15.0
-        ) / best.evidence.gain
-        found.form_differs = ratio > OUT_EXPLAINED
-        found.unknown = ratio > UNKNOWN
-        found.accepted = not found.unknown
+    def _judge(self, search: Search, found: Round) -> None:
+        """Accept the best candidate, or say that none is justified.
 
-    def _trials(self, base: Fit, likely: list[Score], held: Sequence[Any]) -> list[Trial]:
-        """Refit the likeliest candidates: all roughly, the better ones to the end."""
-        rough = [self._rough(base, score) for score in likely]
-        needed = gate.needed_gain(len(base.residual))
-        best = max((base.chi2 - fit.chi2 for fit in rough), default=0.0)
-        level = max(needed, PROMISING * best)
-        fits = [
-            self.fitter.fit(f.coordinates, f.at, REFITS) if base.chi2 - f.chi2 > level else f
-            for f in rough
-        ]
-        return [self._weighed(base, s, f, held) for s, f in zip(likely, fits, strict=True)]
+        Where the law of an effect in the model explains what remains better than any candidate
+        does, only a candidate that gains beside a free shape of that law is accepted.
+        """
+        best = found.trials[0].evidence.gain if found.trials else 0.0
+        owners = own_blocks(found.base, [c.name for c in search.effects], found.worthwhile)
+        own = [b for b in found.worthwhile if b.title in owners]
+        if any(best < PARSIMONIOUS * (b.statistic - CHANCE) for b in own):
+            gains = {t.score.coordinate.name: beyond(t.score, own, found.base)
+                     for t in found.trials}  # fmt: skip
+            least = gate.needed_gain(len(found.base.residual))
+            beside = [t for t in found.trials if gains[t.score.coordinate.name] > least]
+            found.trials.sort(key=lambda t: t not in beside)
+            found.accepted = bool(beside) and beside[0].evidence.passed
+        else:
+            found.accepted = bool(found.trials) and found.trials[0].evidence.passed
+        found.unknown = not found.accepted and any(b.title not in owners for b in found.worthwhile)
 
-    def _rough(self, base: Fit, score: Score) -> Fit:
-        free = [*base.coordinates, score.coordinate]
-        at = np.append(base.at, 0.0)
-        column = self.fitter.column(free, at, base.residual, len(base.at))
-        return self.fitter.fit(free, at, 2, jacobian=np.column_stack([base.jacobian, column]))
+    def _conclude(self, search: Search) -> None:
+        """Say of each effect in the model whether its law fits what it was named for."""
+        last = search.rounds[-1]
+        names = [c.name for c in search.effects]
+        owners = own_blocks(last.base, names, last.worthwhile)
+        for name in names:
+            gain = _standing(last.base, name)
+            left = max((b.statistic - CHANCE for b in last.worthwhile
+                        if owners.get(b.title) == name), default=0.0)  # fmt: skip
+            if left > UNKNOWN * gain:
+                self._reject(search, name)
+            elif left > DIFFERENT * gain:
+                search.form_differs.add(name)
 
-    def _weighed(self, base: Fit, score: Score, fit: Fit, held: Sequence[Any]) -> Trial:
-        free = fit.coordinates
-        gain = base.chi2 - fit.chi2
-        slope = fit.jacobian[:, :-1]
-        project = Projection(Fit(base.coordinates, fit.at[:-1], fit.residual, slope, 0.0))
-        fresh = self.fitter.column(free, fit.at, fit.residual, len(base.at))
-        projected = project(fresh)[: len(fit.residual)]
-        variance = gate.robust_variance(projected, fit.residual, self.fitter.stretch)
-        wald = float(fit.at[-1] ** 2 / variance)
-        held_out = float("nan")
-        if held:
-            before = self.fitter.residual(base.coordinates, base.at, held)
-            after = self.fitter.residual(free, fit.at, held)
-            held_out = float(before @ before - after @ after)
-        needed = gate.needed_gain(len(fit.residual))
-        evidence = gate.Evidence(gain, wald, held_out, needed)
-        return Trial(score, fit, evidence, float(np.sqrt(variance)))
+    def _reject(self, search: Search, name: str) -> None:
+        """Take out an effect that leaves most of what it was named for."""
+        self.tell(f"{name} does not explain it")
+        search.remove(name)
+        base = self.settle(search, 2)
+        last = search.rounds[-1]
+        search.rounds.append(Round(base, last.scores, [], self._blocks(base), unknown=True))
 
-    def _held_out(self, base: Fit) -> list[Any]:
+    def _held_out(self, base: Fit) -> list[object]:
         par, chan = self.predictor.twin.memory(base.coordinates, base.at)
         held = [self.predictor.freeze(e, par, chan) for e in self.validation]
         for frozen in held:
@@ -246,39 +288,19 @@ class Searcher:
         if len(search.effects) < 2:
             return
         full = self.settle(search, 1)
-        for coordinate in list(search.effects[:-1]):
-            i = [c.name for c in full.coordinates].index(coordinate.name)
-            rest = [c for c in full.coordinates if c is not coordinate]
-            without = self.fitter.fit(
-                rest, np.delete(full.at, i), 2, jacobian=np.delete(full.jacobian, i, axis=1)
-            )
-            if without.chi2 - full.chi2 < gate.needed_gain(len(full.residual)):
-                search.effects.remove(coordinate)
-                search.at = without.at
-                self.tell(f"{coordinate.name} is no longer needed")
+        for name in [c.name for c in search.effects[:-1]]:
+            kept = {c.name for c in search.without(name)}
+            stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
+            rest = [full.coordinates[i] for i in stay]
+            fit = self.fitter.fit(rest, full.at[stay], 2, jacobian=full.jacobian[:, stay])
+            if fit.chi2 - full.chi2 < gate.needed_gain(len(full.residual)):
+                search.remove(name)
+                search.adopt(fit)
+                self.tell(f"{name} is no longer needed")
                 return
 
 
-def ranked(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the candidates in the order of what they explain.
-
-    Where several explain the training data about equally well, held-out data decide: a law that
-    holds elsewhere beats one that bends to its data.
-    """
-    by_gain = sorted(trials, key=lambda t: -t.evidence.gain)
-    if not by_gain:
-        return by_gain
-    level = CONTENDERS * by_gain[0].evidence.gain
-    contenders = [t for t in by_gain if t.evidence.gain >= level]
-    if all(np.isfinite(t.evidence.held_out) for t in contenders):
-        contenders.sort(key=lambda t: -t.evidence.held_out)
-        near = NEAR * contenders[0].evidence.held_out
-        equals = [t for t in contenders if t.evidence.held_out >= near]
-        equals.sort(key=lambda t: _assumed(t.score.coordinate))
-        contenders = equals + [t for t in contenders if t.evidence.held_out < near]
-    return contenders + [t for t in by_gain if t.evidence.gain < level]
-
-
-def _assumed(coordinate: Coordinate) -> int:
-    """Return how many shape parameters of an effect are taken on trust."""
-    return len(coordinate.effect.shape) if coordinate.effect else 0
+def _standing(fit: Fit, name: str) -> float:
+    """Return what the model would lose in chi-square without one of its effects, linearly."""
+    i = [c.name for c in fit.coordinates].index(name)
+    return float(fit.at[i] ** 2 / fit.covariance()[i, i])

@@ -10,13 +10,14 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 from hil_emulator.identify import account, parameters, plausible, static
 from hil_emulator.identify.confusion import rivals_of
+from hil_emulator.identify.contest import Trial
 from hil_emulator.identify.copies import counted
 from hil_emulator.identify.experiment import Experiment
 from hil_emulator.identify.next_experiment import recommend
 from hil_emulator.identify.observer import Observer
 from hil_emulator.identify.predictor import Predictor
 from hil_emulator.identify.result import Finding, Result, Rival, Unexplained, in_words
-from hil_emulator.identify.search import Search, Searcher, Trial
+from hil_emulator.identify.search import Search, Searcher
 from hil_emulator.identify.twin import Coordinate, Twin
 from hil_emulator.identify.valve_bench import VOLUME_PRIORS, ValveBench, bench
 from hil_emulator.model.sensors import CHANNELS
@@ -234,7 +235,7 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
             "configured": c.neutral, "refitted": float(c.value(float(a))),
             "low": float(c.value(float(a - 1.96 * d))), "high": float(c.value(float(a + 1.96 * d))),
         }
-        for c, a, d in zip(search.nuisances, final.at, deviations, strict=False)
+        for c, a, d in zip(search.ordinary, final.at, deviations, strict=False)
     }  # fmt: skip
     for found in search.rounds:
         if found.accepted:

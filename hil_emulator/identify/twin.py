@@ -3,7 +3,7 @@
 import inspect
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.identify.experiment import SPANS, Array
 from hil_emulator.identify.filter import INPUT_COUNT
 from hil_emulator.identify.machine_code import bind
-from hil_emulator.identify.probes import PROBES
+from hil_emulator.identify.probes import DRIFT, PROBES
 from hil_emulator.model import kernel, quantities
 from hil_emulator.model.declare import Effect, Param, is_on
 from hil_emulator.model.kernel import Kernel
@@ -24,6 +24,9 @@ from hil_emulator.model.stages import CONTINUOUS, coupling_acts, source_acts, tr
 
 SLOW = 0.1
 """A usual speed of the rod [m/s] (assumed)."""
+
+SHAPE_PRIOR = 0.5
+"""Relative standard deviation of what a law holds beside its knob (assumed)."""
 
 _TINY = {"pressure_a": 1.0, "pressure_b": 1.0, "pump_pressure": 1.0}
 
@@ -78,7 +81,7 @@ class Coordinate:
 @lru_cache(maxsize=4)
 def _built(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
     """Return the kernel with probes: one per catalogue, as what calls it is compiled for it."""
-    return kernel.build((*effects, *PROBES), cache=folder)
+    return kernel.build((*effects, *PROBES, DRIFT), cache=folder)
 
 
 class Twin:
@@ -115,11 +118,13 @@ class Twin:
         self.signal_names = tuple(self.kernel.signals.names or ())
         self.sources = np.array([self.signal_names.index(c.signal) for c in CHANNELS])
         self.supply = self._par_at["supply_pressure"]
+        self.drift = self._par_at[DRIFT.field_of(DRIFT.knob)]
         self.probes = np.array([self._par_at[p.field_of(p.knob)] for p in PROBES])
         self.probe_sizes = np.array([p.knob.typical for p in PROBES])
 
     def _with_shapes(self, values: dict[str, float]) -> dict[str, float]:
-        shapes = {e.field_of(p): p.typical if p.default is None else p.default
+        # a shape whose default is zero, as a spring's rest at the stop, is taken where it is usual
+        shapes = {e.field_of(p): p.default or p.typical
                   for e in self.effects if e.stage != transducer for p in e.shape}  # fmt: skip
         return shapes | values
 
@@ -220,6 +225,29 @@ class Twin:
             neutral=float(table[at]), inverse=inverse,
             low=knob.low * span, high=knob.high * span, prior=prior, effect=effect,
         )  # fmt: skip
+
+    def shapes(self, knob: Coordinate) -> list[Coordinate]:
+        """Return what else the law of an effect holds, to be fitted around what is usual."""
+        effect = knob.effect
+        if effect is None:
+            return []
+        span = SPANS[knob.channel] if knob.channel else 1.0
+        table = self.chan if knob.channel else self.par
+        found = []
+        for p in effect.shape:
+            field = effect.field_of(p)
+            size = span if p.unit == "span" else 1.0
+            shape = Coordinate(
+                name=f"{knob.name}.{p.name}", field=field, channel=knob.channel,
+                unit=knob.unit if p.unit == "span" else p.unit, shown=p.shown, scale=0.0,
+                neutral=0.0, inverse=False, low=p.low * size, high=p.high * size, prior=1.0,
+                effect=effect,
+            )  # fmt: skip
+            neutral = float(table[self.index(shape)[1]])
+            if np.isfinite(neutral) and neutral != 0.0:
+                scale = SHAPE_PRIOR * abs(neutral)
+                found.append(replace(shape, scale=scale, neutral=neutral))
+        return found
 
 
 def predictable(effect: Effect) -> bool:

@@ -44,7 +44,7 @@ class Problem:
 
     def _trial(self, name: str, trace: np.ndarray, data: np.ndarray) -> Trial:
         size = float(trace @ data)
-        score = Score(coordinate(name), size**2, size, 1.0, -trace)
+        score = Score(coordinate(name), size**2, size, 1.0, -trace, -trace, np.zeros(0))
         fit = Fit([score.coordinate], np.array([size]), data - size * trace, -trace[:, None], 0.0)
         return Trial(score, fit, Evidence(size**2, size**2, np.nan, 20.0), 1.0)
 
