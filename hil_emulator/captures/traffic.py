@@ -77,7 +77,8 @@ def sort(frames: Iterable[tuple[int, Frame]], carriers: Iterable[Carrier], sync_
     traffic = Traffic({}, np.zeros(0, np.int64))
     syncs: list[int] = []
     origin: int | None = None
-    for place, (now_ns, frame) in enumerate(frames):
+    # a logger may hand on late what it has stamped in time; at the same time its order counts
+    for place, (now_ns, frame) in enumerate(sorted(frames, key=lambda item: item[0])):
         origin = now_ns if origin is None else origin
         key = frame.can_id, frame.extended
         found = known.get(key)

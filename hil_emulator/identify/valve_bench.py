@@ -27,8 +27,8 @@ VOLUME_PRIORS = {
     "valve_natural_frequency": 0.10,
     "valve_damping_ratio": 0.15,
     "oil_bulk_modulus": 0.15,
-    "cylinder_dead_volume_a": 0.50,
-    "cylinder_dead_volume_b": 0.50,
+    "cylinder_dead_volume_a": 0.25,
+    "cylinder_dead_volume_b": 0.25,
 }
 """Relative standard deviations of ordinary parameters (assumed; a bench has hoses of its own)."""
 

@@ -42,22 +42,35 @@ class Run:
     frames: list[tuple[int, bool, Frame]]
     table: dict[str, np.ndarray]
 
-    def written(self, name: str, jitter: float = 0.0, drop: frozenset[int] = frozenset(),
-                rate: float = 1.0) -> Path:  # fmt: skip
-        """Write the capture as a stock logger does, with a logger's faults."""
-        file = self.folder / name
+    def written(
+        self, name: str, jitter: float = 0.0, drop: frozenset[int] = frozenset(),
+        rate: float = 1.0, hold_up: int = 0,
+    ) -> Path:  # fmt: skip
+        """Write the capture as a stock logger does, with a logger's faults.
+
+        Args:
+            name: of the file; its ending decides the format.
+            jitter: by how much a tick may be late [s].
+            drop: frames that are missing.
+            rate: of the logger's clock.
+            hold_up: frames by which what was stamped may be handed on too late.
+
+        """
         random = np.random.default_rng(7)
         late = {now: jitter * random.uniform() for now, _, _ in self.frames}
+        messages, before, order = [], -1, 0
+        for now, sent, frame in self.frames:
+            order = order + 1 if now == before else 0
+            before = now
+            time = 1.7e9 + rate * (now * 1e-9 + late[now]) + 2e-6 * order
+            messages.append(can.Message(time, frame.can_id, False, frame.remote, data=frame.data,
+                                        is_rx=sent, channel=0))  # fmt: skip
+        kept = [m for i, m in enumerate(messages) if i not in drop]
+        places = np.arange(len(kept)) + random.integers(0, hold_up + 1, len(kept))
+        file = self.folder / name
         with can.Logger(str(file)) as log:
-            for i, (now, sent, frame) in enumerate(self.frames):
-                if i not in drop:
-                    time = 1.7e9 + rate * (now * 1e-9 + late[now]) + 1e-6 * (i % 20)
-                    log(
-                        can.Message(
-                            time, frame.can_id, False, frame.remote, data=frame.data,
-                            is_rx=sent, channel=0,
-                        )
-                    )  # fmt: skip
+            for i in np.argsort(places, kind="stable"):
+                log(kept[i])
         return file
 
 
@@ -137,6 +150,12 @@ def test_late_frames_keep_their_samples(run: Run) -> None:
     (read,) = experiments([run.written("late.blf", jitter=0.5e-3)], run.config, Meaning())
     same(read, run)
     assert any("samples are told by their order" in note for note in read.notes)
+
+
+def test_what_is_handed_on_late_counts_when_it_was_stamped(run: Run) -> None:
+    """A logger behind a busy controller writes frames in another order than they came."""
+    (read,) = experiments([run.written("held_up.blf", hold_up=12)], run.config, Meaning())
+    same(read, run)
 
 
 def test_a_lost_frame_leaves_one_value_out(run: Run) -> None:
