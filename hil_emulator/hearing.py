@@ -25,7 +25,8 @@ class Hearing:
         self._nodes = tuple(nodes)
         self._spoken: Spoken = []
         self._stale = True
-        self._listened: dict[int, bool] = {}
+        self._hears: dict[int, bool] = {}
+        self._asked: frozenset[int] = frozenset()
         for node in self._nodes:
             node.on_route = self._rerouted
 
@@ -61,24 +62,25 @@ class Hearing:
         """
         if self._stale:
             self._listen()
-        listened = self._listened
-        said = [item for item in spoken if item[1].can_id in listened]
-        heard = [frame for frame in frames if frame.can_id in listened]
+        hears, asked = self._hears, self._asked
+        said = [item for item in spoken if item[1].can_id in (asked if item[1].remote else hears)]
+        heard = [frame for frame in frames if frame.can_id in (asked if frame.remote else hears)]
         for frame in heard:
-            if listened[frame.can_id]:
+            if hears.get(frame.can_id):
                 return spoken, frames
         for _, frame in said:
-            if listened[frame.can_id]:
+            if hears.get(frame.can_id):
                 return spoken, frames
         return said, heard
 
     def _listen(self) -> None:
         """Note what any node takes, and whether that may change what some node takes."""
         self._stale = False
-        self._listened = {}
+        self._asked = frozenset().union(*(node.asked for node in self._nodes))
+        self._hears = {}
         for node in self._nodes:
             for can_id, rerouting in node.hears.items():
-                self._listened[can_id] = rerouting or self._listened.get(can_id, False)
+                self._hears[can_id] = rerouting or self._hears.get(can_id, False)
 
     def _rerouted(self) -> None:
         self._stale = True

@@ -17,6 +17,7 @@ class Listener:
     """A node as far as hearing goes."""
 
     hears: dict[int, bool]
+    asked: frozenset[int] = frozenset()
     on_route: Callable[[], None] = field(default=lambda: None)
 
 
@@ -32,6 +33,16 @@ def test_what_no_node_takes_reaches_none() -> None:
     hearing = Hearing([a, b])  # type: ignore[list-item]
     hearing.say(a, [Frame(0x181), Frame(0x182)])  # type: ignore[arg-type]
     assert heard(hearing, Frame(0x080), Frame(0x300)) == [[0x080], [0x181, 0x080]]
+    assert heard(hearing) == [[], []]
+
+
+def test_a_remote_frame_is_for_who_sends_the_pdo() -> None:
+    """It reaches the producer of the PDO, whose own data frames concern nobody."""
+    a, b = Listener({}, frozenset({0x181})), Listener({})
+    hearing = Hearing([a, b])  # type: ignore[list-item]
+    hearing.say(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
+    assert heard(hearing, Frame(0x181, remote=True)) == [[0x181], [0x181]]
+    hearing.say(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
     assert heard(hearing) == [[], []]
 
 

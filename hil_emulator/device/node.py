@@ -55,9 +55,10 @@ class Node:
 
     Attributes:
         dictionary: as given.
-        hears: the COB-ID of every frame that the node takes in its present state, and whether
-            taking it may change this table.
-        on_route: called when this table has changed.
+        hears: the COB-ID of every data frame that the node takes in its present state, and
+            whether taking it may change what the node takes.
+        asked: the COB-IDs of the remote frames that it takes.
+        on_route: called when these have changed.
 
     Raises:
         UserError: a command has no RPDO-mappable object, a default PDO maps what does not exist
@@ -328,7 +329,8 @@ class Node:
         if self._state is State.OPERATIONAL:
             self._pdos.add_routes(routes, remote)
         self._routes, self._remote_routes = routes, remote
-        self.hears = {can_id: can_id in rerouting for can_id in (*routes, *remote)}
+        self.hears = {can_id: can_id in rerouting for can_id in routes}
+        self.asked = frozenset(remote)
         self._produces = True  # or no longer: the next tick will tell
         self.on_route()
 
