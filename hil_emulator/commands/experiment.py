@@ -1,6 +1,7 @@
 """`hil-emulator experiment`: the library of experiments, and their stimulus files."""
 
 import os
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -93,6 +94,7 @@ def playing(made: Target, file: Path, config: Configuration, folder: Path) -> st
 title = "{made.stimulus.name}"
 config = [{names}]
 duration = "{len(made.time) * 1e-3 + REST:g} s"
+seed = {zlib.crc32(made.position.tobytes()) % 100000}                    # noise of its own
 
 [[step]]
 at = "10 ms"

@@ -2,7 +2,8 @@
 
 Where a rival was refitted together with everything else, the realised margin decides: by how much
 its chi-square is larger than that of the named effect, on training and held-out data. Elsewhere the
-linearised data decide, by D = θ² (G_ii - G_ij²/G_jj) with the projected columns' products G.
+linearised data decide, by D = θ² (G_ii - G_ij²/G_jj) with the projected columns' products G. What
+looks alike so far is then put into the finished model in the named effect's place, and refitted.
 """
 
 from collections.abc import Sequence
@@ -11,11 +12,17 @@ import numpy as np
 
 from hil_emulator.identify.contest import Trial
 from hil_emulator.identify.experiment import Array
+from hil_emulator.identify.fit import Fit, Fitter
 from hil_emulator.identify.gate import robust_variance
 from hil_emulator.identify.scan import Score
+from hil_emulator.identify.search import Round
+from hil_emulator.identify.twin import Coordinate
 
 INSEPARABLE = 12.0
 """Difference in chi-square below which two explanations count as the same (assumed)."""
+
+REFITS = 4
+"""Iterations of a refit of the finished model with a rival in it."""
 
 
 def separability(chosen: Score, rival: Score, size: float) -> float:
@@ -97,6 +104,49 @@ def rivals_of(
             worst = max(worst, _separating(chosen, rival))
     names = [name for _, name in sorted(found)]
     return names, worst * abs(chosen.coordinate.scale) if size and worst else None
+
+
+def confirmed(
+    fitter: Fitter, final: Fit, named: str, rivals: Sequence[tuple[list[Coordinate], Array]]
+) -> list[str]:
+    """Return the rivals that explain as much in the finished model, in their order.
+
+    A rival that was weighed before the other effects were found may have profited from them.
+
+    Args:
+        fitter: with the training data; its gains are frozen anew.
+        final: the finished model.
+        named: the effect whose place they take.
+        rivals: what they bring along, and where it starts; see `weighed`.
+
+    """
+    stays = [i for i, c in enumerate(final.coordinates) if not belongs(c, named)]
+    rest = [final.coordinates[i] for i in stays]
+    fitter.freeze(final.coordinates, final.at)
+    right = fitter.fit(final.coordinates, final.at, 2)
+    found = []
+    for own, start in rivals:
+        at = np.concatenate([right.at[stays], start])
+        other = fitter.fit([*rest, *own], at, REFITS)
+        widened = inflation(other.residual - right.residual, right.residual, fitter.stretch)
+        if (other.chi2 - right.chi2) / widened < INSEPARABLE:
+            found.append(own[-1].name)
+    return found
+
+
+def belongs(coordinate: Coordinate, effect: str) -> bool:
+    """Tell whether a coordinate is the knob or a shape parameter of an effect."""
+    return coordinate.name == effect or coordinate.name.startswith(f"{effect}.")
+
+
+def weighed(found: Round, name: str) -> tuple[list[Coordinate], Array]:
+    """Return what a candidate of a round brings along, its knob last, and where that ended."""
+    for trial in found.trials:
+        if trial.score.coordinate.name == name:
+            own = [i for i, c in enumerate(trial.fit.coordinates) if belongs(c, name)]
+            return [trial.fit.coordinates[i] for i in own], trial.fit.at[own]
+    score = next(s for s in found.scores if s.coordinate.name == name)
+    return [score.coordinate], np.array([score.estimate])
 
 
 def _linear_margin(best: Trial, rival: Score, stretch: int) -> float:

@@ -8,9 +8,11 @@ everything free projected out is the separability
 
     D = F_δδ - F_δJ F_JJ⁻¹ F_Jδ,
 
-the expected difference in chi-square after a joint refit.
+the expected difference in chi-square after a joint refit. Laws bend: the rival's parameters are
+moved there and δ is computed once more, the old data staying what F says of them.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,6 +25,9 @@ from hil_emulator.identify.library import Target
 from hil_emulator.identify.observer import NULL_DRIFT, Observer
 from hil_emulator.identify.twin import Coordinate
 
+BENDS = 5
+"""Steps of the rival's parameters in a forecast, halved ones included."""
+
 REFITS = 4
 """Iterations of a joint refit with the simulated recording."""
 
@@ -33,7 +38,7 @@ class Explanation:
 
     Attributes:
         name: the effect that it is about.
-        coordinates: what is free in it, the effect last.
+        coordinates: what is free in it, the effect's knob last.
         at: where the fit to the data ended.
         chi2: of that fit.
 
@@ -51,7 +56,7 @@ class Forecaster:
     Args:
         fitter: with the recorded experiments, its gains frozen at the fitted model.
         observer: the fitter's predictor.
-        explanations: the ones to tell apart, with the same free parameters but the last.
+        explanations: the ones to tell apart, with the same free parameters but their own.
 
     """
 
@@ -82,8 +87,7 @@ class Forecaster:
         fitter = self._seen(self.simulated(truth, target, seed), truth)
         found = []
         for rival in (r for r in self.explanations if r is not truth):
-            total = self._now[truth.name, rival.name] + informed(fitter, truth, rival)
-            found.append(separability(total) if np.isfinite(total).all() else 0.0)
+            found.append(bent(self._now[truth.name, rival.name], fitter, truth, rival))
         return min(found)
 
     def realised(self, target: Target, truth: Explanation, seed: int) -> float:
@@ -119,12 +123,9 @@ class Forecaster:
 
 
 def seen(now: Fitter, observer: Observer, experiment: Experiment, truth: Explanation) -> Fitter:
-    """Return a fitter with one recording, its gains at a truth, its weights those of the rest."""
+    """Return a fitter with one recording, its gains and weights at a truth."""
     fitter = Fitter(observer, [experiment], 1)
-    par, chan = observer.twin.memory(truth.coordinates, truth.at)
-    frozen = observer.freeze(experiment, par, chan)
-    frozen.weights = np.median([f.weights for f in now.frozen], axis=0)
-    fitter.frozen = [frozen]
+    fitter.freeze(truth.coordinates, truth.at)
     return fitter
 
 
@@ -138,20 +139,58 @@ def informed(fitter: Fitter, truth: Explanation, rival: Explanation) -> Array:
 
 
 def priors(truth: Explanation, rival: Explanation) -> Array:
-    """Return the information of the ordinary parameters' priors, in the same order."""
+    """Return the information of the priors, in the same order."""
     weights = prior_rows(rival.coordinates)
-    shift = weights * (rival.at - truth.at)
-    columns = np.column_stack([shift, np.diag(weights)])
+    true = {c.name: a for c, a in zip(truth.coordinates, truth.at, strict=True)}
+    shift = rival.at - np.array([true.get(c.name, 0.0) for c in rival.coordinates])
+    columns = np.column_stack([weights * shift, np.diag(weights)])
     return np.asarray(columns.T @ columns)
 
 
 def separability(information: Array) -> float:
     """Return D, everything but the first row and column projected out."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-30))
-    scaled = information * np.outer(scale, scale)
-    inner = np.linalg.pinv(scaled[1:, 1:], rcond=1e-9, hermitian=True)
-    left = scaled[0, 0] - scaled[0, 1:] @ inner @ scaled[1:, 0]
-    return max(0.0, float(left / scale[0] ** 2))
+    left = information[0, 0] - information[0, 1:] @ _solved(information[1:, 1:], information[1:, 0])
+    return max(0.0, float(left))
+
+
+def bent(now: Array, fitter: Fitter, truth: Explanation, rival: Explanation) -> float:
+    """Return the separability with new data, the rival's parameters moved to its minimum there.
+
+    Args:
+        now: information of the old data; see `informed`.
+        fitter: with the new data.
+        truth: what they were simulated with.
+        rival: what is fitted to them.
+
+    """
+    low, high = np.array([c.bounds for c in rival.coordinates]).T
+    expected = fitter.residual(truth.coordinates, truth.at)
+    best, kept, moved = math.inf, np.zeros(len(rival.at)), np.zeros(len(rival.at))
+    for _ in range(BENDS):
+        at = rival.at + moved
+        other = fitter.residual(rival.coordinates, at)
+        cost = _old(now, moved) + float(np.sum((other - expected) ** 2))
+        if not cost < best:
+            moved = 0.5 * (moved + kept)
+            continue
+        best, kept = cost, moved
+        slope = fitter.jacobian(rival.coordinates, at, other)
+        gradient = now[1:, 0] + now[1:, 1:] @ kept + slope.T @ (other - expected)
+        step = _solved(now[1:, 1:] + slope.T @ slope, gradient)
+        moved = np.clip(at - step, low, high) - rival.at
+    return best if math.isfinite(best) else 0.0
+
+
+def _old(now: Array, shift: Array) -> float:
+    """Return what the old data lose when the rival's parameters move."""
+    return float(now[0, 0] + 2.0 * now[0, 1:] @ shift + shift @ now[1:, 1:] @ shift)
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Solve a positive semidefinite system, its unknowns of very different sizes."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-30))
+    inverse = np.linalg.pinv(matrix * np.outer(scale, scale), rcond=1e-9, hermitian=True)
+    return np.asarray(scale * (inverse @ (scale * right)))
 
 
 def margin(now: Fitter, more: Fitter, truth: Explanation, rivals: Sequence[Explanation]) -> float:

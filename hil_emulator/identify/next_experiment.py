@@ -4,24 +4,29 @@ Every experiment of the library is forecast at a few amplitudes; the most promis
 simulating their recordings, with noise, and refitting every explanation to old and new data.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.experiment import Array
-from hil_emulator.identify.fit import Fit, Fitter
+from hil_emulator.identify.confusion import belongs, weighed
+from hil_emulator.identify.fit import Fitter
 from hil_emulator.identify.forecast import Explanation, Forecaster
-from hil_emulator.identify.library import LIBRARY, Limits, Target, limits, target
+from hil_emulator.identify.library import LIBRARY, Target, limits, target
 from hil_emulator.identify.observer import Observer
-from hil_emulator.identify.search import Round, Search, Searcher
-from hil_emulator.identify.twin import Coordinate
+from hil_emulator.identify.search import Search, Searcher
 from hil_emulator.units import show
 
 AMPLITUDES = (0.5, 1.0, 2.0)
 """Amplitudes that are tried, over the usual one."""
+
+BEYOND = 10.0
+"""Speed over the width in which dry friction changes sign, above which it is trusted (assumed)."""
+
+BOTH_WAYS = 8
+"""Candidates that are also forecast with each rival as the truth."""
 
 VERIFIED = 3
 """Candidates that are verified."""
@@ -127,8 +132,8 @@ def recommend(
     tell(f"looking for an experiment that separates {named} from {', '.join(group)}")
     explained = explanations(searcher.fitter, search, named, group)
     forecaster = Forecaster(searcher.fitter, predictor, explained)
-    targets = possible(limits(predictor.twin.plant_values), searcher.fitter)
-    ranked = sorted((_forecast(forecaster, t) for t in targets), key=lambda f: -f[0].predicted)
+    targets = possible(predictor.twin.plant_values, searcher.fitter.experiments[0].period)
+    ranked = _ranked(forecaster, targets)
     checked = [_verified(forecaster, c, t) for c, t in ranked[:VERIFIED]]
     order = sorted(checked, key=lambda c: -c.merit) + [c for c, _ in ranked[VERIFIED:]]
     files = [str(f) for f in predictor.twin.config.files]
@@ -148,10 +153,9 @@ def command(chosen: Candidate, configs: Sequence[str]) -> str:
     return " ".join(words)
 
 
-def possible(allowed: Limits, fitter: Fitter) -> list[Target]:
-    """Return every experiment of the library at the amplitudes that fit."""
-    period = fitter.experiments[0].period
-    found = []
+def possible(plant: Mapping[str, float], period: float) -> list[Target]:
+    """Return the experiments of the library that can be forecast, at the amplitudes that fit."""
+    allowed, found = limits(plant), []
     for entry in LIBRARY:
         usual = target(entry, allowed, period=period)
         for factor in AMPLITUDES:
@@ -159,7 +163,20 @@ def possible(allowed: Limits, fitter: Fitter) -> list[Target]:
                 found.append(target(entry, allowed, factor * usual.amplitude, period=period))
             except UserError:
                 continue
-    return found
+    return [t for t in found if forecastable(t, plant)] or found
+
+
+def forecastable(played: Target, plant: Mapping[str, float]) -> bool:
+    """Tell whether the rod moves fast enough for the model's friction to be physics.
+
+    Around standstill the sign of dry friction is a smooth function of an assumed width; what an
+    experiment shows there is no matter of forecasts.
+    """
+    if played.stimulus.jumps:
+        return True
+    speed = np.diff(played.position) / (played.time[1] - played.time[0])
+    width = plant.get("friction_transition_velocity", 0.0)
+    return bool(np.sqrt(np.mean(speed**2)) > BEYOND * width)
 
 
 def explanations(
@@ -168,36 +185,35 @@ def explanations(
     """Return the fitted model, and with each rival in the place of the named effect."""
     final = search.final
     assert final is not None
-    i = [c.name for c in final.coordinates].index(named)
-    shared = [c for c in final.coordinates if c.name != named]
-    at = np.append(np.delete(final.at, i), final.at[i])
-    found = [Explanation(named, [*shared, final.coordinates[i]], at, final.chi2)]
+    own = [i for i, c in enumerate(final.coordinates) if belongs(c, named)]
+    stays = [i for i in range(len(final.at)) if i not in own]
+    shared = [final.coordinates[i] for i in stays]
+    at, values = final.at[stays], final.at[own]
+    mine = [*shared, *(final.coordinates[i] for i in own)]
+    found = [Explanation(named, mine, np.concatenate([at, values]), final.chi2)]
     round_ = next(r for r in search.rounds if r.accepted
                   and r.trials[0].score.coordinate.name == named)  # fmt: skip
     for name in group[: MEMBERS - 1]:
-        rival, start = _start(round_, name)
-        found.append(_fitted(fitter, name, [*shared, rival], np.append(at[:-1], start)))
+        brought, start = weighed(round_, name)
+        fit = fitter.fit([*shared, *brought], np.concatenate([at, start]), 4)
+        found.append(Explanation(name, fit.coordinates, fit.at, fit.chi2))
     return found
 
 
-def _start(round_: Round, name: str) -> tuple[Coordinate, float]:
-    """Return a rival and the size that it had when it was weighed."""
-    for trial in round_.trials:
-        if trial.score.coordinate.name == name:
-            return trial.score.coordinate, float(trial.fit.at[-1])
-    score = next(s for s in round_.scores if s.coordinate.name == name)
-    return score.coordinate, score.estimate
+def _ranked(forecaster: Forecaster, targets: Sequence[Target]) -> list[tuple[Candidate, Target]]:
+    """Return every experiment with its forecast, the better ones first."""
+    named, *rivals = forecaster.explanations
+    found = [(forecaster.separability_of(named, t), t) for t in targets]
+    found.sort(key=lambda f: -f[0])
+    for i, (d, t) in enumerate(found[:BOTH_WAYS]):
+        found[i] = min(d, *(forecaster.separability_of(r, t) for r in rivals)), t
+    found[:BOTH_WAYS] = sorted(found[:BOTH_WAYS], key=lambda f: -f[0])
+    return [(_candidate(t, d), t) for d, t in found]
 
 
-def _fitted(fitter: Fitter, name: str, coordinates: list[Coordinate], start: Array) -> Explanation:
-    fit: Fit = fitter.fit(coordinates, start, 4)
-    return Explanation(name, coordinates, fit.at, fit.chi2)
-
-
-def _forecast(forecaster: Forecaster, played: Target) -> tuple[Candidate, Target]:
-    d = forecaster.separability(played)
+def _candidate(played: Target, predicted: float) -> Candidate:
     duration = len(played.time) * float(played.time[1] - played.time[0])
-    return Candidate(played.stimulus.name, played.amplitude, round(duration, 6), d), played
+    return Candidate(played.stimulus.name, played.amplitude, round(duration, 6), predicted)
 
 
 def _verified(forecaster: Forecaster, chosen: Candidate, played: Target) -> Candidate:

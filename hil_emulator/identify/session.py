@@ -9,7 +9,7 @@ import numpy as np
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 from hil_emulator.identify import account, parameters, plausible, static
-from hil_emulator.identify.confusion import rivals_of
+from hil_emulator.identify.confusion import confirmed, rivals_of, weighed
 from hil_emulator.identify.contest import Trial
 from hil_emulator.identify.copies import counted
 from hil_emulator.identify.experiment import Experiment
@@ -261,6 +261,8 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     spread = max(spread, best.deviation)
     ends = sorted(coordinate.value(at + k * spread) for k in (-1.96, 1.96))
     group, size = rivals_of(best, round_.scores, round_.trials, searcher.fitter.stretch)
+    alike = [weighed(round_, name) for name in group]
+    group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
     return Finding(
         name=coordinate.name,

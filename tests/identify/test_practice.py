@@ -12,7 +12,6 @@ from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify import parameters, practice, sealed
 from hil_emulator.identify.data import load_experiments
-from hil_emulator.identify.reading import read
 from hil_emulator.rig import nodes
 from tests.identify.rig_data import knee_twin
 
@@ -38,7 +37,6 @@ def test_it_looks_like_a_measurement(ground: Path) -> None:
     assert [f.stem[3:] for f in files] == list(practice.TRAINING)
     assert len(list((ground / "validation").glob("*.csv"))) == len(practice.VALIDATION)
     assert "pressure_a [bar]" in files[0].read_text().splitlines()[0]
-    assert not read(files[0]).emulated
     for e in load_experiments(files):
         assert set(e.readings) == set(practice.INSTRUMENTS)
         assert not e.notes

@@ -1,0 +1,248 @@
+"""Forecasts of experiments against what the blind plant then really shows.
+
+    python -m tests.identify.separability --seed 1 --cases 20
+
+A case is one effect of the blind plant in one short recording, of the size at which it shows and
+cannot be told from its nearest rival. Every experiment of the library is forecast, then really
+recorded on the blind plant; what a joint refit of both explanations gains there is compared with
+the forecast.
+"""
+
+import argparse
+import math
+import sys
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from hil_emulator.identify import forecast, parameters
+from hil_emulator.identify.confusion import INSEPARABLE, separability
+from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.fit import Fit, Fitter
+from hil_emulator.identify.forecast import Explanation, Forecaster
+from hil_emulator.identify.gate import needed_gain
+from hil_emulator.identify.library import LIBRARY, Target, limits, target
+from hil_emulator.identify.next_experiment import forecastable
+from hil_emulator.identify.observer import Observer
+from hil_emulator.identify.scan import Score, scan
+from hil_emulator.identify.twin import Twin
+from tests.identify.generator.bench import record
+from tests.identify.generator.cases import Case, machine, seed
+from tests.identify.generator.effects import EFFECTS
+from tests.identify.generator.sensors import CHANNELS
+from tests.identify.rig_data import knee_twin
+from tests.identify.tables import wilson
+
+ALIKE = 5.0
+"""Separability in the first recording for which an effect's size is chosen."""
+
+REFITTED = 4
+"""Rivals that are refitted to find the nearest."""
+
+SIZINGS = 4
+"""Sizes that are tried until the class is ambiguous."""
+
+GOOD = 0.8
+"""Part of the best margin that a recommendation has to reach."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One case: forecasts and realised margins, by experiment of the library."""
+
+    effect: str
+    rival: str
+    now: float
+    predicted: np.ndarray
+    realised: np.ndarray
+    eligible: np.ndarray
+
+    @property
+    def share(self) -> float:
+        """Part of the best margin that the recommended experiment reached."""
+        return float(self.realised[self.recommended] / np.max(self.realised))
+
+    @property
+    def recommended(self) -> int:
+        """Index of the experiment with the best forecast, of those that are forecast at all."""
+        return int(np.argmax(np.where(self.eligible, self.predicted, -np.inf)))
+
+
+class Bench:
+    """One machine of the blind plant, seen through the configured model."""
+
+    def __init__(self, key: str, number: int, first: str) -> None:
+        self.key, self.first = key, first
+        self.twin: Twin = knee_twin()
+        self.observer = Observer(self.twin, CHANNELS)
+        size = EFFECTS[key].medium / 3.0
+        self.case = Case(f"separability-{number:03d}", {key: size}, False, False, 2.0)
+        self.nuisances = parameters.ordinary(self.twin)
+
+    def sized(self, factor: float) -> None:
+        """Scale the hidden effect."""
+        effects = {k: v * factor for k, v in self.case.effects.items()}
+        self.case = replace(self.case, effects=effects)
+
+    def recorded(self, kind: str, number: int, played: Target | None = None) -> Experiment:
+        """Return a recording of the blind plant."""
+        path = None if played is None else played.position
+        lasts = 2.0 if path is None else len(path) * 1e-3
+        return record(machine(self.case), dict(self.case.effects), kind,
+                      (seed(self.case.name), number), lasts, False, path)  # fmt: skip
+
+    def scored(self) -> tuple[Fitter, Fit, list[Score]]:
+        """Return what the first recording says without any effect."""
+        fitter = Fitter(self.observer, [self.recorded(self.first, 0)], 1)
+        at = np.zeros(len(self.nuisances))
+        for _ in range(2):
+            fitter.freeze(self.nuisances, at)
+            base = fitter.fit(self.nuisances, at, 3)
+            at = base.at
+        return fitter, base, scan(fitter, base, parameters.candidates(self.twin, CHANNELS))
+
+    def explained(self, fitter: Fitter, base: Fit, score: Score, *sizes: float) -> Explanation:
+        """Return one effect's best fit to the first recording from several sizes."""
+        free = [*self.nuisances, score.coordinate]
+        fits = [fitter.fit(free, np.append(base.at, size), 5) for size in sizes]
+        fit = min(fits, key=lambda f: f.chi2)
+        return Explanation(score.coordinate.name, free, fit.at, fit.chi2)
+
+    def size(self, score: Score) -> float:
+        """Return the hidden effect as the coordinate of the catalogue's knob."""
+        c, hidden = score.coordinate, EFFECTS[self.key]
+        value = hidden.knob(self.case.effects[self.key])
+        return 1.0 / (value * c.scale) if c.inverse else (value - c.neutral) / c.scale
+
+
+def nearest(scores: list[Score], mine: Score, size: float) -> list[tuple[float, Score]]:
+    """Return the rivals by their separability at the hidden size, the nearest first."""
+    rest = [s for s in scores if s is not mine and s.sensible]
+    return sorted(((separability(mine, s, size), s) for s in rest), key=lambda p: p[0])
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """The first recording and the two explanations of it."""
+
+    fitter: Fitter
+    truth: Explanation
+    rival: Explanation
+    gain: float
+
+    @property
+    def apart(self) -> float:
+        """By how much the rival explains less."""
+        return self.rival.chi2 - self.truth.chi2
+
+
+def begun(bench: Bench) -> Beginning:
+    """Record the first experiment, and fit the hidden effect and its nearest rivals."""
+    fitter, base, scores = bench.scored()
+    mine = next(s for s in scores if s.coordinate.name == EFFECTS[bench.key].name)
+    truth = bench.explained(fitter, base, mine, mine.estimate, bench.size(mine))
+    rivals = [bench.explained(fitter, base, s, s.estimate, 0.3)
+              for _, s in nearest(scores, mine, bench.size(mine))[:REFITTED]]  # fmt: skip
+    rival = min(rivals, key=lambda e: e.chi2)
+    fitter.freeze(truth.coordinates, truth.at)
+    return Beginning(fitter, truth, rival, base.chi2 - truth.chi2)
+
+
+def examine(bench: Bench) -> Outcome | Beginning:
+    """Run one case; without an ambiguous class at any size, return where it ended."""
+    first = begun(bench)
+    for _ in range(SIZINGS):
+        shows = first.gain > needed_gain(len(first.fitter.residual([], np.zeros(0))))
+        if shows and abs(first.apart) < INSEPARABLE:
+            return forecast_and_shown(bench, first)
+        factor = math.sqrt(ALIKE / first.apart) if shows and first.apart > 0.0 else 2.0
+        bench.sized(float(np.clip(factor, 0.1, 3.0)))
+        first = begun(bench)
+    return first
+
+
+def forecast_and_shown(bench: Bench, first: Beginning) -> Outcome:
+    """Forecast every experiment of the library, then record it."""
+    asked = Forecaster(first.fitter, bench.observer, [first.truth, first.rival])
+    plant = bench.twin.plant_values
+    played = [target(e, limits(plant)) for e in LIBRARY]
+    predicted = [asked.separability_of(first.truth, t) for t in played]
+    realised = [shown(bench, first.fitter, first.truth, first.rival, t, i)
+                for i, t in enumerate(played)]  # fmt: skip
+    return Outcome(
+        first.truth.name, first.rival.name, first.apart, np.array(predicted), np.array(realised),
+        np.array([forecastable(t, plant) for t in played]),
+    )  # fmt: skip
+
+
+def shown(
+    bench: Bench, now: Fitter, truth: Explanation, rival: Explanation, played: Target, number: int
+) -> float:
+    """Return the difference in chi-square after an experiment has really been recorded."""
+    kind = "steps" if played.stimulus.jumps else played.stimulus.name
+    more = forecast.seen(now, bench.observer, bench.recorded(kind, 10 + number, played), truth)
+    return forecast.margin(now, more, truth, [rival])
+
+
+def main() -> None:
+    """Run the cases and print the table."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--cases", type=int, default=len(EFFECTS))
+    options.add_argument("--minutes", type=float, default=math.inf, help="start none after that")
+    chosen = options.parse_args()
+    outcomes, begin, keys = [], time.process_time(), list(EFFECTS)
+    end = time.monotonic() + 60.0 * chosen.minutes
+    print("effect                 rival                  now   recommended: forecast shown  "
+          "best: shown  share")  # fmt: skip
+    for i in range(chosen.cases):
+        if time.monotonic() > end:
+            break
+        first = ("multisine", "triangles")[(i // len(keys) + i) % 2]
+        found = examine(Bench(keys[i % len(keys)], 1000 * chosen.seed + i, first))
+        if isinstance(found, Beginning):
+            print(f"{found.truth.name:22s} {found.rival.name:22s} {found.apart:5.1f} no class at "
+                  "any size", flush=True)  # fmt: skip
+            continue
+        outcomes.append(found)
+        print(described(found), flush=True)
+    report(outcomes)
+    print(f"{time.process_time() - begin:.0f} s of one core")
+
+
+def described(o: Outcome) -> str:
+    """Return one line of the table."""
+    pick, best = o.recommended, int(np.argmax(o.realised))
+    return (
+        f"{o.effect:22s} {o.rival:22s} {o.now:5.1f} {LIBRARY[pick].name:15s} "
+        f"{o.predicted[pick]:7.0f} {o.realised[pick]:7.0f}  {LIBRARY[best].name:15s} "
+        f"{o.realised[best]:7.0f}  {o.share:5.2f}"
+    )
+
+
+def report(outcomes: list[Outcome]) -> None:
+    """Print how well the forecasts rank, and how good the recommendations are."""
+    predicted = np.concatenate([o.predicted[o.eligible] for o in outcomes])
+    realised = np.concatenate([o.realised[o.eligible] for o in outcomes])
+    within = [spearmanr(o.predicted[o.eligible], o.realised[o.eligible]).statistic
+              for o in outcomes]  # fmt: skip
+    print(f"Spearman of forecast and shown: {spearmanr(predicted, realised).statistic:.2f} over "
+          f"{len(predicted)} pairs of effect and experiment; median within a case "
+          f"{np.median(within):.2f}")  # fmt: skip
+    print(f"shown over forecast: median {np.median(realised / np.maximum(predicted, 1e-9)):.2f}")
+    for words, chosen in (
+        ("ambiguous class", outcomes),
+        ("of these, one that the library separates",
+         [o for o in outcomes if np.max(o.realised) > INSEPARABLE]),
+    ):  # fmt: skip
+        good = sum(o.share >= GOOD for o in chosen)
+        low, high = wilson(good, len(chosen))
+        print(f"{words}: recommended reaches {GOOD:g} of the best in {good}/{len(chosen)}, "
+              f"95 % {low:.2f} ... {high:.2f}")  # fmt: skip
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
