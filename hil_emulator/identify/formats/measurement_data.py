@@ -2,6 +2,7 @@
 
 import contextlib
 import gc
+import html
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -39,7 +40,7 @@ def read(file: Path) -> Table:
         try:
             with asammdf.MDF(file) as mdf:
                 columns = tuple(c for g, _ in enumerate(mdf.groups) for c in _group(mdf, g))
-                own = OWN_MARK in str(mdf.header.comment)
+                own = OWN_MARK in html.unescape(str(mdf.header.comment))  # within XML
         except Exception as error:  # asammdf answers a damaged file with many kinds of exception
             trouble = str(error).partition("\n")[0] or type(error).__name__
         if trouble:

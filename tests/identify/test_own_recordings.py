@@ -1,0 +1,80 @@
+"""The emulator's own recordings: the same experiment from every format that it writes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rigs import START, bench, reference, set_point
+
+from hil_emulator.commands.recordings import Meaning, experiments
+from hil_emulator.errors import UserError
+from hil_emulator.identify.experiment import Experiment
+from hil_emulator.recording import journal
+from hil_emulator.recording.exports import export
+from hil_emulator.recording.header import header
+from hil_emulator.recording.journal import Recording
+
+TICKS = 300
+CHANNELS = ("pressure_a", "pressure_b", "position", "load_force")
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """Return a run with another set point in each tick."""
+    random = np.random.default_rng(5)
+    config = reference()
+    with bench(config) as rig:
+        rig.ticks(2)
+        rig.tick(START)
+        for _ in range(TICKS):
+            rig.tick(set_point(random.uniform(-2.0, 2.0)))
+        head = header(config, rig.rig.nodes)
+        return Recording(head, rig.recorder.rows(), list(rig.recorder.frames), [])
+
+
+def read(recording: Recording, file: Path) -> Experiment:
+    """Write the recording in the format of a file's ending, and read that."""
+    source = file.with_suffix(".rec")
+    journal.write(recording, source)
+    export(source, file)
+    (found,) = experiments([file], reference(), Meaning())
+    return found
+
+
+@pytest.mark.parametrize("ending", [".rec", ".csv", ".npz", ".parquet", ".mf4"])
+def test_a_set_point_acts_after_the_readings_before_it(
+    recording: Recording, tmp_path: Path, ending: str
+) -> None:
+    """A row holds what acted before its readings, whatever the format."""
+    found = read(recording, tmp_path / f"run{ending}")
+    table = recording.table()
+    assert found.period == pytest.approx(1e-3)
+    np.testing.assert_allclose(found.current[:-1], table["valve_current"][1:], rtol=1e-8)
+    for name in CHANNELS:
+        np.testing.assert_allclose(found.readings[name], table[name], rtol=1e-8)
+    assert not any(name.startswith("model.") for name in found.readings)
+
+
+@pytest.mark.parametrize("ending", [".blf", ".asc", ".log"])
+def test_frames_that_it_has_recorded_itself(
+    recording: Recording, tmp_path: Path, ending: str
+) -> None:
+    """Frames converted from a journal are a capture like any other."""
+    found = read(recording, tmp_path / f"run{ending}")
+    table = recording.table()
+    rows = found.samples
+    assert rows >= TICKS
+    wanted = table["position"][-rows:]
+    np.testing.assert_allclose(found.readings["position"], wanted, rtol=0.0, atol=0.51e-7)
+    np.testing.assert_allclose(found.current[:-1], table["valve_current"][-rows + 1 :], atol=1e-9)
+
+
+def test_a_damaged_journal_is_refused(tmp_path: Path) -> None:
+    """One message that names the file."""
+    file = tmp_path / "run.rec"
+    file.write_bytes(b"HILREC1\n")
+    with pytest.raises(UserError, match=r"run\.rec: empty"):
+        experiments([file], reference(), Meaning())
+    file.write_bytes(b"something else")
+    with pytest.raises(UserError, match=r"run\.rec: not a recording"):
+        experiments([file], reference(), Meaning())
