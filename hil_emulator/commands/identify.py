@@ -7,11 +7,12 @@ from pathlib import Path
 
 import click
 
+from hil_emulator import __version__
 from hil_emulator.commands.gap_table import gap_lines
 from hil_emulator.commands.recordings import Meaning, experiments
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.identify.layer import layer
+from hil_emulator.identify.layer import EFFECT_FILE, layer
 from hil_emulator.identify.report import report
 from hil_emulator.identify.result import Result
 from hil_emulator.identify.session import identify as run_identification
@@ -83,20 +84,33 @@ def summary(result: Result) -> str:
         lines += [f"          rival {r.name}: {r.lost}" for r in finding.rivals[:3]]
     if result.verdict not in MEASURED:
         lines += [f"unknown   {u.balance} over {u.driver}: {u.shape}" for u in result.unknown]
+        lines += _addition(result)
     if result.next_experiment:
         lines.append(f"next      {result.next_experiment}")
     lines += gap_lines(result)
     return "\n".join(lines)
 
 
+def _addition(result: Result) -> list[str]:
+    """Return what becomes of the strongest unexplained term."""
+    if not result.unknown:
+        return []
+    if result.added is None:
+        return ["          it cannot be added to the model: no place there takes such a term"]
+    return [f"          added to identified.toml as a table, {result.added.name}"]
+
+
 def _write(result: Result, configs: Sequence[Path], out: Path) -> None:
     today = datetime.now(tz=UTC).strftime("%Y-%m-%d")
     names = ", ".join(f.name for f in configs)
+    made = f"hil-emulator {__version__}, {today}"
     texts = {
         "result.json": json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
         "identified.toml": layer(result, configs, today),
-        "report.html": report(result, f"What {names} lacks"),
+        "report.html": report(result, f"What {names} lacks", made),
     }
+    if result.added is not None:
+        texts[EFFECT_FILE] = result.added.text
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():

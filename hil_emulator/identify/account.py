@@ -1,6 +1,7 @@
 """What a result shows of a search: the gap, where it is, what each effect took of it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,12 +11,16 @@ from hil_emulator.identify.gap import Compared, compare, measure, traces
 from hil_emulator.identify.motion import by_motion
 from hil_emulator.identify.observer import Observer
 from hil_emulator.identify.regions import Disagreement, disagreements
-from hil_emulator.identify.residuals import draw
-from hil_emulator.identify.result import Result
+from hil_emulator.identify.residuals import bare, beside, draw, simplest
+from hil_emulator.identify.result import Result, in_words
 from hil_emulator.identify.search import NOTICEABLE, Round, Search, Searcher
+from hil_emulator.identify.table import place_of, table
 
 MAPPED = 2
 """Balances of which a map is drawn."""
+
+HYSTERETIC = 0.5
+"""Width of the loop over its size from which a term is called hysteretic (assumed)."""
 
 
 def fill(searcher: Searcher, search: Search, result: Result) -> None:
@@ -33,8 +38,32 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
     result.where = _where(searcher, first, compared, old=True)
     if last is not first:
         result.remaining = _where(searcher, last, compared, old=False)
-    result.maps = [draw(predictor, before, after, block, training)
-                   for block in _mapped(first, result.where)]  # fmt: skip
+    effects = search.effects
+    for block in _mapped(first, result.where):
+        old = bare(after, effects) if effects else beside(before, block)
+        result.maps.append(draw(predictor, old, after, block, training))
+    result.settled = after.at
+    if result.unknown:
+        _say_more(searcher, last, result)
+
+
+def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
+    """Make an effect of the strongest unexplained term that the model has a place for."""
+    predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
+    known = {(b.balance.name, b.driver): b for b in last.blocks}
+    for i, term in enumerate(result.unknown):
+        block = known[term.balance, term.driver]
+        curve = simplest(last.base, block)
+        shape = in_words(term.driver, block.knots, curve, term.unit)
+        if not block.balance.channel:
+            drawn = draw(predictor, beside(last.base, block), last.base, block, training)
+            shape += ", hysteretic" if drawn.loop > HYSTERETIC else ", without hysteresis"
+        result.unknown[i] = replace(term, curve=tuple(curve.tolist()), shape=shape)
+    placed = [u for u in result.unknown if place_of(u)]
+    if placed:
+        term = max(placed, key=lambda u: u.statistic)
+        result.added = table(term, [e.name for e in predictor.twin.effects])
+        result.settled = beside(last.base, known[term.balance, term.driver]).at
 
 
 def _where(
@@ -58,7 +87,7 @@ def _mapped(first: Round, where: Sequence[Disagreement]) -> list[BlockScore]:
     for block in [*wanted, *known.values()]:
         if block.balance not in [f.balance for f in found]:
             found.append(block)
-    return found[:MAPPED]
+    return found[: max(1, min(MAPPED, len(where)))]
 
 
 def shares(searcher: Searcher, search: Search) -> dict[str, float]:
@@ -94,7 +123,10 @@ def _left(last: Round) -> float:
 
 
 def judge(result: Result) -> None:
-    """Give a gap that was measured, and not searched, a verdict of its own."""
+    """Give a gap that was measured, and not searched, a verdict of its own; it adds nothing."""
+    result.added = None
+    if result.search is not None and result.search.final is not None:
+        result.settled = result.search.final.at
     if not result.where:
         result.verdict = "agrees"
         result.reason = (

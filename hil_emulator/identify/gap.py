@@ -32,29 +32,29 @@ class View:
         replay: the model's errors; in the force balance alone there is no free run.
         noise: standard deviation of each channel's noise, or one of its unit, shape (channels,).
         floors: what disturbances leave, at the strength that is assumed; None where unknown.
+        strength: of each source of the floor in this experiment, see `floor.strengths`.
 
     """
 
     experiment: Experiment
     replay: Replay
     noise: Array
-    floors: Floor | None
+    floors: Floor | None = None
+    strength: Array = field(default_factory=lambda: np.zeros(0))
 
 
-@dataclass
+@dataclass(frozen=True)
 class Compared:
     """Two models over training and validation data.
 
     Attributes:
         before: the configured model, ordinary parameters refitted, by part of the data.
         after: the same with what was found.
-        strength: of each source of the floor, see `floor.strengths`; empty where unknown.
 
     """
 
     before: dict[str, list[View]]
     after: dict[str, list[View]]
-    strength: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def view(predictor: Predictor, fit: Fit, experiments: Sequence[Experiment]) -> list[View]:
@@ -65,13 +65,15 @@ def view(predictor: Predictor, fit: Fit, experiments: Sequence[Experiment]) -> l
         frozen = predictor.freeze(experiment, par, chan)
         if isinstance(predictor, Observer) and isinstance(frozen, Frozen):
             run = replay(predictor, frozen, par, chan)
-            found.append(View(experiment, run, frozen.noise, spread(predictor, frozen, run)))
+            floors = spread(predictor, frozen, run)
+            strength = strengths([floors], [run], experiment.period)
+            found.append(View(experiment, run, frozen.noise, floors, strength))
             continue
         residual, track = predictor.innovations(frozen, par, chan, track=True)
         residual = np.where(frozen.present[:, None], residual, np.nan)
         empty = np.full_like(residual, np.nan)
         run = Replay(residual, empty, np.zeros(len(residual), np.int64), track)
-        found.append(View(experiment, run, np.ones(residual.shape[1]), None))
+        found.append(View(experiment, run, np.ones(residual.shape[1])))
     return found
 
 
@@ -84,12 +86,7 @@ def compare(
     old = {n: view(predictor, before, e) for n, e in parts.items() if e}
     same = after is before
     new = old if same else {n: view(predictor, after, e) for n, e in parts.items() if e}
-    views = [v for part in new.values() for v in part]
-    floors = [v.floors for v in views if v.floors is not None]
-    if not floors:
-        return Compared(old, new)
-    period = views[0].experiment.period
-    return Compared(old, new, strengths(floors, [v.replay for v in views], period))
+    return Compared(old, new)
 
 
 def measure(predictor: Predictor, compared: Compared) -> Gap:
@@ -109,16 +106,16 @@ def measure(predictor: Predictor, compared: Compared) -> Gap:
                     errors = [getattr(v.replay, kind)[:, i] for v in views]
                     _enter(entry, f"{prefix}{when}", channel, views, i, errors)
             for prefix, kind in KINDS.items():
-                if len(compared.strength):
-                    left = [floor_of(v, compared.strength, kind)[:, i] for v in views]
+                if all(v.floors is not None for v in views):
+                    left = [floor_of(v, kind)[:, i] for v in views]
                     _enter(entry, f"{prefix}floor", channel, views, i, left)
     return gap
 
 
-def floor_of(seen: View, strength: Array, kind: str) -> Array:
+def floor_of(seen: View, kind: str) -> Array:
     """Return the error that disturbances leave, NaN where nothing counts, shape of the errors."""
     assert seen.floors is not None
-    left = np.sqrt(np.tensordot(strength, getattr(seen.floors, kind), 1))
+    left = np.sqrt(np.tensordot(seen.strength, getattr(seen.floors, kind), 1))
     return np.asarray(np.where(np.isfinite(getattr(seen.replay, kind)), left, np.nan))
 
 

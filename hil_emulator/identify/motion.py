@@ -38,8 +38,8 @@ def by_motion(predictor: Predictor, compared: Compared, kind: str = "free") -> G
         for i, channel in enumerate(predictor.channels):
             entry = {"before": _rms([_error(v, kind, i) for v in old], inside),
                      "after": _rms([_error(v, kind, i) for v in new], inside)}  # fmt: skip
-            if len(compared.strength):
-                left = [floor_of(v, compared.strength, kind)[:, i] / v.noise[i] for v in new]
+            if all(v.floors is not None for v in new):
+                left = [floor_of(v, kind)[:, i] / v.noise[i] for v in new]
                 entry["floor"] = _rms(left, inside)
             if np.isfinite(entry["before"]):
                 gap.setdefault(channel, {})[words] = entry

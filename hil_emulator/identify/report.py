@@ -1,116 +1,188 @@
-"""One self-contained HTML page of a result."""
+"""One self-contained HTML page of a result: the verdict first, then what supports it."""
 
+from collections.abc import Sequence
 from html import escape
 
-from hil_emulator.identify import pictures
+from hil_emulator.identify import charts, pictures, report_tables
+from hil_emulator.identify.regions import Disagreement
 from hil_emulator.identify.result import Result
-from hil_emulator.units import show
 
-_STYLE = """body{font:15px/1.45 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em}
-table{border-collapse:collapse;margin:.6em 0}td,th{padding:.2em .8em;border-bottom:1px solid #ddd;
-text-align:left}td.n{text-align:right;font-variant-numeric:tabular-nums}
-.verdict{font-size:1.3em;padding:.6em 1em;background:#eef3fa;border-left:5px solid #4c72b0}
-.flag{color:#c44e52}img{max-width:100%}"""
+_STYLE = """body{font:15px/1.45 system-ui,sans-serif;max-width:62em;margin:2em auto;padding:0 1em}
+h1{font-size:1.5em}h2{font-size:1.15em;margin-top:1.8em;border-bottom:1px solid #ccc}
+table{border-collapse:collapse;margin:.6em 0;font-size:.88em}
+td,th{padding:.15em .7em;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}
+th.g{text-align:center;border-bottom:1px solid #999}
+td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
+.verdict{font-size:1.25em;padding:.6em 1em;background:#eef3fa;border-left:5px solid #0072b2}
+.verdict.open{background:#fdf1e7;border-color:#d55e00}
+.small{font-size:.85em;color:#555}img{max-width:100%}li{margin:.15em 0}
+@media print{body{margin:0;max-width:none;font-size:11px}h2{break-after:avoid}
+p.pic,table{break-inside:avoid}.verdict{-webkit-print-color-adjust:exact;print-color-adjust:exact}}
+"""
 
-Row = tuple[object, ...]
+_WORDS = {
+    "missing_effects": "Missing", "nothing_missing": "Nothing is missing",
+    "unknown_effect": "Something unknown is missing", "cannot_examine": "Cannot be examined",
+    "agrees": "Model and measurement agree", "disagrees": "Model and measurement disagree",
+}  # fmt: skip
 
 
-def report(result: Result, title: str) -> str:
-    """Return the page."""
-    parts = [f'<p class="verdict">{escape(result.reason)}</p>']
-    if result.next_experiment:
-        parts.append(f"<p><b>Next experiment:</b> {escape(result.next_experiment)}</p>")
-    if result.effects:
-        parts += ["<h2>What is missing</h2>", _effects(result)]
-    for i, u in enumerate(result.unknown):
-        parts.append(
-            f'<h2 class="flag">Unexplained: {escape(u.balance)} over {escape(u.driver)}</h2>'
-            f"<p>{escape(u.shape)}; gain in chi-square {u.statistic:.0f}</p>"
-        )
-        parts.append(_image(pictures.term(result, i)))
-    if result.gap:
-        parts += ["<h2>The gap, before and after</h2>", _gap(result), _image(pictures.gap(result))]
-        parts += [_image(pictures.trace(result, name)) for name in _widest(result)]
-    if result.search is not None:
-        parts += ["<h2>Ranking</h2>", _image(pictures.ranking(result)), _rivals(result)]
-        parts += ["<h2>Ordinary parameters</h2>", _parameters(result)]
-        parts.append(_image(pictures.correlations(result)))
-    if result.unseen:
-        hidden = escape(", ".join(result.unseen))
-        parts.append(f"<h2>Out of sight with these data</h2><p>{hidden}</p>")
-    if result.notes:
-        lines = "".join(f"<li>{escape(n)}</li>" for n in result.notes)
-        parts.append(f"<h2>Notes on the data</h2><ul>{lines}</ul>")
+def report(result: Result, title: str, made: str = "") -> str:
+    """Return the page.
+
+    Args:
+        result: what was found.
+        title: of the page.
+        made: when and by what, for the provenance.
+
+    """
+    parts = [_verdict(result), *_next(result), *_where(result), *_found(result), *_size(result)]
+    parts += [*_reasons(result), *_model(result), *_limits(result), _provenance(result, made)]
     return (
         f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(title)}</title>"
         f"<style>{_STYLE}</style><h1>{escape(title)}</h1>{''.join(parts)}</html>"
     )
 
 
-def _image(png: str) -> str:
-    return f'<p><img src="data:image/png;base64,{png}" alt=""></p>'
+def _verdict(result: Result) -> str:
+    text = result.reason.removeprefix("missing: ")
+    kind = "" if result.verdict in ("missing_effects", "nothing_missing", "agrees") else " open"
+    words = f"<b>{_WORDS[result.verdict]}:</b> {escape(text)}."
+    return f'<p class="verdict{kind}">{words}</p>{_shrink(result)}'
 
 
-def _table(head: Row, rows: list[Row]) -> str:
-    def cell(value: object) -> str:
-        number = isinstance(value, int | float)
-        text = f"{value:.4g}" if isinstance(value, float) else escape(str(value))
-        return f'<td class="n">{text}</td>' if number else f"<td>{text}</td>"
-
-    top = "".join(f"<th>{escape(str(h))}</th>" for h in head)
-    body = "".join(f"<tr>{''.join(cell(v) for v in row)}</tr>" for row in rows)
-    return f"<table><tr>{top}</tr>{body}</table>"
-
-
-def _effects(result: Result) -> str:
-    rows: list[Row] = []
-    for f in result.effects:
-        low, high = (show(v, f.unit, f.shown) for v in f.interval)
-        flags = "its form differs" if f.form_differs else ""
-        group = f"or {', '.join(f.group)}" if f.group else ""
-        held = f.held_out if f.held_out is not None else "none"
-        rows.append(
-            (f.name, f.knob, show(f.value, f.unit, f.shown), f"{low} ... {high}",
-             f"{100 * f.explained:.0f} %", f.gain, held, "; ".join(t for t in (flags, group) if t))
-        )  # fmt: skip
-    head = ("effect", "knob", "value", "95 %", "share", "gain", "held-out gain", "caution")
-    return _table(head, rows)
+def _shrink(result: Result) -> str:
+    """Return the one sentence that says how the gap shrank where it was widest."""
+    best, sentence = 1.0, ""
+    for channel, parts in result.gap.items():
+        values = parts.get("validation") or parts["training"]
+        kind = "free_" if "free_before" in values else ""
+        before, after = values[f"{kind}before"], values[f"{kind}after"]
+        if not result.effects or before / after <= best:
+            continue
+        best = before / after
+        run = "0.5 s free runs" if kind else "the force balance"
+        data = "data not used for the fit" if "validation" in parts else "the training data"
+        floor = values.get(f"{kind}floor")
+        least = f"; disturbances alone leave {floor:.3g}" if floor else ""
+        sentence = (
+            f"<p>In {run} on {data}, {channel.replace('_', ' ')} was {before:.3g} off and is "
+            f"{after:.3g} off with it (rms, in {escape(result.measure)}{least}).</p>"
+        )
+    return sentence
 
 
-def _gap(result: Result) -> str:
-    rows: list[Row] = [
-        (channel, part, values.get("before", float("nan")), values.get("after", float("nan")))
-        for channel, parts in result.gap.items()
-        for part, values in parts.items()
-    ]
-    return _table(
-        ("channel", "data", "before", f"after (rms of one step, in {result.measure})"), rows
+def _next(result: Result) -> list[str]:
+    if not result.next_experiment:
+        return []
+    return [f"<p><b>Next experiment:</b> {escape(result.next_experiment)}</p>"]
+
+
+def _where(result: Result) -> list[str]:
+    """Return where the gap is: traces, balances, regions, maps."""
+    if not result.traces:
+        return []
+    both = bool(result.effects)
+    parts = ["<h2>Where the gap is</h2>", _places("Balances that disagree", result.where)]
+    parts.append(_image(pictures.trace(result, pictures.widest_trace(result))))
+    for drawn in result.maps:
+        parts.append(
+            f"<p>What the balance <b>{escape(drawn.balance)}</b> lacks over "
+            f"{escape(drawn.driver)}: median and the middle two thirds.</p>"
+        )
+        parts.append(_image(pictures.balance(drawn, both)))
+    if both and result.remaining:
+        parts.append(_places("Balances that still disagree", result.remaining))
+    return parts
+
+
+def _places(title: str, found: Sequence[Disagreement]) -> str:
+    if not found:
+        return "<p>No balance disagrees beyond noise and usual disturbances.</p>"
+    lines = []
+    for d in found:
+        places = "".join(f"<li>{escape(str(r))}</li>" for r in d.regions)
+        lines.append(
+            f"<li><b>{escape(d.balance)}</b> over {escape(d.driver)}: {100 * d.share:.0f} % of the "
+            f"gap<ul>{places}</ul></li>"
+        )
+    return f"<p>{title}:</p><ul>{''.join(lines)}</ul>"
+
+
+def _found(result: Result) -> list[str]:
+    parts = []
+    if result.effects:
+        parts += ["<h2>What is missing</h2>", report_tables.effects(result)]
+        parts.append(
+            '<p class="small">Share: of what laws of any form could take out of the disagreement '
+            "one step ahead on the training data. Gains are in chi-square of joint refits.</p>"
+        )
+    for u in result.unknown if result.verdict not in ("agrees", "disagrees") else ():
+        parts.append(
+            f"<h2>Unexplained: {escape(u.balance)} over {escape(u.driver)}</h2>"
+            f"<p>{escape(u.shape)}; gain in chi-square {u.statistic:.0f}</p>"
+        )
+        parts.append(_image(pictures.term(u)))
+    if result.added is not None:
+        parts.append(f"<p>Added to identified.toml as a table: {escape(result.added.name)}.</p>")
+    elif parts and result.unknown:
+        parts.append("<p>The model has no place for such a term; it is not added.</p>")
+    return parts
+
+
+def _size(result: Result) -> list[str]:
+    if not result.gap:
+        return []
+    parts = ["<h2>The gap by channel</h2>", _image(charts.gap(result)), report_tables.gap(result)]
+    parts.append(
+        f'<p class="small">Root mean square of measured less predicted, in {escape(result.measure)}'
+        ' and <span style="white-space:nowrap">in % of the channel\'s spread</span>. Free runs '
+        "restart every 0.5 s from filtered states and are driven by the recorded current alone. "
+        "Floor: what sensor noise, drift and usual disturbances leave of a model that is right in "
+        "everything else.</p>"
     )
+    if result.motion:
+        parts += ["<p>The free run by region of motion:</p>", report_tables.motion(result)]
+    return parts
 
 
-def _rivals(result: Result) -> str:
-    rows: list[Row] = [
-        (f.name, r.name, r.gain, r.held_out if r.held_out is not None else "none", r.lost)
-        for f in result.effects
-        for r in f.rivals
-    ]
-    return _table(("named", "rival", "gain", "held-out", "why it lost"), rows) if rows else ""
+def _reasons(result: Result) -> list[str]:
+    """Return ranking, rivals and ladder."""
+    if result.search is None or not result.search.rounds:
+        return []
+    parts = ["<h2>Ranking</h2>", _image(charts.ranking(result)), report_tables.ranking(result)]
+    if result.ladder:
+        parts += ["<h2>Ladder</h2>", _image(charts.ladder(result))]
+    return parts
 
 
-def _parameters(result: Result) -> str:
-    rows: list[Row] = [
-        (name, v["configured"], v["refitted"],
-         f"{100 * (v['refitted'] / v['configured'] - 1):+.1f} %" if v["configured"] else "")
-        for name, v in result.parameters.items()
-    ]  # fmt: skip
-    return _table(("parameter [SI]", "configured", "refitted", "change"), rows)
+def _model(result: Result) -> list[str]:
+    if not result.parameters:
+        return []
+    parts = ["<h2>Ordinary parameters</h2>", report_tables.parameters(result)]
+    return [*parts, _image(charts.correlations(result))]
 
 
-def _widest(result: Result) -> list[str]:
-    """Return the traces whose disagreement shrank most, at most three."""
+def _limits(result: Result) -> list[str]:
+    parts = []
+    if result.unseen:
+        hidden = escape(", ".join(result.unseen))
+        parts.append(f"<h2>Out of sight with these data</h2><p>{hidden}</p>")
+    if result.notes:
+        lines = "".join(f"<li>{escape(n)}</li>" for n in result.notes)
+        parts.append(f"<h2>Notes on the data</h2><ul>{lines}</ul>")
+    return parts
 
-    def shrunk(name: str) -> float:
-        t = result.traces[name]
-        return float((t["before"] ** 2).sum() - (t["after"] ** 2).sum())
 
-    return sorted(result.traces, key=shrunk, reverse=True)[:3]
+def _provenance(result: Result, made: str) -> str:
+    rows = "".join(
+        f"<li>{escape(n)}: {f'sha256 {escape(d)}' if d else 'not from a file'}</li>"
+        for n, d in result.digests.items()
+    )
+    return (
+        f'<h2>Provenance</h2><p class="small">{escape(made)}</p><ul class="small">{rows}</ul>'
+    )  # fmt: skip
+
+
+def _image(png: str) -> str:
+    return f'<p class="pic"><img src="data:image/png;base64,{png}" alt=""></p>'

@@ -15,7 +15,9 @@ from hil_emulator.identify.fit import Fit, prior_rows
 from hil_emulator.identify.observer import Frozen, Observer
 from hil_emulator.identify.predictor import Predictor
 from hil_emulator.identify.probes import PROBES
+from hil_emulator.identify.scan import Projection
 from hil_emulator.identify.static import Measured
+from hil_emulator.identify.twin import Coordinate
 
 STRONG = 0.03
 """Standard deviation of a term over the largest force, flow, current or pressure (assumed)."""
@@ -23,10 +25,16 @@ STRONG = 0.03
 LASTING = 0.01
 """Time over which a term is correlated [s] (assumed)."""
 
+DISTINCT = 0.01
+"""Part of the best shown direction of a curve from which on it is not an ordinary parameter's."""
+
 LONGEST = 20.0
 """Time of the experiments that go into a map [s]."""
 
 BINS = 25
+
+FEWEST = 10
+"""Samples in a bin below which nothing is drawn."""
 
 SHOWN = {"m^3/s": (6e4, "l/min"), "m/s": (1e3, "mm/s"), "m": (1e3, "mm"), "Pa": (1e-5, "bar"),
          "A": (1e3, "mA"), "N": (1.0, "N"), "s": (1.0, "s")}  # fmt: skip
@@ -44,10 +52,11 @@ DRIVER_UNITS = {
 
 @dataclass(frozen=True)
 class Binned:
-    """A residual over a driver: `mean` and `spread` (one standard deviation) in each bin."""
+    """A residual over a driver: median, and quantiles of 16 and 84 % in each bin."""
 
-    mean: Array
-    spread: Array
+    middle: Array
+    low: Array
+    high: Array
 
 
 @dataclass(frozen=True)
@@ -64,6 +73,8 @@ class Map:
         after: with what was found.
         frequency: of the spectra [Hz]; empty where samples are irregular.
         spectra: density before and after [unit/Hz^0.5].
+        loop: how far the residual before differs between a rising and a falling driver, over its
+            size; near one for hysteresis.
 
     """
 
@@ -76,6 +87,7 @@ class Map:
     after: Binned
     frequency: Array
     spectra: tuple[Array, Array]
+    loop: float
 
 
 def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what: Balance) -> Array:
@@ -129,6 +141,20 @@ def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> f
     return largest[what.unit]
 
 
+def simplest(fit: Fit, block: BlockScore) -> Array:
+    """Return the smallest curve that explains what a block explains, in the balance's unit.
+
+    Part of a curve may be what an ordinary parameter does as well: a constant friction, say. The
+    parameter takes that part.
+    """
+    project = Projection(fit)
+    columns = np.column_stack([project(c) for c in block.columns.T])
+    values, vectors = np.linalg.eigh(columns.T @ columns)
+    keep = values > DISTINCT * max(values[-1], 1e-30)
+    slope = vectors[:, keep].T @ (columns.T @ project.residual)
+    return np.asarray(-vectors[:, keep] @ (slope / values[keep]) * block.balance.scale)
+
+
 def beside(fit: Fit, block: BlockScore) -> Fit:
     """Return a fit with its parameters moved to where they go when a block's term joins them.
 
@@ -136,10 +162,18 @@ def beside(fit: Fit, block: BlockScore) -> Fit:
     """
     weights = prior_rows(fit.coordinates)
     normal = fit.jacobian.T @ fit.jacobian + np.diag(weights**2)
-    pull = fit.jacobian.T @ (block.columns @ (block.curve / block.balance.scale))
+    pull = fit.jacobian.T @ (block.columns @ (simplest(fit, block) / block.balance.scale))
     moved = fit.at - np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ pull
     bounds = np.array([c.bounds for c in fit.coordinates]).reshape(-1, 2)
     return replace(fit, at=np.clip(moved, bounds[:, 0], bounds[:, 1]))
+
+
+def bare(fit: Fit, effects: Sequence[Coordinate]) -> Fit:
+    """Return a fit without some effects, everything else as it is."""
+    names = {c.name for c in effects}
+    kept = [i for i, c in enumerate(fit.coordinates) if c.name not in names]
+    free = [fit.coordinates[i] for i in kept]
+    return replace(fit, coordinates=free, at=fit.at[kept], jacobian=fit.jacobian[:, kept])
 
 
 def draw(
@@ -150,14 +184,14 @@ def draw(
 
     Args:
         predictor: sees the experiments.
-        before: the model without what was found, at which the block was scored.
+        before: the model without what was found, its other parameters where they belong.
         after: the final model.
         block: balance and driver.
         experiments: the first of them are drawn.
 
     """
     chosen = _first(experiments)
-    old = _along(predictor, beside(before, block), chosen, block)
+    old = _along(predictor, before, chosen, block)
     new = _along(predictor, after, chosen, block)
     return _map(block, chosen[0].period, old, new)
 
@@ -195,17 +229,29 @@ def _map(
     one, two = (_binned(d, r * factor, edges) for d, r in (before, after))
     frequency, spectrum = _spectrum(before[1] * factor, period)
     spectra = (spectrum, _spectrum(after[1] * factor, period)[1])
-    return Map(balance.name, driver, unit, driver_unit, centres, one, two, frequency, spectra)
+    loop = _loop(*before, edges)
+    return Map(balance.name, driver, unit, driver_unit, centres, one, two, frequency, spectra, loop)
+
+
+def _loop(driver: Array, residual: Array, edges: Array) -> float:
+    """Return the width of the loop of a residual over its driver, over its size."""
+    rising = np.gradient(driver) > 0.0
+    up, down = (_binned(driver[m], residual[m], edges).middle for m in (rising, ~rising))
+    both = np.isfinite(up) & np.isfinite(down)
+    if not both.any():
+        return 0.0
+    size = float(np.sqrt(np.mean((0.5 * (up + down)[both]) ** 2)))
+    return float(np.sqrt(np.mean((0.5 * (up - down)[both]) ** 2))) / max(size, 1e-300)
 
 
 def _binned(driver: Array, residual: Array, edges: Array) -> Binned:
     inside = np.digitize(driver, edges) - 1
-    mean, spread = np.full(BINS, np.nan), np.full(BINS, np.nan)
+    found = np.full((3, BINS), np.nan)
     for b in range(BINS):
         here = residual[(inside == b) & np.isfinite(residual)]
-        if len(here) >= 10:
-            mean[b], spread[b] = float(np.mean(here)), float(np.std(here))
-    return Binned(mean, spread)
+        if len(here) >= FEWEST:
+            found[:, b] = np.quantile(here, (0.5, 0.16, 0.84))
+    return Binned(*found)
 
 
 def _spectrum(residual: Array, period: float) -> tuple[Array, Array]:

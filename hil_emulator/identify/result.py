@@ -2,19 +2,29 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from hil_emulator.identify.experiment import Array
 from hil_emulator.identify.next_experiment import NextExperiment
 from hil_emulator.identify.regions import Disagreement
-from hil_emulator.identify.residuals import Map
+from hil_emulator.identify.residuals import SHOWN, Map
 from hil_emulator.identify.search import Search
 from hil_emulator.units import show
+
+if TYPE_CHECKING:
+    from hil_emulator.identify.table import Table
 
 Verdict = Literal[
     "missing_effects", "nothing_missing", "unknown_effect", "cannot_examine", "agrees", "disagrees"
 ]
 """The last two are those of a gap that was measured without a search."""
+
+
+def rounded(value: float, unit: str, shown: str) -> str:
+    """Return a value for people, in as many digits as an estimate deserves."""
+    return show(float(f"{value:.4g}"), unit, shown)
 
 
 @dataclass(frozen=True)
@@ -71,8 +81,8 @@ class Finding:
     separating_size: float | None = None
 
     def __str__(self) -> str:
-        low, high = (show(v, self.unit, self.shown) for v in self.interval)
-        text = f"{self.name}: {self.knob} = {show(self.value, self.unit, self.shown)}"
+        low, high = (rounded(v, self.unit, self.shown) for v in self.interval)
+        text = f"{self.name}: {self.knob} = {rounded(self.value, self.unit, self.shown)}"
         return f"{text} (95 %: {low} ... {high})"
 
 
@@ -85,7 +95,7 @@ class Unexplained:
         driver: what it depends on.
         unit: unit of the term.
         knots: values of the driver.
-        curve: the term there, and -curve is what the model lacks.
+        curve: what the model lacks there: the term that would have to be added.
         shape: the curve in words.
         statistic: gain in chi-square.
 
@@ -127,6 +137,9 @@ class Result:
         search: the search itself.
         traces: by experiment and channel, see `gap.traces`.
         interrupted: whether the user ended the search before it was complete.
+        added: the strongest unexplained term as an effect file; None without one, or where the
+            model has no place for it.
+        settled: coordinates of the ordinary parameters in the model with everything found.
 
     """
 
@@ -150,6 +163,8 @@ class Result:
     remaining: list[Disagreement] = field(default_factory=list)
     maps: list[Map] = field(default_factory=list)
     interrupted: bool = False
+    added: "Table | None" = None
+    settled: Array = field(default_factory=lambda: np.zeros(0))
 
     def to_dict(self) -> dict[str, Any]:
         """Return what goes into `result.json`."""
@@ -184,12 +199,27 @@ def _where(disagreement: Disagreement) -> Mapping[str, Any]:
     return {**vars(disagreement), "regions": [vars(r) for r in disagreement.regions]}
 
 
-def in_words(driver: str, curve: Array, unit: str) -> str:
-    """Describe a curve over its driver: odd, even or neither, and how large."""
-    size = float(abs(curve).max())
+def in_words(driver: str, knots: Array, curve: Array, unit: str) -> str:
+    """Describe a curve over its driver: how large, odd or even, rising or falling."""
+    size = float(np.max(np.abs(curve)))
     if size == 0.0:
         return "zero"
-    centred = curve - curve.mean()
-    odd = float(abs(centred - centred[::-1]).sum() / max(2.0 * abs(centred).sum(), 1e-300))
-    kind = "odd" if odd > 0.7 else "even" if odd < 0.3 else "neither odd nor even"
-    return f"up to {size:.3g} {unit}, {kind} in {driver}"
+    factor, shown = SHOWN.get(unit, (1.0, unit))
+    return f"up to {size * factor:.3g} {shown}, {_parity(driver, knots, curve)}"
+
+
+def _parity(driver: str, knots: Array, curve: Array) -> str:
+    """Return a curve's symmetry about zero, or its trend where the driver keeps its sign."""
+    steps = np.diff(curve)
+    trend = ""
+    if np.all(steps >= 0.0) or np.all(steps <= 0.0):
+        trend = ", rising" if curve[-1] > curve[0] else ", falling"
+    reach = min(-knots[0], knots[-1])
+    if reach < 0.3 * max(-knots[0], knots[-1]):
+        return f"{trend.removeprefix(', ') or 'bent'} with {driver}"
+    grid = np.linspace(0.05, 1.0, 20) * reach
+    right, left = np.interp(grid, knots, curve), np.interp(-grid, knots, curve)
+    odd, even = float(np.sum((right - left) ** 2)), float(np.sum((right + left) ** 2))
+    share = odd / max(odd + even, 1e-300)
+    kind = "odd" if share > 0.8 else "even" if share < 0.2 else "neither odd nor even"
+    return f"{kind} in {driver}{trend}"

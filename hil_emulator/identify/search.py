@@ -162,12 +162,13 @@ class Searcher:
     def stopped(self) -> Search:
         """Return a search that was interrupted, with the effects that were accepted and fitted."""
         search = self._search
-        if search.rounds and search.rounds[-1].accepted:
-            fitted = [c.name for c in search.final.coordinates] if search.final else []
-            if any(c.name not in fitted for c in search.effects):
-                search.final = search.rounds[-1].trials[0].fit
-                fitted = [c.name for c in search.final.coordinates]
-            search.effects = [c for c in search.effects if c.name in fitted]
+        fitted = [c.name for c in search.final.coordinates] if search.final else []
+        if search.rounds and any(c.name not in fitted for c in search.free):
+            last = search.rounds[-1].trials[0].fit
+            names = [c.name for c in last.coordinates]
+            order = [names.index(c.name) for c in search.free]
+            slope = last.jacobian[:, order]
+            search.final = Fit(search.free, last.at[order], last.residual, slope, last.chi2)
         return search
 
     def run(self) -> Search:

@@ -195,7 +195,7 @@ def conclude(searcher: Searcher, search: Search) -> Result:
         unknown = [
             Unexplained(
                 b.balance.name, b.driver, b.balance.unit, tuple(b.knots.tolist()),
-                tuple(b.curve.tolist()), in_words(b.driver, b.curve, b.balance.unit),
+                tuple(b.curve.tolist()), in_words(b.driver, b.knots, b.curve, b.balance.unit),
                 b.statistic,
             )
             for b in [b for b in last.blocks[:3] if b.significant]

@@ -7,7 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
+from hil_emulator.commands import identify as command
 from hil_emulator.config.load import load
+from hil_emulator.identify.result import Result
 
 DATA = Path(__file__).parent / "data"
 RIG = str(DATA / "friction_rig.toml")
@@ -52,3 +54,16 @@ def test_a_configuration_without_data_is_refused() -> None:
     done = CliRunner().invoke(main, ["identify", RIG])
     assert done.exit_code == 2
     assert "one recording" in done.output
+
+
+def test_an_interrupted_search_ends_as_a_shell_expects(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After Ctrl-C what is known is written, and the exit code is 130."""
+    known = Result("cannot_examine", "interrupted before the first round", interrupted=True)
+    monkeypatch.setattr(command, "run_identification", lambda *_, **__: known)
+    done = CliRunner().invoke(main, ["identify", RIG, *TRAIN, f"--out={tmp_path}"])
+    assert done.exit_code == 130
+    assert "interrupted" in done.output
+    assert json.loads((tmp_path / "result.json").read_text())["interrupted"] is True
+    assert "interrupted" in (tmp_path / "report.html").read_text()

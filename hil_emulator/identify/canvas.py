@@ -1,0 +1,56 @@
+"""What all pictures share: size, colours, and the way into a page."""
+
+import base64
+import io
+from typing import Any
+
+BEFORE, AFTER, FLOOR, MEASURED = "#d55e00", "#0072b2", "#999999", "#000000"
+"""Colours that people with any colour vision tell apart (Okabe and Ito), also in print."""
+
+WIDTH = 8.6
+"""Width of a page's picture [inch]."""
+
+
+NARROW = 4.0
+"""Ratio of an axis's ends below which it stays linear."""
+
+
+def figure(height: float, columns: int = 1, rows: int = 1, **options: Any) -> tuple[Any, Any]:
+    """Return a picture of the page's width and its axes."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    drawn = Figure(figsize=(WIDTH, height), layout="constrained")
+    FigureCanvasAgg(drawn)
+    axes = drawn.subplots(rows, columns, **options)
+    for one in axes.flat if hasattr(axes, "flat") else [axes]:
+        one.spines[["top", "right"]].set_visible(False)
+        one.tick_params(labelsize=8)
+    return drawn, axes
+
+
+def png(drawn: Any) -> str:
+    """Return a picture as text for a page."""
+    memory = io.BytesIO()
+    drawn.savefig(memory, format="png", dpi=150)
+    return base64.b64encode(memory.getvalue()).decode()
+
+
+def logarithmic(axis: Any, many: float = 100.0) -> None:
+    """Give an axis a logarithmic scale with plain numbers that do not overlap.
+
+    Args:
+        axis: `axes.xaxis` or `axes.yaxis`.
+        many: ratio of its ends above which only powers of ten are marked.
+
+    """
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    low, high = axis.get_view_interval()
+    if low > 0.0 and high / low < NARROW:
+        return
+    axis.axes.set_xscale("log") if axis.axis_name == "x" else axis.axes.set_yscale("log")
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high / low < many else (1.0,)))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
