@@ -26,10 +26,7 @@ from hil_emulator.identify.observer import NULL_DRIFT, Observer
 from hil_emulator.identify.twin import Coordinate
 
 BENDS = 5
-"""Steps of the rival's parameters in a forecast, halved ones included."""
-
-REFITS = 4
-"""Iterations of a joint refit with the simulated recording."""
+"""Steps of the parameters in a forecast, halved ones included."""
 
 
 @dataclass(frozen=True)
@@ -66,17 +63,19 @@ class Forecaster:
         self.explanations = list(explanations)
         self._fitter = fitter
         self._observer = observer
-        self._now = {(t.name, r.name): informed(fitter, t, r) + priors(t, r) for t, r in self.pairs}
-
-    @property
-    def pairs(self) -> list[tuple[Explanation, Explanation]]:
-        """Every explanation as the truth with every other one as its rival."""
-        return [(t, r) for t in self.explanations for r in self.explanations if t is not r]
+        self._now: dict[tuple[str, str], Array] = {}
+        expected = {e.name: fitter.residual(e.coordinates, e.at) for e in self.explanations}
+        for rival in self.explanations:
+            slope = fitter.jacobian(rival.coordinates, rival.at, expected[rival.name])
+            for truth in self.explanations:
+                columns = np.column_stack([expected[rival.name] - expected[truth.name], slope])
+                known = columns.T @ columns + priors(truth, rival)
+                self._now[truth.name, rival.name] = np.asarray(known)
 
     @property
     def now(self) -> float:
         """Smallest separability with the data that there are."""
-        return min(separability(f) for f in self._now.values())
+        return min(separability(f) for (truth, rival), f in self._now.items() if truth != rival)
 
     def separability(self, target: Target, seed: int = 0) -> float:
         """Return the smallest separability with one more experiment; 0 where it cannot be run."""
@@ -84,16 +83,24 @@ class Forecaster:
 
     def separability_of(self, truth: Explanation, target: Target, seed: int = 0) -> float:
         """Return the same where one explanation is known to be the truth."""
-        fitter = self._seen(self.simulated(truth, target, seed), truth)
-        found = []
-        for rival in (r for r in self.explanations if r is not truth):
-            found.append(bent(self._now[truth.name, rival.name], fitter, truth, rival))
-        return min(found)
+        fitter = seen(self._observer, self.simulated(truth, target, seed), truth)
+        expected = fitter.residual(truth.coordinates, truth.at)
+        rivals = [r for r in self.explanations if r is not truth]
+        return min(bent(self._now[truth.name, r.name], fitter, r, expected) for r in rivals)
 
     def realised(self, target: Target, truth: Explanation, seed: int) -> float:
-        """Return the difference in chi-square of the best rival after refits with new data."""
-        more = self._seen(self.simulated(truth, target, seed), truth)
-        return margin(self._fitter, more, truth, [r for r in self.explanations if r is not truth])
+        """Return the difference in chi-square of the best rival after refits to a new recording.
+
+        The old data take part as what is known of them around each explanation's fit.
+        """
+        more = seen(self._observer, self.simulated(truth, target, seed), truth)
+        left = {}
+        for e in self.explanations:
+            known = self._now[e.name, e.name].copy()
+            known[0, :], known[:, 0] = 0.0, 0.0
+            left[e.name] = e.chi2 + bent(known, more, e, 0.0)
+        right = left.pop(truth.name)
+        return min(left.values()) - right
 
     def simulated(self, truth: Explanation, target: Target, seed: int) -> Experiment:
         """Return a recording of the machine as an explanation says it is."""
@@ -103,10 +110,6 @@ class Forecaster:
             self._observer.step(par),
         )  # fmt: skip
         return machine.record(target, seed)
-
-    def _seen(self, experiment: Experiment, truth: Explanation) -> Fitter:
-        """Return a recording with its gains, weighed as the recorded data are."""
-        return seen(self._fitter, self._observer, experiment, truth)
 
     def _world(self) -> World:
         """Return the disturbances that the recorded data show."""
@@ -122,20 +125,11 @@ class Forecaster:
         return World(NULL_DRIFT * top, ripple=ripple, noise=dict(zip(names, noise, strict=True)))
 
 
-def seen(now: Fitter, observer: Observer, experiment: Experiment, truth: Explanation) -> Fitter:
+def seen(observer: Observer, experiment: Experiment, truth: Explanation) -> Fitter:
     """Return a fitter with one recording, its gains and weights at a truth."""
     fitter = Fitter(observer, [experiment], 1)
     fitter.freeze(truth.coordinates, truth.at)
     return fitter
-
-
-def informed(fitter: Fitter, truth: Explanation, rival: Explanation) -> Array:
-    """Return the information AᵀA of some experiments; the first row and column belong to δ."""
-    expected = fitter.residual(truth.coordinates, truth.at)
-    other = fitter.residual(rival.coordinates, rival.at)
-    slope = fitter.jacobian(rival.coordinates, rival.at, other)
-    columns = np.column_stack([other - expected, slope])
-    return np.asarray(columns.T @ columns)
 
 
 def priors(truth: Explanation, rival: Explanation) -> Array:
@@ -153,36 +147,37 @@ def separability(information: Array) -> float:
     return max(0.0, float(left))
 
 
-def bent(now: Array, fitter: Fitter, truth: Explanation, rival: Explanation) -> float:
-    """Return the separability with new data, the rival's parameters moved to its minimum there.
+def bent(now: Array, fitter: Fitter, explanation: Explanation, aim: Array | float) -> float:
+    """Return what an explanation leaves of old and new data, its parameters at the minimum.
 
     Args:
-        now: information of the old data; see `informed`.
+        now: information of the old data; the first row and column belong to what it leaves there.
         fitter: with the new data.
-        truth: what they were simulated with.
-        rival: what is fitted to them.
+        explanation: whose parameters move.
+        aim: residual of the new data that would be perfect.
 
     """
-    low, high = np.array([c.bounds for c in rival.coordinates]).T
-    expected = fitter.residual(truth.coordinates, truth.at)
-    best, kept, moved = math.inf, np.zeros(len(rival.at)), np.zeros(len(rival.at))
+    low, high = np.array([c.bounds for c in explanation.coordinates]).T
+    best = math.inf
+    kept = moved = np.zeros(len(explanation.at))
     for _ in range(BENDS):
-        at = rival.at + moved
-        other = fitter.residual(rival.coordinates, at)
-        cost = _old(now, moved) + float(np.sum((other - expected) ** 2))
+        at = explanation.at + moved
+        residual = fitter.residual(explanation.coordinates, at)
+        left = residual - aim
+        cost = _old(now, moved) + float(left @ left)
         if not cost < best:
             moved = 0.5 * (moved + kept)
             continue
         best, kept = cost, moved
-        slope = fitter.jacobian(rival.coordinates, at, other)
-        gradient = now[1:, 0] + now[1:, 1:] @ kept + slope.T @ (other - expected)
+        slope = fitter.jacobian(explanation.coordinates, at, residual)
+        gradient = now[1:, 0] + now[1:, 1:] @ kept + slope.T @ left
         step = _solved(now[1:, 1:] + slope.T @ slope, gradient)
-        moved = np.clip(at - step, low, high) - rival.at
+        moved = np.clip(at - step, low, high) - explanation.at
     return best if math.isfinite(best) else 0.0
 
 
 def _old(now: Array, shift: Array) -> float:
-    """Return what the old data lose when the rival's parameters move."""
+    """Return what the old data lose when parameters move."""
     return float(now[0, 0] + 2.0 * now[0, 1:] @ shift + shift @ now[1:, 1:] @ shift)
 
 
@@ -191,15 +186,3 @@ def _solved(matrix: Array, right: Array) -> Array:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-30))
     inverse = np.linalg.pinv(matrix * np.outer(scale, scale), rcond=1e-9, hermitian=True)
     return np.asarray(scale * (inverse @ (scale * right)))
-
-
-def margin(now: Fitter, more: Fitter, truth: Explanation, rivals: Sequence[Explanation]) -> float:
-    """Return by how much the best rival explains less than the truth, everything refitted."""
-    both = Fitter(now.predictor, [*now.experiments, *more.experiments], 1)
-    both.frozen = [*now.frozen, *more.frozen]
-    right = _refitted(both, truth)
-    return min(_refitted(both, r) for r in rivals) - right
-
-
-def _refitted(fitter: Fitter, explanation: Explanation) -> float:
-    return fitter.fit(explanation.coordinates, explanation.at, REFITS).chi2

@@ -120,11 +120,13 @@ def recommend(
         tell: takes progress in words.
 
     Returns:
-        None where nothing can be forecast: no valve drives the rod, or no fit is there.
+        None where nothing can be forecast: no valve drives a rod, or no fit is there.
 
     """
     predictor, final = searcher.fitter.predictor, search.final
-    if not isinstance(predictor, Observer) or final is None:
+    if not isinstance(predictor, Observer) or "position" not in predictor.channels:
+        return None
+    if final is None:
         return None
     if named not in [c.name for c in final.coordinates]:
         return None
@@ -190,14 +192,13 @@ def explanations(
     shared = [final.coordinates[i] for i in stays]
     at, values = final.at[stays], final.at[own]
     mine = [*shared, *(final.coordinates[i] for i in own)]
-    found = [Explanation(named, mine, np.concatenate([at, values]), final.chi2)]
+    fits = {named: fitter.fit(mine, np.concatenate([at, values]), 2)}
     round_ = next(r for r in search.rounds if r.accepted
                   and r.trials[0].score.coordinate.name == named)  # fmt: skip
     for name in group[: MEMBERS - 1]:
         brought, start = weighed(round_, name)
-        fit = fitter.fit([*shared, *brought], np.concatenate([at, start]), 4)
-        found.append(Explanation(name, fit.coordinates, fit.at, fit.chi2))
-    return found
+        fits[name] = fitter.fit([*shared, *brought], np.concatenate([at, start]), 4)
+    return [Explanation(n, f.coordinates, f.at, f.chi2) for n, f in fits.items()]
 
 
 def _ranked(forecaster: Forecaster, targets: Sequence[Target]) -> list[tuple[Candidate, Target]]:

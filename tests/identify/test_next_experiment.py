@@ -10,13 +10,14 @@ from click.testing import CliRunner
 from scipy.stats import spearmanr
 
 from hil_emulator.__main__ import main
-from hil_emulator.identify import forecast, parameters
+from hil_emulator.identify import forecast, parameters, practice
 from hil_emulator.identify.fit import Fitter
 from hil_emulator.identify.forecast import Explanation, Forecaster
-from hil_emulator.identify.library import limits, stimulus, target
+from hil_emulator.identify.library import LIBRARY, limits, stimulus, target
 from hil_emulator.identify.next_experiment import Candidate, NextExperiment, command, possible
 from hil_emulator.identify.observer import Observer
-from tests.identify.rig_data import INSTRUMENTS, knee, knee_twin, recorded
+from hil_emulator.identify.session import identify
+from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_twin, recorded
 
 
 def test_separability_is_what_a_joint_refit_loses() -> None:
@@ -123,3 +124,22 @@ def test_it_says_so_where_no_experiment_helps() -> None:
     text = str(NextExperiment(PLAN.members, 1.0, weak, (), PLAN.command))
     assert "no experiment of the library would separate them" in text
     assert "hil-emulator" not in text
+
+
+@pytest.mark.slow
+def test_a_result_with_a_class_says_what_to_record() -> None:
+    """A gain error of a pressure that is never negative is one slope of two, too: a class.
+
+    No experiment separates the two, as the plan and the sentence say.
+    """
+    twin = knee_twin()
+    made = practice.ground(twin, [practice.hide(twin, "pressure_a.gain_error", "1 %")], 3)
+    data = practice.campaign(made, ["multisine", "steps", "triangles"])
+    result = identify(knee(), data[:2], data[2:], cache=CACHE)
+    (found,) = result.effects
+    assert {found.name, *found.group} >= {"pressure_a.gain_error", "pressure_a.slope_asymmetry"}
+    assert result.plan is not None
+    assert "no experiment of the library would separate" in result.next_experiment
+    kept = result.to_dict()["plan"]
+    assert set(kept["members"]) <= {found.name, *found.group}
+    assert kept["best"]["experiment"] in {e.name for e in LIBRARY}
