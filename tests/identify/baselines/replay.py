@@ -86,8 +86,8 @@ class Replay:
         residual = np.empty_like(s.measured)
         z0 = np.concatenate([s.start[self._active], [0.0, 0.0]])
         twin.loops.predict(
-            s.start, z0, self._active, par, twin.supply, chan, twin.remembered, twin.sources,
-            self._observer.chosen, s.current, s.measured, s.gains,
+            s.start, z0, self._active, par, twin.drift, twin.supply, chan, twin.remembered,
+            twin.sources, self._observer.chosen, s.current, s.measured, s.gains,
             np.tile(scale, (count, 1, 1)), np.ones(2), s.period, s.period / steps, steps, residual,
             np.empty((1, len(twin.signal_names))),
         )  # fmt: skip
