@@ -55,13 +55,17 @@ class Forecaster:
         observer: the fitter's predictor.
         explanations: the ones to tell apart, with the same free parameters but their own.
 
+    Attributes:
+        fitter: as given.
+        explanations: as given.
+
     """
 
     def __init__(
         self, fitter: Fitter, observer: Observer, explanations: Sequence[Explanation]
     ) -> None:
         self.explanations = list(explanations)
-        self._fitter = fitter
+        self.fitter = fitter
         self._observer = observer
         self._now: dict[tuple[str, str], Array] = {}
         expected = {e.name: fitter.residual(e.coordinates, e.at) for e in self.explanations}
@@ -113,7 +117,7 @@ class Forecaster:
 
     def _world(self) -> World:
         """Return the disturbances that the recorded data show."""
-        data = self._fitter.experiments
+        data = self.fitter.experiments
         noise = np.median([self._observer.noise(e) for e in data], axis=0)
         top = max(float(np.max(np.abs(e.current))) for e in data)
         names = self._observer.channels

@@ -120,7 +120,8 @@ def recommend(
         tell: takes progress in words.
 
     Returns:
-        None where nothing can be forecast: no valve drives a rod, or no fit is there.
+        None where nothing can be forecast: no valve drives a rod, no fit is there, or the user
+        does not wait for it.
 
     """
     predictor, final = searcher.fitter.predictor, search.final
@@ -130,11 +131,21 @@ def recommend(
         return None
     if named not in [c.name for c in final.coordinates]:
         return None
-    searcher.fitter.freeze(final.coordinates, final.at)
     tell(f"looking for an experiment that separates {named} from {', '.join(group)}")
-    explained = explanations(searcher.fitter, search, named, group)
-    forecaster = Forecaster(searcher.fitter, predictor, explained)
-    targets = possible(predictor.twin.plant_values, searcher.fitter.experiments[0].period)
+    try:
+        searcher.fitter.freeze(final.coordinates, final.at)
+        alike = explanations(searcher.fitter, search, named, group)
+        return _planned(searcher.fitter, predictor, alike)
+    except KeyboardInterrupt:
+        tell("interrupted: no experiment is recommended")
+        return None
+
+
+def _planned(
+    fitter: Fitter, predictor: Observer, explained: Sequence[Explanation]
+) -> NextExperiment:
+    forecaster = Forecaster(fitter, predictor, explained)
+    targets = possible(predictor.twin.plant_values, fitter.experiments[0].period)
     ranked = _ranked(forecaster, targets)
     checked = [_verified(forecaster, c, t) for c, t in ranked[:VERIFIED]]
     order = sorted(checked, key=lambda c: -c.merit) + [c for c, _ in ranked[VERIFIED:]]

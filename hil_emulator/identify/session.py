@@ -89,7 +89,7 @@ def _so_far(searcher: Searcher, notes: list[str], digests: dict[str, str]) -> Re
     if not found.rounds:
         why = "interrupted before the first screening of the effects was complete"
         return Result("cannot_examine", why, notes=notes, digests=digests, interrupted=True)
-    result = conclude(searcher, found)
+    result = conclude(searcher, found, forecast=False)
     result.reason = f"interrupted; so far {result.reason}"
     result.notes, result.digests, result.interrupted = notes, digests, True
     return result
@@ -184,8 +184,8 @@ def _chosen(
     return [c for c in candidates if (not only or named(c, only)) and not named(c, exclude)]
 
 
-def conclude(searcher: Searcher, search: Search) -> Result:
-    """Turn a finished search into a result."""
+def conclude(searcher: Searcher, search: Search, forecast: bool = True) -> Result:
+    """Turn a finished search into a result, with or without a forecast of the next experiment."""
     findings = [_found(searcher, search, c) for c in search.effects]
     parts = account.shares(searcher, search)
     findings = [_with_share(f, parts.get(f.name, 0.0)) for f in findings]
@@ -214,7 +214,8 @@ def conclude(searcher: Searcher, search: Search) -> Result:
     ambiguous = [f for f in findings if f.group]
     if ambiguous:
         f = ambiguous[0]
-        result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
+        if forecast:
+            result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
         result.next_experiment = str(result.plan or "") or (
             f"{f.name} and {', '.join(f.group)} look alike here; record other motions: slower, "
             "faster, over the whole stroke"

@@ -3,6 +3,7 @@
 import shlex
 from functools import cache
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -10,12 +11,19 @@ from click.testing import CliRunner
 from scipy.stats import spearmanr
 
 from hil_emulator.__main__ import main
-from hil_emulator.identify import forecast, parameters, practice
-from hil_emulator.identify.fit import Fitter
+from hil_emulator.identify import forecast, next_experiment, parameters, practice
+from hil_emulator.identify.fit import Fit, Fitter
 from hil_emulator.identify.forecast import Explanation, Forecaster
 from hil_emulator.identify.library import LIBRARY, limits, stimulus, target
-from hil_emulator.identify.next_experiment import Candidate, NextExperiment, command, possible
+from hil_emulator.identify.next_experiment import (
+    Candidate,
+    NextExperiment,
+    command,
+    possible,
+    recommend,
+)
 from hil_emulator.identify.observer import Observer
+from hil_emulator.identify.search import Search, Searcher
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_twin, recorded
 
@@ -96,6 +104,17 @@ def test_a_new_experiment_adds_to_what_is_known() -> None:
     asked = forecaster()
     played = target(stimulus("micro_motion"), limits(knee_twin().plant_values))
     assert asked.separability(played) >= 0.9 * asked.now
+
+
+def test_nobody_has_to_wait_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C during the forecast leaves the result without a recommendation."""
+    truth, told = forecaster().explanations[0], list[str]()
+    search = Search([])
+    search.final = Fit(truth.coordinates, truth.at, np.zeros(0), np.zeros((0, 0)), 0.0)
+    searcher = Searcher(forecaster().fitter.predictor, forecaster().fitter.experiments, [], [], [])
+    monkeypatch.setattr(next_experiment, "explanations", Mock(side_effect=KeyboardInterrupt))
+    assert recommend(searcher, search, truth.name, ["external_leakage"], told.append) is None
+    assert "no experiment is recommended" in told[-1]
 
 
 PLAN = NextExperiment(
