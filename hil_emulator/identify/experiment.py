@@ -10,8 +10,11 @@ from hil_emulator.model.sensors import CHANNELS
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Mask = np.ndarray[Any, np.dtype[np.bool_]]
 
-SPANS = {channel.name: channel.span for channel in CHANNELS}
-UNITS = {channel.name: channel.unit for channel in CHANNELS}
+FLOW = "flow_a"
+"""Flow out of the valve's port a, as a bench measures it and no channel of the emulator shows."""
+
+SPANS = {channel.name: channel.span for channel in CHANNELS} | {FLOW: 1e-3}
+UNITS = {channel.name: channel.unit for channel in CHANNELS} | {FLOW: "m^3/s"}
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_emulator.identify.clocks import motion
-from hil_emulator.identify.experiment import SPANS, Array, Experiment, noise_of
+from hil_emulator.identify.experiment import FLOW, SPANS, UNITS, Array, Experiment, noise_of
 from hil_emulator.identify.twin import Twin
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.units import show
@@ -31,7 +31,7 @@ CREEP = 2e-3
 NOISE = 0.2
 """Noise over the whole change of a position from which it shows no motion (assumed)."""
 
-_SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS}
+_SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {FLOW: (UNITS[FLOW], "l/min")}
 _PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 
 

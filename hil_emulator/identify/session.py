@@ -12,7 +12,10 @@ from hil_emulator.identify import account, parameters, plausible, static
 from hil_emulator.identify.confusion import confirmed, rivals_of, weighed
 from hil_emulator.identify.contest import Trial
 from hil_emulator.identify.copies import counted
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.experiment import FLOW, Experiment
+from hil_emulator.identify.flow_bench import PRIORS as FLOW_PRIORS
+from hil_emulator.identify.flow_bench import FlowBench, flow_bench
+from hil_emulator.identify.flow_bench import examinable as flow_examinable
 from hil_emulator.identify.next_experiment import recommend
 from hil_emulator.identify.observer import Observer
 from hil_emulator.identify.predictor import Predictor
@@ -115,6 +118,9 @@ def _predictor(
     )  # fmt: skip
     travels = [float(np.ptp(x[np.isfinite(x)])) for x in
                (e.readings.get("position", np.zeros(1)) for e in everything)]  # fmt: skip
+    if any(FLOW in e.readings for e in everything) and max(travels) < DRIVEN:
+        metered, why = flow_bench(twin, everything)
+        return metered, learn, check, why
     if max(travels) < DRIVEN:
         valve, why = bench(twin, everything)
         still = "the rod hardly moves; move it by some millimetres" if max(travels) > 0.0 else (
@@ -146,6 +152,8 @@ def _priors(predictor: Predictor) -> Mapping[str, float]:
     """Return how well ordinary parameters are known."""
     if isinstance(predictor, ValveBench):
         return VOLUME_PRIORS
+    if isinstance(predictor, FlowBench):
+        return FLOW_PRIORS
     return parameters.PRIORS if isinstance(predictor, Observer) else parameters.STATIC_PRIORS
 
 
@@ -161,7 +169,10 @@ def _slow(experiments: Sequence[Experiment]) -> str:
 
 
 def _candidates(twin: Twin, predictor: Predictor) -> list[Coordinate]:
-    found = parameters.candidates(twin, predictor.channels)
+    sensors = tuple(c for c in predictor.channels if c in twin.names)
+    found = parameters.candidates(twin, sensors)
+    if isinstance(predictor, FlowBench):
+        return [c for c in found if flow_examinable(c)]
     if isinstance(predictor, Observer):
         return found
     return [c for c in found if static.examinable(c)]

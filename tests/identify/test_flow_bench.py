@@ -1,0 +1,83 @@
+"""A valve with a flow meter: what its current and the pressures at its ports make of the flow."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.flow_bench import FlowBench, flow_bench
+from hil_emulator.identify.session import identify
+from hil_emulator.model.plant import Plant
+from tests.identify.rig_data import CACHE, PERIOD, knee, knee_twin
+
+NOISE = 3e-7
+"""Of the flow meter: 0.02 l/min [m^3/s]."""
+
+
+def metered(
+    changes: Mapping[str, float], kind: str, seed: int, duration: float = 1.5
+) -> Experiment:
+    """Record a valve between ports at given pressures: chambers that no flow fills."""
+    twin = knee_twin()
+    random = np.random.default_rng(seed)
+    values = dict(twin.plant_values) | {"load_mass": 1e12, "valve_gain": 1.06 * 6.68e-6}
+    values |= {"cylinder_dead_volume_a": 1e3, "cylinder_dead_volume_b": 1e3}
+    plant = Plant(twin.kernel, values | dict(changes), 2e-5)
+    plant.set_pressures(80e5, 80e5)
+    time = np.arange(round(1.5 / PERIOD)) * PERIOD
+    if kind == "triangles":
+        current = 5e-3 * (2.0 * np.abs(2.0 * (time / 0.75 % 1.0) - 1.0) - 1.0)
+    else:
+        current = random.uniform(-4e-3, 4e-3, 40)[(time / 0.05).astype(int) % 40]
+    flow, pressure = np.zeros(len(time)), np.zeros(len(time))
+    for k, value in enumerate(current):
+        flow[k], pressure[k] = plant.signals.flow_a, plant.signals.pressure_a
+        plant.command({"valve_current": value})
+        plant.step(50)
+    readings = {
+        "flow_a": flow + NOISE * random.standard_normal(len(time)),
+        "pressure_a": pressure + 1e4 * random.standard_normal(len(time)),
+        "pressure_b": pressure + 1e4 * random.standard_normal(len(time)),
+        "supply_pressure": 160e5 + 1e4 * random.standard_normal(len(time)),
+    }
+    return Experiment(f"{kind}-{seed}", PERIOD, current, readings)
+
+
+def test_the_right_model_leaves_the_meters_noise() -> None:
+    """With the machine's own gain, what remains is as large as the noise, and white."""
+    twin = knee_twin()
+    e = metered({"valve_gain": twin.plant_values["valve_gain"]}, "steps", 1)
+    found, why = flow_bench(twin, [e])
+    assert isinstance(found, FlowBench), why
+    frozen = found.freeze(e, found.twin.par, found.twin.chan)
+    rest = found.innovations(frozen, found.twin.par, found.twin.chan)[0][frozen.present, 0]
+    assert np.std(rest) == pytest.approx(NOISE, rel=0.1)
+
+
+def test_a_flow_alone_is_too_little() -> None:
+    """Without the pressure at the port no edge is known; the message says what is lacking."""
+    e = metered({}, "steps", 1)
+    fewer = {n: v for n, v in e.readings.items() if n != "pressure_a"}
+    result = identify(knee(), [replace(e, readings=fewer)], cache=CACHE)
+    assert result.verdict == "cannot_examine"
+    assert "flow_a without pressure_a" in result.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "names"),
+    [
+        ({"null_bias_bias": 1e-4}, ["null_bias"]),
+        ({"gain_asymmetry_asymmetry": 0.05}, ["gain_asymmetry"]),
+        ({}, []),
+    ],
+)
+def test_effects_of_the_valve_are_named(changes: Mapping[str, float], names: list[str]) -> None:
+    """From current, pressures and flow; a gain that is 6 % off is no effect."""
+    kinds = ("steps", "triangles", "steps")
+    train = [metered(changes, kind, 1 + i) for i, kind in enumerate(kinds)]
+    result = identify(knee(), train, [metered(changes, "triangles", 9)], cache=CACHE)
+    assert [f.name for f in result.effects] == names
+    assert {"stribeck_friction", "internal_leakage", "line_compliance"} <= set(result.unseen)
