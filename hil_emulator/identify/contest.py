@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.identify import gate
-from hil_emulator.identify.experiment import Array
 from hil_emulator.identify.fit import Fit, Fitter
 from hil_emulator.identify.scan import Projection, Score
 from hil_emulator.identify.twin import Coordinate
@@ -84,19 +83,23 @@ class Contest:
 
     def _complete(self, fit: Fit, coordinate: Coordinate) -> Fit:
         """Refit with all that the effect's law holds: what is usual need not be what is there."""
-        fit = self._converged(fit.coordinates, fit.at)
+        fit = self._converged(fit)
         shapes = self._fitter.predictor.twin.shapes(coordinate)
         if not shapes:
             return fit
         free = [*fit.coordinates[:-1], *shapes, fit.coordinates[-1]]
-        at = np.insert(fit.at, len(fit.at) - 1, np.zeros(len(shapes)))
-        return self._converged(free, at)
+        last = len(fit.at) - 1
+        at = np.insert(fit.at, last, np.zeros(len(shapes)))
+        columns = [
+            self._fitter.column(free, at, fit.residual, last + i) for i in range(len(shapes))
+        ]
+        slopes = np.insert(fit.jacobian, [last], np.column_stack(columns), axis=1)
+        return self._converged(Fit(free, at, fit.residual, slopes, fit.chi2))
 
-    def _converged(self, free: Sequence[Coordinate], at: Array) -> Fit:
-        fit = self._fitter.fit(free, at, REFITS)
+    def _converged(self, fit: Fit) -> Fit:
         for _ in range(MORE):
             before = fit.chi2
-            fit = self._fitter.fit(free, fit.at, REFITS)
+            fit = self._fitter.fit(fit.coordinates, fit.at, REFITS, jacobian=fit.jacobian)
             if before - fit.chi2 < WORTH * max(self._base.chi2 - fit.chi2, self._needed):
                 break
         return fit

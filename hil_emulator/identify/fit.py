@@ -140,7 +140,7 @@ class Fitter:
             coordinates: what is free.
             start: where from.
             rounds: iterations.
-            jacobian: a Jacobian near by; only the last column is then refreshed.
+            jacobian: a Jacobian near by; it is corrected on the way, and its last column refreshed.
 
         """
         free = list(coordinates)
@@ -149,11 +149,11 @@ class Fitter:
         bounds = np.array([c.bounds for c in free]).reshape(-1, 2)
         residual = self.residual(free, at)
         chi2 = float(residual @ residual + np.sum((weights * at) ** 2))
-        slope = jacobian
+        slope = None if jacobian is None else jacobian.copy()
         for i in range(rounds):
-            if slope is None or (jacobian is None and i % 2 == 0):
+            if slope is None:
                 slope = self.jacobian(free, at, residual)
-            elif i and len(free):
+            elif i and jacobian is not None and len(free):
                 slope[:, -1] = self.column(free, at, residual, len(free) - 1)
             step = _step(slope, residual, weights, at)
             for _ in range(5):
@@ -163,14 +163,20 @@ class Fitter:
                 if new < chi2:
                     break
                 step = 0.4 * step
-            if new >= chi2 - 0.5:
-                if new < chi2:
-                    at, residual, chi2 = trial, r, new
+            if new >= chi2:
                 break
-            at, residual, chi2 = trial, r, new
+            _learn(slope, trial - at, r - residual)
+            gained, at, residual, chi2 = chi2 - new, trial, r, new
+            if gained < 0.5:
+                break
         if slope is None:
             slope = self.jacobian(free, at, residual)
         return Fit(free, at, residual, slope, chi2)
+
+
+def _learn(slope: Array, moved: Array, changed: Array) -> None:
+    """Correct a Jacobian by what a step has shown (Broyden 1965)."""
+    slope += np.outer(changed - slope @ moved, moved / max(float(moved @ moved), 1e-12))
 
 
 def _step(slope: Array, residual: Array, weights: Array, at: Array) -> Array:

@@ -25,8 +25,12 @@ SUPPLY_TIME = 0.02
 FLOW_DISTURBANCE = 5e-4
 """Unmodelled flow over the flow at the largest current (assumed)."""
 
-FORCE_DISTURBANCE = 2e-3
+FORCE_DISTURBANCE = 4e-3
 """Unmodelled force over area times supply pressure (assumed)."""
+
+SLIP = 5e-3
+"""Step of the derivative by velocity [m/s] (assumed): the secant of friction over as much as the
+velocity is uncertain at rest, where its tangent would make the filter trust no force."""
 
 DISTURBANCE_TIME = 0.01
 """Time over which both are correlated [s] (assumed)."""
@@ -235,11 +239,15 @@ class Observer:
         return np.asarray((column * frozen.weights).ravel())
 
     def weigh(self, frozen: Frozen, par: Array, chan: Array) -> None:
-        """Give each channel's innovations a standard deviation of one."""
+        """Give each channel's innovations a standard deviation of one where nothing is missing.
+
+        A missing effect acts in a part of the time; the quiet part tells how large noise is.
+        """
         frozen.weights = np.ones(len(frozen.channels))
-        raw = self.innovations(frozen, par, chan)[0]
-        present = np.isfinite(frozen.measured)
-        spread = [_robust_rms(raw[present[:, j], j]) for j in range(raw.shape[1])]
+        raw = self.innovations(frozen, par, chan)[0][round(BURN_IN / frozen.experiment.period) :]
+        present = np.isfinite(frozen.measured)[-len(raw) :]
+        length = round(MEMORY / frozen.experiment.period)
+        spread = [_quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])]
         scale = np.sqrt(frozen.experiment.copies)
         frozen.weights = 1.0 / (scale * np.array([s if s > 1e-6 else 1.0 for s in spread]))
 
@@ -267,7 +275,7 @@ class Observer:
             "pressure_a": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
             "pressure_b": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
             "position": (1e-3, 0.0, 1e-6),
-            "velocity": (0.1, force * np.sqrt(colour), 1e-5),
+            "velocity": (0.1, force * np.sqrt(colour), SLIP),
         }
         rows = [table.get(n, (1e-3 * abs(s), 0.0, 1e-4 * max(abs(s), 1e-3)))
                 for n, s in zip(names, start, strict=True)]  # fmt: skip
@@ -282,9 +290,9 @@ class Observer:
         return np.diag(spread**2), diffusion, decay, scales
 
 
-def _robust_rms(values: Array) -> float:
-    """Return the root mean square without the largest hundredth."""
-    finite = np.sort(np.abs(values[np.isfinite(values)]))
-    if not len(finite):
+def _quiet_rms(values: Array, length: int) -> float:
+    """Return the root mean square that a quarter of the stretches of this length stay below."""
+    if not len(values):
         return 0.0
-    return float(np.sqrt(np.mean(finite[: max(1, int(0.99 * len(finite)))] ** 2)))
+    parts = np.array_split(values, max(1, len(values) // max(length, 1)))
+    return float(np.quantile([np.sqrt(np.mean(part**2)) for part in parts], 0.25))

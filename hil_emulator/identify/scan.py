@@ -22,6 +22,9 @@ WORTHLESS = 4.0
 KEPT = 0.5
 """Part of the gain that the linear model expects which the model itself must show (assumed)."""
 
+SIZES = (0.3, 1.0, 3.0)
+"""Typical sizes at which an effect is tried that its slope leads astray (assumed)."""
+
 LOOKS = 30
 """Most looks at the model itself in one scan."""
 
@@ -128,6 +131,7 @@ def confirm(fitter: Fitter, fit: Fit, scores: Sequence[Score], wanted: int) -> l
     queue = [(-s.statistic, i, s) for i, s in enumerate(scores) if s.statistic > WORTHLESS]
     heapq.heapify(queue)
     found: list[Score] = []
+    sounded: set[int] = set()
     looks = 0
     while queue and len(found) < wanted and looks < LOOKS:
         statistic, i, score = heapq.heappop(queue)
@@ -137,10 +141,20 @@ def confirm(fitter: Fitter, fit: Fit, scores: Sequence[Score], wanted: int) -> l
         if fit.chi2 - fitter.chi2(free, at) >= -KEPT * statistic:
             found.append(score)
             continue
-        alone = fitter.residual(free, np.append(fit.at, score.estimate))
-        secant = (alone - fit.residual) / score.estimate
-        again = _score(score.coordinate, secant, project)
+        size = score.estimate if i in sounded else _sounded(fitter, fit, score)
+        sounded.add(i)
+        alone = fitter.residual(free, np.append(fit.at, size))
+        again = _score(score.coordinate, (alone - fit.residual) / size, project)
         if again.statistic > WORTHLESS and again.sensible:
             # a secant that promises more than before would be looked at for ever
             heapq.heappush(queue, (max(-again.statistic, 0.9 * statistic), i, again))
     return found
+
+
+def _sounded(fitter: Fitter, fit: Fit, score: Score) -> float:
+    """Return the size that explains most of a few: between them an effect may make all worse."""
+    free = [*fit.coordinates, score.coordinate]
+    low, high = score.coordinate.bounds
+    sense = 1.0 if score.estimate > 0.0 else -1.0
+    sizes = [score.estimate, *(s for s in (sense * k for k in SIZES) if low <= s <= high)]
+    return min(sizes, key=lambda size: fitter.chi2(free, np.append(fit.at, size)))
