@@ -35,6 +35,9 @@ velocity is uncertain at rest, where its tangent would make the filter trust no 
 DISTURBANCE_TIME = 0.01
 """Time over which both are correlated [s] (assumed)."""
 
+LARGEST_STEP = 5e-4
+"""Integration step of a prediction [s]; half of it moves no estimate by more than 2 %."""
+
 SMALLEST_STEP = 1e-5
 """Integration step below which no effect is followed [s]."""
 
@@ -103,7 +106,7 @@ class Observer:
 
     measure = "standard deviations of the noise"
 
-    def __init__(self, twin: Twin, channels: tuple[str, ...], step: float = 2.5e-4) -> None:
+    def __init__(self, twin: Twin, channels: tuple[str, ...], step: float = LARGEST_STEP) -> None:
         self.twin = twin
         self.channels = channels
         self.largest_step = step
