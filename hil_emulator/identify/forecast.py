@@ -25,6 +25,9 @@ from hil_emulator.identify.library import Target
 from hil_emulator.identify.observer import NULL_DRIFT, Observer
 from hil_emulator.identify.twin import Coordinate
 
+SETTLED = 0.03
+"""Relative gain of a step below which parameters are at their minimum (assumed)."""
+
 BENDS = 5
 """Steps of the parameters in a forecast, halved ones included."""
 
@@ -172,7 +175,9 @@ def bent(now: Array, fitter: Fitter, explanation: Explanation, aim: Array | floa
         if not cost < best:
             moved = 0.5 * (moved + kept)
             continue
-        best, kept = cost, moved
+        gained, best, kept = best - cost, cost, moved
+        if gained < SETTLED * cost:
+            break
         slope = fitter.jacobian(explanation.coordinates, at, residual)
         gradient = now[1:, 0] + now[1:, 1:] @ kept + slope.T @ left
         step = _solved(now[1:, 1:] + slope.T @ slope, gradient)

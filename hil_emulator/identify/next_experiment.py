@@ -148,7 +148,8 @@ def _planned(
     targets = possible(predictor.twin.plant_values, fitter.experiments[0].period)
     ranked = _ranked(forecaster, targets)
     checked = [_verified(forecaster, c, t) for c, t in ranked[:VERIFIED]]
-    order = sorted(checked, key=lambda c: -c.merit) + [c for c, _ in ranked[VERIFIED:]]
+    rest = [c for c, _ in ranked[VERIFIED:]]
+    order = [c for part in (checked, rest) for c in sorted(part, key=lambda c: -c.merit)]
     files = [str(f) for f in predictor.twin.config.files]
     return NextExperiment(
         tuple(e.name for e in explained), forecaster.now, order[0], tuple(order[1:]),
