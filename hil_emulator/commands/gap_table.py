@@ -17,12 +17,13 @@ def gap_lines(result: Result) -> list[str]:
     if not result.gap:
         return lines
     times = ("before", "after", "floor") if result.effects else ("before", "floor")
-    short = "sigma" if "deviation" in result.measure else result.measure
-    lines += ["", f"rms of measured less predicted, in {result.measure} ({short}) and in % of the "
-              "channel's spread;", "free run: 500 ms from filtered states"]  # fmt: skip
-    head, rows = ["channel", "data"], []
     free = any("free_before" in v for parts in result.gap.values() for v in parts.values())
-    kinds = {"": "1 step"} | ({"free_": "free run"} if free else {})
+    short = "sigma" if "deviation" in result.measure else result.measure
+    unit = result.measure if short == result.measure else f"{result.measure} (sigma)"
+    lines += ["", f"rms of measured less predicted, in {unit} and in % of the channel's spread"]
+    lines += ["free run: 500 ms from filtered states"] * free
+    head, rows = ["channel", "data"], []
+    kinds = {"": "1 step", "free_": "free run"} if free else {"": "rms"}
     for words in kinds.values():
         head += [f"{words}: {when}" if when == times[0] else when for when in times]
     for channel, parts in result.gap.items():

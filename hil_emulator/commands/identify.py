@@ -93,7 +93,7 @@ def summary(result: Result) -> str:
 
 def _addition(result: Result) -> list[str]:
     """Return what becomes of the strongest unexplained term."""
-    if not result.unknown:
+    if result.verdict != "unknown_effect":
         return []
     if result.added is None:
         return ["          it cannot be added to the model: no place there takes such a term"]

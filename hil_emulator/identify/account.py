@@ -48,7 +48,10 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
 
 
 def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
-    """Make an effect of the strongest unexplained term that the model has a place for."""
+    """Describe unexplained terms; where no effect was named, make one of the strongest.
+
+    Beside named effects a term is what their laws leave, and rarely worth a table.
+    """
     predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
     known = {(b.balance.name, b.driver): b for b in last.blocks}
     for i, term in enumerate(result.unknown):
@@ -60,7 +63,7 @@ def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
             shape += ", hysteretic" if drawn.loop > HYSTERETIC else ", without hysteresis"
         result.unknown[i] = replace(term, curve=tuple(curve.tolist()), shape=shape)
     placed = [u for u in result.unknown if place_of(u)]
-    if placed:
+    if placed and result.verdict == "unknown_effect":
         term = max(placed, key=lambda u: u.statistic)
         result.added = table(term, [e.name for e in predictor.twin.effects])
         result.settled = beside(last.base, known[term.balance, term.driver]).at

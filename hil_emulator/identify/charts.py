@@ -15,9 +15,8 @@ def gap(result: Result) -> str:
     """Draw the gap per channel before and after over its floor, one step ahead and free."""
     channels = list(result.gap)[::-1]
     entries = [_held_out(result.gap[c]) for c in channels]
-    kinds = {"": "one step ahead"}
-    if any("free_before" in e for e in entries):
-        kinds["free_"] = "free run of 0.5 s"
+    free = any("free_before" in e for e in entries)
+    kinds = {"": "one step ahead", "free_": "free run of 0.5 s"} if free else {"": ""}
     drawn, axes = figure(0.9 + 0.36 * len(channels), columns=len(kinds), squeeze=False, sharey=True)
     place = np.arange(len(channels))
     for one, (kind, words) in zip(axes[0], kinds.items(), strict=True):

@@ -49,7 +49,9 @@ def _gaps(result: Result) -> list[str]:
     """Return the gap before and after, by channel and part of the data, as comments."""
     if not result.gap:
         return []
-    lines = [f"# gap, root mean square in {result.measure}: one step ahead; free run of 500 ms"]
+    free = any("free_before" in v for parts in result.gap.values() for v in parts.values())
+    kinds = "one step ahead; free run of 500 ms" if free else "before -> after"
+    lines = [f"# gap, root mean square in {result.measure}: {kinds}"]
     for channel, parts in result.gap.items():
         for part, values in parts.items():
             found = [_gap(values, k) for k in ("", "free_") if f"{k}before" in values]

@@ -1,5 +1,6 @@
 """Pictures of where the gap is: traces and what the balances lack."""
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,8 @@ from hil_emulator.identify.experiment import UNITS, Array
 from hil_emulator.identify.residuals import DRIVER_UNITS, SHOWN, Binned, Map
 from hil_emulator.identify.result import Result, Unexplained
 
-SHOWN_TIME = 2.0
-"""Longest stretch of a trace that is drawn [s]."""
+SHOWN_SAMPLES = 2000
+"""Longest stretch of a trace that is drawn."""
 
 
 def widest_trace(result: Result) -> str:
@@ -65,8 +66,7 @@ def trace(result: Result, name: str) -> str:
 
 def _stretch(time: Array, error: Array) -> Any:
     """Return the samples of the stretch in which an error is largest."""
-    period = time[1] - time[0]
-    count = min(len(time), round(SHOWN_TIME / period))
+    count = min(len(time), SHOWN_SAMPLES)
     total = np.concatenate([[0.0], np.cumsum(np.nan_to_num(error) ** 2)])
     first = int(np.argmax(total[count:] - total[:-count]))
     return slice(first, first + count)
@@ -83,7 +83,8 @@ def balance(drawn_map: Map, both: bool) -> str:
     for one, (label, binned, colour) in zip(axes, panels, strict=False):
         _band(one, drawn_map, binned, colour)
         one.set_title(label, fontsize=9, loc="left", color=colour)
-        one.set_xlabel(f"{drawn_map.driver} [{drawn_map.driver_unit}]", fontsize=8)
+        words = textwrap.fill(f"{drawn_map.driver} [{drawn_map.driver_unit}]", 28)
+        one.set_xlabel(words, fontsize=8)
     axes[0].set_ylabel(f"lacks [{drawn_map.unit}]", fontsize=9)
     if both:
         axes[1].sharey(axes[0])

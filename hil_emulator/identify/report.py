@@ -117,30 +117,47 @@ def _found(result: Result) -> list[str]:
             '<p class="small">Share: of what laws of any form could take out of the disagreement '
             "one step ahead on the training data. Gains are in chi-square of joint refits.</p>"
         )
-    for u in result.unknown if result.verdict not in ("agrees", "disagrees") else ():
-        parts.append(
-            f"<h2>Unexplained: {escape(u.balance)} over {escape(u.driver)}</h2>"
-            f"<p>{escape(u.shape)}; gain in chi-square {u.statistic:.0f}</p>"
-        )
-        parts.append(_image(pictures.term(u)))
-    if result.added is not None:
-        parts.append(f"<p>Added to identified.toml as a table: {escape(result.added.name)}.</p>")
-    elif parts and result.unknown:
-        parts.append("<p>The model has no place for such a term; it is not added.</p>")
+    if result.unknown and result.verdict not in ("agrees", "disagrees"):
+        parts += _unknown(result)
     return parts
+
+
+def _unknown(result: Result) -> list[str]:
+    """Return the strongest unexplained term, and other readings of the same gap."""
+    first, *others = sorted(result.unknown, key=lambda u: -u.statistic)
+    parts = [
+        f"<h2>Unexplained: {escape(first.balance)} over {escape(first.driver)}</h2>"
+        f"<p>{escape(first.shape)}; gain in chi-square {first.statistic:.0f}</p>",
+        _image(pictures.term(first)),
+    ]
+    if others:
+        lines = "".join(
+            f"<li>{escape(u.balance)} over {escape(u.driver)}: {escape(u.shape)}; gain "
+            f"{u.statistic:.0f}</li>" for u in others
+        )  # fmt: skip
+        parts.append(f"<p>Other readings of the same gap:</p><ul>{lines}</ul>")
+    if result.verdict != "unknown_effect":
+        return parts
+    if result.added is None:
+        return [*parts, "<p>The model has no place for such a term; it is not added.</p>"]
+    return [*parts, f"<p>Added to identified.toml as a table: {escape(result.added.name)}.</p>"]
 
 
 def _size(result: Result) -> list[str]:
     if not result.gap:
         return []
     parts = ["<h2>The gap by channel</h2>", _image(charts.gap(result)), report_tables.gap(result)]
-    parts.append(
-        f'<p class="small">Root mean square of measured less predicted, in {escape(result.measure)}'
-        ' and <span style="white-space:nowrap">in % of the channel\'s spread</span>. Free runs '
-        "restart every 0.5 s from filtered states and are driven by the recorded current alone. "
-        "Floor: what sensor noise, drift and usual disturbances leave of a model that is right in "
-        "everything else.</p>"
+    words = (
+        f"Root mean square of measured less predicted, in {escape(result.measure)} and in % of "
+        "the channel's spread."
     )
+    if result.motion:
+        words += (
+            " Free runs restart every 0.5 s from filtered states and are driven by the recorded "
+            "current alone. Floor: what sensor noise, drift and usual disturbances leave of a "
+            "model that is right in everything else; ripple and laws of another form leave more."
+        )
+    parts.append(f'<p class="small">{words}</p>')
     if result.motion:
         parts += ["<p>The free run by region of motion:</p>", report_tables.motion(result)]
     return parts

@@ -50,7 +50,8 @@ def effects(result: Result) -> str:
 def gap(result: Result) -> str:
     """Return the gap by channel and part of the data."""
     free = any("free_before" in v for parts in result.gap.values() for v in parts.values())
-    times = TIMES if result.effects else ("before", "floor")
+    known = {k for parts in result.gap.values() for v in parts.values() for k in v}
+    times = [t for t in TIMES if t in known and (t != "after" or result.effects)]
     kinds = ("", "free_") if free else ("",)
     rows: list[Row] = [
         (channel.replace("_", " "), _PARTS[part],
@@ -58,9 +59,9 @@ def gap(result: Result) -> str:
         for channel, parts in result.gap.items()
         for part, values in parts.items()
     ]  # fmt: skip
-    titles = ("one step ahead", "free run")
-    groups = [("", 2), *((titles[i], len(times)) for i in range(len(kinds)))]
-    return table(("channel", "data", *(times * len(kinds))), rows, groups)
+    titles = ("one step ahead", "free run") if free else ("root mean square",)
+    groups = [("", 2), *((title, len(times)) for title in titles)]
+    return table(("channel", "data", *(list(times) * len(kinds))), rows, groups)
 
 
 _PARTS = {"training": "training", "validation": "held out"}

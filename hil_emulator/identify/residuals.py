@@ -28,8 +28,8 @@ LASTING = 0.01
 DISTINCT = 0.01
 """Part of the best shown direction of a curve from which on it is not an ordinary parameter's."""
 
-LONGEST = 20.0
-"""Time of the experiments that go into a map [s]."""
+LONGEST = 20_000
+"""Samples of the experiments that go into a map."""
 
 BINS = 25
 
@@ -198,7 +198,7 @@ def draw(
 
 def _first(experiments: Sequence[Experiment]) -> list[Experiment]:
     """Return the first experiments, as many as a map takes."""
-    ends = np.cumsum([e.samples * e.period for e in experiments])
+    ends = np.cumsum([e.samples for e in experiments])
     return [e for e, end in zip(experiments, ends, strict=True) if end <= max(LONGEST, ends[0])]
 
 

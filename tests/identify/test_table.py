@@ -98,24 +98,19 @@ def test_the_symmetry_of_a_curve_is_about_zero(curve: object, words: str) -> Non
 
 @pytest.mark.slow
 def test_a_table_closes_the_gap_on_held_out_data(tmp_path: Path) -> None:
-    """Drag with the square of speed is in no catalogue: unknown, and gone with its table."""
+    """A leak that opens at 20 bar is in no catalogue: unknown, and mostly gone with its table."""
     train, held = campaign(
-        Case("outside-drag", {"drag": 1e4}, wide=False, dirty=False, duration=2.0)
+        Case("outside-crack", {"crack_leak": 3e-13}, wide=False, dirty=False, duration=2.0)
     )
-    result = identify(knee(), train, held, only=["null_bias"], cache=CACHE)
+    result = identify(knee(), train, held, only=["transport_delay"], cache=CACHE)
     assert result.verdict == "unknown_effect"
+    assert result.unknown[0].balance == "leakage from a to b"
     assert result.added is not None
     (tmp_path / EFFECT_FILE).write_text(result.added.text)
     (tmp_path / "identified.toml").write_text(layer(result, [KNEE], "2026-01-01"))
     observer = Observer(Twin(load([KNEE, tmp_path / "identified.toml"]), CACHE), INSTRUMENTS)
     as_it_is = Fit([], np.zeros(0), np.zeros(0), np.zeros((0, 0)), 0.0)
     gap = measure(observer, compare(observer, as_it_is, as_it_is, train, held))
-    for channel in ("pressure_a", "pressure_b", "load_force"):
+    for channel in ("pressure_a", "pressure_b", "position", "load_force"):
         before = result.gap[channel]["validation"]["free_before"]
-        print(
-            channel,
-            before,
-            gap[channel]["validation"]["free_after"],
-            gap[channel]["validation"]["free_floor"],
-        )
-        assert gap[channel]["validation"]["free_after"] < 0.8 * before
+        assert gap[channel]["validation"]["free_after"] < 0.6 * before
