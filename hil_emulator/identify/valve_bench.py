@@ -27,10 +27,10 @@ VOLUME_PRIORS = {
     "valve_natural_frequency": 0.10,
     "valve_damping_ratio": 0.15,
     "oil_bulk_modulus": 0.15,
-    "cylinder_dead_volume_a": 0.25,
-    "cylinder_dead_volume_b": 0.25,
+    "cylinder_dead_volume_a": 0.10,
+    "cylinder_dead_volume_b": 0.10,
 }
-"""Relative standard deviations of ordinary parameters (assumed; a bench has hoses of its own)."""
+"""Relative standard deviations of ordinary parameters (assumed; volumes are those of the bench)."""
 
 ALIKE = 0.5
 """Correlation of pressure rates with flow into a closed volume that tells it is closed."""

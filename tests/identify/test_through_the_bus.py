@@ -84,7 +84,7 @@ def captured(files: Sequence[Path], file: Path, kind: str, duration: float) -> P
     return file
 
 
-def examined(folder: Path, hidden: str, duration: float = 1.5) -> dict[str, object]:
+def examined(folder: Path, hidden: str, duration: float = 1.0) -> dict[str, object]:
     """Capture three experiments and a fourth to check, and return `identify`'s result."""
     layer = folder / "hidden.toml"
     files = []

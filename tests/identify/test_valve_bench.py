@@ -86,7 +86,7 @@ def test_neither_pressures_nor_spool_is_too_little() -> None:
     ("changes", "name", "value"),
     [
         ({"null_bias_bias": 3e-5}, "null_bias", 3e-5),
-        ({"underlap_lap": 0.0, "overlap_lap": 6e-5}, "overlap", 6e-5),
+        ({"overlap_lap": 1e-4}, "overlap", 1e-4),
     ],
 )
 def test_an_effect_of_the_valve_is_named(
@@ -98,7 +98,7 @@ def test_an_effect_of_the_valve_is_named(
     other = [only(blocked(changes, "steps", 101), *CHANNELS)]
     result = identify(knee(), train, other, cache=CACHE)
     assert [f.name for f in result.effects] == [name]
-    assert result.effects[0].value == pytest.approx(value, rel=0.15)
+    assert result.effects[0].value == pytest.approx(value, rel=0.2)
     assert {"stribeck_friction", "load_spring", "gravity"} <= set(result.unseen)
 
 
