@@ -12,6 +12,9 @@ SMALLEST_GAIN = 10.0
 SMALLEST_WALD = 16.0
 """Healthy plants with coloured and threefold noise stay below 13."""
 
+CONFIRMED_WALD = 9.0
+"""The same where held-out data confirm the effect by itself (assumed)."""
+
 SMALLEST_HELD_OUT = 5.0
 """Gain in chi-square on data that took no part in the fit."""
 
@@ -19,6 +22,9 @@ SMALLEST_HELD_OUT = 5.0
 CONFIRMED = 0.25
 """Part of the gain which an effect of the estimated size would have on held-out data, that it must
 have there (assumed)."""
+
+WELL_CONFIRMED = 0.5
+"""The same to count as a confirmation by itself (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +52,19 @@ class Evidence:
         return not self.objections
 
     @property
+    def well_confirmed(self) -> bool:
+        """Whether held-out data show the effect as if they were the only ones."""
+        return self.held_out > max(self.needed, WELL_CONFIRMED * self.expected)
+
+    @property
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
         found = []
         if self.gain <= self.needed:
             found.append(f"gain {self.gain:.0f} below {self.needed:.0f}")
-        if self.wald <= SMALLEST_WALD:
-            found.append(f"robust Wald statistic {self.wald:.1f} below {SMALLEST_WALD:.0f}")
+        least = CONFIRMED_WALD if self.well_confirmed else SMALLEST_WALD
+        if self.wald <= least:
+            found.append(f"robust Wald statistic {self.wald:.1f} below {least:.0f}")
         if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
         elif np.isfinite(self.held_out) and self.held_out < CONFIRMED * self.expected:

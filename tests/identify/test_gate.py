@@ -1,0 +1,44 @@
+"""What a name must pass."""
+
+import numpy as np
+
+from hil_emulator.identify.gate import Evidence, needed_gain, robust_variance
+
+
+def evidence(gain: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
+             expected: float = 400.0) -> Evidence:  # fmt: skip
+    """Return evidence that passes unless told otherwise."""
+    return Evidence(gain, wald, held_out, needed_gain(40_000), expected)
+
+
+def test_all_evidence_together_passes() -> None:
+    """Gain, Wald statistic and held-out data that agree justify a name."""
+    assert evidence().passed
+
+
+def test_each_lack_is_an_objection() -> None:
+    """A small gain, a small Wald statistic, or held-out data that object, each bar a name."""
+    assert not evidence(gain=20.0).passed
+    assert not evidence(wald=8.0).passed
+    assert not evidence(held_out=-3.0).passed
+
+
+def test_held_out_data_must_show_what_training_promised() -> None:
+    """An effect that gains a tenth of what its size would gain elsewhere is not there."""
+    assert not evidence(held_out=40.0).passed
+
+
+def test_held_out_data_may_confirm_a_serially_correlated_estimate() -> None:
+    """A Wald statistic of 12 does not do alone, and does with a full gain on held-out data."""
+    assert not evidence(wald=12.0, held_out=150.0).passed
+    assert evidence(wald=12.0, held_out=390.0).passed
+
+
+def test_serial_correlation_widens_the_variance() -> None:
+    """Residuals that keep their sign for 100 samples count as some hundredth of as many."""
+    random = np.random.default_rng(1)
+    column = np.ones(20_000)
+    white = random.standard_normal(20_000)
+    slow = np.repeat(random.standard_normal(200), 100)
+    ratio = robust_variance(column, slow, 100) / robust_variance(column, white, 100)
+    assert 50.0 < ratio < 200.0
