@@ -66,6 +66,9 @@ def strengths(floors: Sequence[Floor], replays: Sequence[Replay], period: float)
         replays: the errors of the fitted model in them.
         period: sample period [s].
 
+    Returns:
+        One number per source; ones where no free run is long enough to tell.
+
     """
     ages = np.concatenate([r.age for r in replays])
     errors = np.concatenate([r.free for r in replays])
@@ -80,6 +83,8 @@ def strengths(floors: Sequence[Floor], replays: Sequence[Replay], period: float)
             reached = np.sum(parts[:, good, c], axis=1)
             if size > 0.0:
                 rows.append(np.append(reached, size) / max(size, float(reached[0])))
+    if not rows:
+        return np.ones(len(parts))
     table = np.array(rows)
     others = table.shape[1] - 2
     highest = np.ones(others)

@@ -16,6 +16,10 @@ from hil_emulator.identify.observer import BURN_IN, Frozen, Observer
 WINDOW = 0.5
 """Time between two restarts [s]."""
 
+SETTLING = 0.25
+"""Time at the start of an experiment before which no free run begins: the filter still learns the
+null, and a wrong one carries the rod away (assumed)."""
+
 
 @dataclass(frozen=True)
 class Replay:
@@ -48,7 +52,7 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
     """
     twin, experiment = observer.twin, frozen.experiment
     count, period = len(frozen.measured), experiment.period
-    first, window = round(BURN_IN / period), max(2, round(WINDOW / period))
+    first, window = round(SETTLING / period), max(2, round(WINDOW / period))
     steps = max(1, int(np.ceil(period / observer.step(par) - 1e-9)))
     one, free = np.full(frozen.measured.shape, np.nan), np.full(frozen.measured.shape, np.nan)
     track = np.empty((count, len(twin.signal_names)))
@@ -57,7 +61,7 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
         twin.sources, frozen.chosen, experiment.current, frozen.measured, frozen.gains,
         frozen.decay, period, period / steps, steps, first, window, one, free, track,
     )  # fmt: skip
-    one[:first] = np.nan
+    one[: round(BURN_IN / period)] = np.nan
     age = np.maximum((np.arange(count) - first - 1) % window + 1, 0)
     age[: first + 1] = 0
     return Replay(one, free, age, track)
