@@ -22,9 +22,6 @@ from hil_emulator.units import show
 AMPLITUDES = (0.5, 1.0, 2.0)
 """Amplitudes that are tried, over the usual one."""
 
-BEYOND = 10.0
-"""Speed over the width in which dry friction changes sign, above which it is trusted (assumed)."""
-
 BOTH_WAYS = 8
 """Candidates that are also forecast with each rival as the truth."""
 
@@ -168,7 +165,7 @@ def command(chosen: Candidate, configs: Sequence[str]) -> str:
 
 
 def possible(plant: Mapping[str, float], period: float) -> list[Target]:
-    """Return the experiments of the library that can be forecast, at the amplitudes that fit."""
+    """Return every experiment of the library, at the amplitudes that fit."""
     allowed, found = limits(plant), []
     for entry in LIBRARY:
         usual = target(entry, allowed, period=period)
@@ -177,20 +174,7 @@ def possible(plant: Mapping[str, float], period: float) -> list[Target]:
                 found.append(target(entry, allowed, factor * usual.amplitude, period=period))
             except UserError:
                 continue
-    return [t for t in found if forecastable(t, plant)] or found
-
-
-def forecastable(played: Target, plant: Mapping[str, float]) -> bool:
-    """Tell whether the rod moves fast enough for the model's friction to be physics.
-
-    Around standstill the sign of dry friction is a smooth function of an assumed width; what an
-    experiment shows there is no matter of forecasts.
-    """
-    if played.stimulus.jumps:
-        return True
-    speed = np.diff(played.position) / (played.time[1] - played.time[0])
-    width = plant.get("friction_transition_velocity", 0.0)
-    return bool(np.sqrt(np.mean(speed**2)) > BEYOND * width)
+    return found
 
 
 def explanations(

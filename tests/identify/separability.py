@@ -24,7 +24,6 @@ from hil_emulator.identify.fit import Fit, Fitter
 from hil_emulator.identify.forecast import Explanation, Forecaster
 from hil_emulator.identify.gate import needed_gain
 from hil_emulator.identify.library import LIBRARY, Target, limits, target
-from hil_emulator.identify.next_experiment import forecastable
 from hil_emulator.identify.observer import Observer
 from hil_emulator.identify.scan import Score, scan
 from hil_emulator.identify.twin import Twin
@@ -57,7 +56,6 @@ class Outcome:
     now: float
     predicted: np.ndarray
     realised: np.ndarray
-    eligible: np.ndarray
 
     @property
     def share(self) -> float:
@@ -66,8 +64,8 @@ class Outcome:
 
     @property
     def recommended(self) -> int:
-        """Index of the experiment with the best forecast, of those that are forecast at all."""
-        return int(np.argmax(np.where(self.eligible, self.predicted, -np.inf)))
+        """Index of the experiment with the best forecast."""
+        return int(np.argmax(self.predicted))
 
 
 class Bench:
@@ -172,7 +170,6 @@ def forecast_and_shown(bench: Bench, first: Beginning) -> Outcome:
                 for i, t in enumerate(played)]  # fmt: skip
     return Outcome(
         first.truth.name, first.rival.name, first.apart, np.array(predicted), np.array(realised),
-        np.array([forecastable(t, plant) for t in played]),
     )  # fmt: skip
 
 
@@ -230,9 +227,9 @@ def described(o: Outcome) -> str:
 
 def report(outcomes: list[Outcome]) -> None:
     """Print how well the forecasts rank, and how good the recommendations are."""
-    predicted = np.concatenate([o.predicted[o.eligible] for o in outcomes])
-    realised = np.concatenate([o.realised[o.eligible] for o in outcomes])
-    within = [spearmanr(o.predicted[o.eligible], o.realised[o.eligible]).statistic
+    predicted = np.concatenate([o.predicted for o in outcomes])
+    realised = np.concatenate([o.realised for o in outcomes])
+    within = [spearmanr(o.predicted, o.realised).statistic
               for o in outcomes]  # fmt: skip
     print(f"Spearman of forecast and shown: {spearmanr(predicted, realised).statistic:.2f} over "
           f"{len(predicted)} pairs of effect and experiment; median within a case "

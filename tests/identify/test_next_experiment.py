@@ -92,11 +92,14 @@ def test_forecasts_come_true() -> None:
     assert np.median(np.array(realised) / predicted) == pytest.approx(1.0, abs=0.5)
 
 
-def test_only_what_the_model_can_forecast_is_recommended() -> None:
-    """Near standstill the model's dry friction is an assumption; forecasts leave that out."""
-    names = {t.stimulus.name for t in possible(knee().plant, 1e-3)}
-    assert {"steps", "multisine", "stroke", "chirp"} <= names
-    assert "micro_motion" not in names
+def test_every_experiment_is_considered_at_amplitudes_that_fit() -> None:
+    """The whole library, at most at three amplitudes each, none beyond the stops."""
+    plant = knee().plant
+    found = possible(plant, 1e-3)
+    assert {t.stimulus.name for t in found} == {e.name for e in LIBRARY}
+    assert len(LIBRARY) < len(found) <= 3 * len(LIBRARY)
+    allowed = limits(plant)
+    assert all(t.position.max() <= allowed.high + 1e-9 for t in found)
 
 
 def test_a_new_experiment_adds_to_what_is_known() -> None:
