@@ -103,11 +103,14 @@ def _addition(result: Result) -> list[str]:
 def _write(result: Result, configs: Sequence[Path], out: Path) -> None:
     today = datetime.now(tz=UTC).strftime("%Y-%m-%d")
     names = ", ".join(f.name for f in configs)
+    title = f"What {names} lacks"
+    if result.verdict in MEASURED:
+        title = f"{names} beside its measurements"
     made = f"hil-emulator {__version__}, {today}"
     texts = {
         "result.json": json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
         "identified.toml": layer(result, configs, today),
-        "report.html": report(result, f"What {names} lacks", made),
+        "report.html": report(result, title, made),
     }
     if result.added is not None:
         texts[EFFECT_FILE] = result.added.text

@@ -17,7 +17,7 @@ def gap(result: Result) -> str:
     entries = [_held_out(result.gap[c]) for c in channels]
     free = any("free_before" in e for e in entries)
     kinds = {"": "one step ahead", "free_": "free run of 0.5 s"} if free else {"": ""}
-    drawn, axes = figure(0.9 + 0.36 * len(channels), columns=len(kinds), squeeze=False, sharey=True)
+    drawn, axes = figure(1.2 + 0.36 * len(channels), columns=len(kinds), squeeze=False, sharey=True)
     place = np.arange(len(channels))
     for one, (kind, words) in zip(axes[0], kinds.items(), strict=True):
         for when, colour, mark, size in (
@@ -51,7 +51,7 @@ def ranking(result: Result) -> str:
     """Draw what the likeliest effects gain in the first round."""
     scores = result.search.rounds[0].scores[:SEVERAL][::-1] if result.search else []
     found = {f.name for f in result.effects}
-    drawn, axes = figure(0.7 + 0.22 * len(scores))
+    drawn, axes = figure(0.9 + 0.22 * len(scores))
     names = [s.coordinate.name for s in scores]
     gains = [max(s.statistic, 1.0) for s in scores]
     axes.barh(names, gains, color=[AFTER if n in found else FLOOR for n in names], height=0.7)
@@ -65,7 +65,7 @@ def ranking(result: Result) -> str:
 def ladder(result: Result) -> str:
     """Draw what every accepted effect gained, on training and on held-out data."""
     steps = result.ladder[::-1]
-    drawn, axes = figure(0.9 + 0.42 * len(steps))
+    drawn, axes = figure(1.1 + 0.42 * len(steps))
     place = np.arange(len(steps))
     for shift, part, colour in ((0.18, "training", FLOOR), (-0.18, "validation", AFTER)):
         gains = [max(s[part], 1.0) if s[part] is not None else np.nan for s in steps]
@@ -86,7 +86,7 @@ def correlations(result: Result) -> str:
     cov = final.covariance()
     spread = np.sqrt(np.maximum(np.diag(cov), 1e-30))
     names = [c.name for c in final.coordinates]
-    drawn, axes = figure(0.9 + 0.27 * len(names))
+    drawn, axes = figure(max(2.6, 0.9 + 0.27 * len(names)))
     axes.spines[:].set_visible(False)
     shown = axes.imshow(cov / np.outer(spread, spread), cmap="PuOr", vmin=-1, vmax=1)
     axes.set_xticks(range(len(names)), names, rotation=90, fontsize=7)

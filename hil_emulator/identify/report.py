@@ -146,7 +146,10 @@ def _unknown(result: Result) -> list[str]:
 def _size(result: Result) -> list[str]:
     if not result.gap:
         return []
-    parts = ["<h2>The gap by channel</h2>", _image(charts.gap(result)), report_tables.gap(result)]
+    parts = ["<h2>The gap by channel</h2>"]
+    if len(result.gap) > 1:
+        parts.append(_image(charts.gap(result)))
+    parts.append(report_tables.gap(result))
     words = (
         f"Root mean square of measured less predicted, in {escape(result.measure)} and in % of "
         "the channel's spread."
@@ -165,7 +168,7 @@ def _size(result: Result) -> list[str]:
 
 def _reasons(result: Result) -> list[str]:
     """Return ranking, rivals and ladder."""
-    if result.search is None or not result.search.rounds:
+    if result.search is None or not result.search.rounds or not result.search.rounds[0].scores:
         return []
     parts = ["<h2>Ranking</h2>", _image(charts.ranking(result)), report_tables.ranking(result)]
     if result.ladder:
@@ -177,7 +180,10 @@ def _model(result: Result) -> list[str]:
     if not result.parameters:
         return []
     parts = ["<h2>Ordinary parameters</h2>", report_tables.parameters(result)]
-    return [*parts, _image(charts.correlations(result))]
+    final = result.search.final if result.search else None
+    if final is not None and len(final.coordinates) > 1:
+        parts.append(_image(charts.correlations(result)))
+    return parts
 
 
 def _limits(result: Result) -> list[str]:

@@ -186,9 +186,12 @@ class Searcher:
         return search
 
     def look(self) -> Search:
-        """Make the first round alone, and accept nothing."""
+        """Look for terms alone: no effect is screened, and none accepted."""
         search = self._begin()
-        found = self._round(search)
+        self.tell(f"refitting {len(search.free)} parameters")
+        base = self.settle(search)
+        self.tell("looking for balances that disagree")
+        found = Round(base, [], [], self._blocks(base))
         found.unknown = bool(found.worthwhile)
         search.rounds.append(found)
         return search
