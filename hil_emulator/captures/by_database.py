@@ -10,7 +10,7 @@ import cantools
 from hil_emulator.captures.carrier import COUNTER, SHARE, Carrier, Signal, channel_of
 from hil_emulator.device.pdo import SYNC_CYCLIC_MAX
 from hil_emulator.errors import UserError
-from hil_emulator.identify.reading import KNOWN, SET_POINT
+from hil_emulator.identify.measured.reading import KNOWN, SET_POINT
 
 _TRANSMISSION = re.compile(r"transmission type (\d+)")
 """How this project's own DBC files state a PDO's transmission type, in a message's comment."""

@@ -18,7 +18,7 @@ from hil_emulator.device.pdo import (
     PdoParameters,
 )
 from hil_emulator.errors import UserError
-from hil_emulator.identify.reading import KNOWN, SET_POINT
+from hil_emulator.identify.measured.reading import KNOWN, SET_POINT
 from hil_emulator.recording.messages import Field
 
 FULL_SCALE = 16384

@@ -11,9 +11,9 @@ from hil_emulator.captures.carrier import SHARE, Carrier
 from hil_emulator.captures.traffic import Places, Stream, Traffic, sort
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
-from hil_emulator.identify.experiment import Array
-from hil_emulator.identify.formats.table import Column, Table
-from hil_emulator.identify.reading import KNOWN, SET_POINT, TIME
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.formats.table import Column, Table
+from hil_emulator.identify.measured.reading import KNOWN, SET_POINT, TIME
 
 SUFFIXES = frame_log.SUFFIXES
 """Endings of captures."""

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from hil_emulator.identify.reading import KNOWN, TIME
+from hil_emulator.identify.measured.reading import KNOWN, TIME
 from hil_emulator.units import factor
 
 COUNTER = "sample_counter"

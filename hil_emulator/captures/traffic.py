@@ -8,7 +8,7 @@ import numpy as np
 
 from hil_emulator.captures.carrier import COUNTER, Carrier
 from hil_emulator.frame import Frame
-from hil_emulator.identify.experiment import Array
+from hil_emulator.identify.measured.experiment import Array
 
 Places = np.ndarray[tuple[int], np.dtype[np.int64]]
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.identify.regions import Disagreement
+from hil_emulator.identify.disagreement.regions import Disagreement
 from hil_emulator.identify.result import Result
 
 Row = tuple[str, ...]

@@ -13,12 +13,12 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.errors import UserError
-from hil_emulator.identify import practice, sealed
-from hil_emulator.identify.experiment import Experiment
-from hil_emulator.identify.library import Stimulus, Target, limits
-from hil_emulator.identify.practice import Ground
-from hil_emulator.identify.reading import SET_POINT
-from hil_emulator.identify.twin import Twin
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.measured.reading import SET_POINT
+from hil_emulator.identify.practising import practice, sealed
+from hil_emulator.identify.practising.library import Stimulus, Target, limits
+from hil_emulator.identify.practising.practice import Ground
+from hil_emulator.identify.prediction.twin import Twin
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.places import cache_folder, near, shipped
 from hil_emulator.units import factor

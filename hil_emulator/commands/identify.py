@@ -12,8 +12,8 @@ from hil_emulator.commands.gap_table import gap_lines
 from hil_emulator.commands.recordings import Meaning, experiments
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.identify.layer import EFFECT_FILE, layer
-from hil_emulator.identify.report import report
+from hil_emulator.identify.presentation.layer import EFFECT_FILE, layer
+from hil_emulator.identify.presentation.report import report
 from hil_emulator.identify.result import Result
 from hil_emulator.identify.session import identify as run_identification
 from hil_emulator.places import cache_folder, near

@@ -9,11 +9,11 @@ from hil_emulator.captures.carrier import Carrier
 from hil_emulator.config.load import Configuration
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
-from hil_emulator.identify import formats
-from hil_emulator.identify.data import experiment
-from hil_emulator.identify.experiment import Experiment
-from hil_emulator.identify.formats.table import Column, Table
-from hil_emulator.identify.reading import digest_of, read, recording
+from hil_emulator.identify.measured import formats
+from hil_emulator.identify.measured.data import experiment
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.measured.formats.table import Column, Table
+from hil_emulator.identify.measured.reading import digest_of, read, recording
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.recording import SUFFIX, journal
 from hil_emulator.rig import nodes

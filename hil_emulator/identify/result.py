@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from hil_emulator.identify.experiment import Array
-from hil_emulator.identify.next_experiment import NextExperiment
-from hil_emulator.identify.regions import Disagreement
-from hil_emulator.identify.residuals import SHOWN, Map
-from hil_emulator.identify.search import Search
+from hil_emulator.identify.disagreement.regions import Disagreement
+from hil_emulator.identify.disagreement.residuals import SHOWN, Map
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.naming.progress import Search
+from hil_emulator.identify.practising.next_experiment import NextExperiment
 from hil_emulator.units import show
 
 if TYPE_CHECKING:
-    from hil_emulator.identify.table import Table
+    from hil_emulator.identify.presentation.table import Table
 
 Verdict = Literal[
     "missing_effects", "nothing_missing", "unknown_effect", "cannot_examine", "agrees", "disagrees"

@@ -15,13 +15,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from hil_emulator.config.load import load
-from hil_emulator.identify import parameters
-from hil_emulator.identify.fit import Fit
-from hil_emulator.identify.gap import Gap, compare, measure
-from hil_emulator.identify.observer import Observer
-from hil_emulator.identify.search import Search, Searcher
+from hil_emulator.identify.disagreement.gap import Gap, compare, measure
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.progress import Search
+from hil_emulator.identify.naming.search import Searcher
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.twin import Coordinate, Twin
 from hil_emulator.identify.session import identify
-from hil_emulator.identify.twin import Coordinate, Twin
 from tests.identify.generator.cases import Case, campaign, case, cases
 from tests.identify.generator.effects import EFFECTS
 from tests.identify.rig_data import CACHE, KNEE

@@ -17,16 +17,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import spearmanr
 
-from hil_emulator.identify import forecast, parameters
-from hil_emulator.identify.confusion import INSEPARABLE, separability
-from hil_emulator.identify.experiment import Experiment
-from hil_emulator.identify.fit import Fit, Fitter
-from hil_emulator.identify.forecast import Explanation, Forecaster
-from hil_emulator.identify.gate import needed_gain
-from hil_emulator.identify.library import LIBRARY, Target, limits, target
-from hil_emulator.identify.observer import Observer
-from hil_emulator.identify.scan import Score, scan
-from hil_emulator.identify.twin import Twin
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.naming.confusion import INSEPARABLE, separability
+from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.gate import needed_gain
+from hil_emulator.identify.naming.scan import Score, scan
+from hil_emulator.identify.practising import forecast
+from hil_emulator.identify.practising.forecast import Explanation, Forecaster
+from hil_emulator.identify.practising.library import LIBRARY, Target, limits, target
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.twin import Twin
 from tests.identify.generator.bench import record
 from tests.identify.generator.cases import Case, machine, seed
 from tests.identify.generator.effects import EFFECTS

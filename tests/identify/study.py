@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from hil_emulator.config.load import load
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import identify
 from tests.identify.answer import Answer, from_dict, from_result
 from tests.identify.baselines import methods

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, knee
 

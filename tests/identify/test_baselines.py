@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hil_emulator.identify import parameters
-from hil_emulator.identify.experiment import Experiment
-from hil_emulator.identify.twin import Coordinate
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.twin import Coordinate
 from tests.identify.baselines.replay import CHANNELS, Replay, Way
 from tests.identify.baselines.selection import by_bic, by_thresholds
 from tests.identify.generator.cases import Case, campaign

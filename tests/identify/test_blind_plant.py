@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil_emulator.identify.parameters import candidates
+from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.plant import Plant
 from tests.identify.generator.bench import PERIOD, SetPoint

@@ -19,7 +19,7 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.places import shipped
 from hil_emulator.recording.messages import Field
 

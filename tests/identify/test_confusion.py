@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.confusion import INSEPARABLE, inflation, rivals_of, separability
-from hil_emulator.identify.fit import Fit
-from hil_emulator.identify.gate import Evidence
-from hil_emulator.identify.scan import Score
-from hil_emulator.identify.search import Trial
-from hil_emulator.identify.twin import Coordinate
+from hil_emulator.identify.naming.confusion import INSEPARABLE, inflation, rivals_of, separability
+from hil_emulator.identify.naming.contest import Trial
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.gate import Evidence
+from hil_emulator.identify.naming.scan import Score
+from hil_emulator.identify.prediction.twin import Coordinate
 
 N = 4000
 

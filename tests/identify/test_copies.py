@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.copies import counted
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.copies import counted
+from hil_emulator.identify.measured.experiment import Experiment
 
 RANDOM = np.random.default_rng(4)
 NOISE = RANDOM.normal(0.0, 1e4, 2100)

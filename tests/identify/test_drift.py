@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hil_emulator.config.load import load
-from hil_emulator.identify.observer import Observer
-from hil_emulator.identify.parameters import candidates
-from hil_emulator.identify.twin import Twin
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.prediction.twin import Twin
 from tests.identify.generator.bench import record
 from tests.identify.generator.cases import case, machine
 from tests.identify.rig_data import CACHE, KNEE

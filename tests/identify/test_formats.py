@@ -11,8 +11,8 @@ import pyarrow.parquet
 import pytest
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.data import load_experiments
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.data import load_experiments
+from hil_emulator.identify.measured.experiment import Experiment
 
 TIME = np.arange(400) * 1e-3
 POSITION = 40.0 + np.sin(20.0 * TIME)

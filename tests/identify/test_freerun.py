@@ -6,13 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hil_emulator.identify import parameters
-from hil_emulator.identify.experiment import Experiment
-from hil_emulator.identify.fit import Fit
-from hil_emulator.identify.freerun import SETTLING, WINDOW, replay
-from hil_emulator.identify.gap import compare, measure
-from hil_emulator.identify.motion import by_motion
-from hil_emulator.identify.observer import Observer
+from hil_emulator.identify.disagreement.freerun import SETTLING, WINDOW, replay
+from hil_emulator.identify.disagreement.gap import compare, measure
+from hil_emulator.identify.disagreement.motion import by_motion
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
 from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
 
 LEAKAGE = 1e-13

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hil_emulator.identify.gate import Evidence, needed_gain, robust_variance
+from hil_emulator.identify.naming.gate import Evidence, needed_gain, robust_variance
 
 
 def evidence(gain: float = 500.0, wald: float = 50.0, held_out: float = 400.0,

@@ -5,8 +5,8 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.identify.closed_loop import Machine, World
-from hil_emulator.identify.library import (
+from hil_emulator.identify.practising.closed_loop import Machine, World
+from hil_emulator.identify.practising.library import (
     LIBRARY,
     Limits,
     Stimulus,

@@ -11,19 +11,21 @@ from click.testing import CliRunner
 from scipy.stats import spearmanr
 
 from hil_emulator.__main__ import main
-from hil_emulator.identify import forecast, next_experiment, parameters, practice
-from hil_emulator.identify.fit import Fit, Fitter
-from hil_emulator.identify.forecast import Explanation, Forecaster
-from hil_emulator.identify.library import LIBRARY, limits, stimulus, target
-from hil_emulator.identify.next_experiment import (
+from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.progress import Search
+from hil_emulator.identify.naming.search import Searcher
+from hil_emulator.identify.practising import forecast, next_experiment, practice
+from hil_emulator.identify.practising.forecast import Explanation, Forecaster
+from hil_emulator.identify.practising.library import LIBRARY, limits, stimulus, target
+from hil_emulator.identify.practising.next_experiment import (
     Candidate,
     NextExperiment,
     command,
     possible,
     recommend,
 )
-from hil_emulator.identify.observer import Observer
-from hil_emulator.identify.search import Search, Searcher
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_twin, recorded
 

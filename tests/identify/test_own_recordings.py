@@ -8,7 +8,7 @@ from rigs import START, bench, reference, set_point
 
 from hil_emulator.commands.recordings import Meaning, experiments
 from hil_emulator.errors import UserError
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.recording import journal
 from hil_emulator.recording.exports import export
 from hil_emulator.recording.header import header

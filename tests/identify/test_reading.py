@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.data import load_experiments
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.data import load_experiments
+from hil_emulator.identify.measured.experiment import Experiment
 
 
 def written(folder: Path, header: str, columns: list[np.ndarray]) -> Path:

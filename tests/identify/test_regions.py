@@ -5,15 +5,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hil_emulator.identify import parameters
-from hil_emulator.identify.blocks import LEAKAGE, BlockScore, drivers, score_blocks
-from hil_emulator.identify.experiment import Experiment
-from hil_emulator.identify.fit import Fit, Fitter
-from hil_emulator.identify.observer import Observer
-from hil_emulator.identify.regions import disagreements
-from hil_emulator.identify.residuals import beside, draw, lacking
-from hil_emulator.identify.scan import Projection
-from hil_emulator.identify.search import NOTICEABLE
+from hil_emulator.identify.disagreement.regions import disagreements
+from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.naming.blocks import LEAKAGE, BlockScore, drivers, score_blocks
+from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.progress import NOTICEABLE
+from hil_emulator.identify.naming.scan import Projection
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
 from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
 
 CONDUCTANCE = 1e-13

@@ -1,16 +1,21 @@
 """A few blind cases with short recordings; the whole is `python -m tests.identify.study`."""
 
+import pytest
+
 from tests.identify.generator.cases import case
 from tests.identify.scoring import Outcome, judge
 from tests.identify.study import examine
 
 SHORT = 1.0
-"""Duration of each experiment [s]."""
+"""Duration of each experiment where an effect is large enough to show in it [s]."""
+
+SHORTEST = 2.0
+"""Shortest duration in the study [s]."""
 
 
-def asked(group: str, number: int) -> Outcome:
+def asked(group: str, number: int, duration: float = SHORT) -> Outcome:
     """Examine one case of the study, shortened."""
-    which = case(group, number, SHORT)
+    which = case(group, number, duration)
     return judge(which, examine(which))
 
 
@@ -19,6 +24,7 @@ def test_an_effect_in_a_foreign_simulator_is_named() -> None:
     assert asked("medium", 8).exact
 
 
+@pytest.mark.slow
 def test_an_effect_with_another_law_is_named_or_flagged() -> None:
     """A hole leaks with the root of the pressure, the catalogue's gap does not."""
     assert asked("foreign", 8).known
@@ -26,9 +32,10 @@ def test_an_effect_with_another_law_is_named_or_flagged() -> None:
 
 def test_a_healthy_foreign_simulator_lacks_nothing() -> None:
     """Nothing hidden, everything drifting: no name, and nothing unexplained."""
-    assert asked("none", 0).exact
+    assert asked("none", 0, SHORTEST).exact
 
 
+@pytest.mark.slow
 def test_what_no_catalogue_has_is_flagged_where_it_is() -> None:
     """A leak that opens at 20 bar is a leak of another form."""
     outcome = asked("outside", 1)

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from hil_emulator.config.load import Configuration, load
-from hil_emulator.identify.fit import Fit
-from hil_emulator.identify.gap import compare, measure
-from hil_emulator.identify.layer import EFFECT_FILE, layer
-from hil_emulator.identify.observer import Observer
+from hil_emulator.identify.disagreement.gap import compare, measure
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.twin import Twin
+from hil_emulator.identify.presentation.layer import EFFECT_FILE, layer
+from hil_emulator.identify.presentation.table import table
 from hil_emulator.identify.result import Result, Unexplained, in_words
 from hil_emulator.identify.session import identify
-from hil_emulator.identify.table import table
-from hil_emulator.identify.twin import Twin
 from hil_emulator.model.declare import Effect
 from tests.identify.generator.cases import Case, campaign
 from tests.identify.rig_data import CACHE, INSTRUMENTS, KNEE, knee

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction.valve_bench import ValveBench, bench
 from hil_emulator.identify.session import identify
-from hil_emulator.identify.valve_bench import ValveBench, bench
 from hil_emulator.model.plant import Plant, Sensors
 from tests.identify.rig_data import CACHE, OFF, PERIOD, knee, knee_twin, recorded
 

@@ -6,8 +6,8 @@ import time
 import numpy as np
 
 from hil_emulator.config.load import load
-from hil_emulator.identify import parameters
-from hil_emulator.identify.twin import Coordinate, Twin
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.twin import Coordinate, Twin
 from tests.identify.answer import Answer, Named
 from tests.identify.baselines.replay import CHANNELS, Replay, Way
 from tests.identify.baselines.selection import Model, by_bic, by_thresholds

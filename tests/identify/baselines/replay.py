@@ -14,9 +14,9 @@ from typing import Any, Literal
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from hil_emulator.identify.experiment import Experiment
-from hil_emulator.identify.observer import Observer
-from hil_emulator.identify.twin import Coordinate, Twin
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.twin import Coordinate, Twin
 
 Way = Literal["open loop", "multiple shooting", "equation error"]
 

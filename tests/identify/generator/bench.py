@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.experiment import Experiment
 from tests.identify.generator.plant import STEP, Machine, advance, at_rest
 from tests.identify.generator.sensors import CHANNELS, converted, noise, transduced
 

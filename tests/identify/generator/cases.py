@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil_emulator.identify.experiment import Experiment
+from hil_emulator.identify.measured.experiment import Experiment
 from tests.identify.generator.bench import TRAINING, VALIDATION, record
 from tests.identify.generator.effects import EFFECTS, OUTSIDE
 from tests.identify.generator.plant import Machine

@@ -1,0 +1,124 @@
+"""From a finished search to its result."""
+
+import math
+
+import numpy as np
+
+from hil_emulator.identify.disagreement import account
+from hil_emulator.identify.naming.confusion import confirmed, rivals_of, weighed
+from hil_emulator.identify.naming.contest import Trial
+from hil_emulator.identify.naming.progress import Search
+from hil_emulator.identify.naming.search import Searcher
+from hil_emulator.identify.practising.next_experiment import recommend
+from hil_emulator.identify.prediction.twin import Coordinate
+from hil_emulator.identify.result import Finding, Result, Rival, Unexplained, in_words
+
+
+def conclude(searcher: Searcher, search: Search, forecast: bool = True) -> Result:
+    """Turn a finished search into a result, with or without a forecast of the next experiment."""
+    findings = [_found(searcher, search, c) for c in search.effects]
+    parts = account.shares(searcher, search)
+    findings = [_with_share(f, parts.get(f.name, 0.0)) for f in findings]
+    last = search.rounds[-1]
+    unknown = []
+    if last.unknown:
+        unknown = [
+            Unexplained(
+                b.balance.name, b.driver, b.balance.unit, tuple(b.knots.tolist()),
+                tuple(b.curve.tolist()), in_words(b.driver, b.knots, b.curve, b.balance.unit),
+                b.statistic,
+            )
+            for b in [b for b in last.blocks[:3] if b.significant]
+        ]  # fmt: skip
+    unseen = [s.coordinate.name for s in search.rounds[0].scores if not s.visible]
+    result = Result("nothing_missing", "the model explains the data within their noise")
+    result.effects, result.unknown, result.search = findings, unknown, search
+    result.unseen = [n for n in unseen if n not in {f.name for f in findings}]
+    if findings:
+        result.verdict = "missing_effects"
+        result.reason = "missing: " + "; ".join(str(f) for f in findings)
+    elif unknown:
+        result.verdict = "unknown_effect"
+        u = unknown[0]
+        result.reason = f"something acts on the {u.balance}, depending on {u.driver}: {u.shape}"
+    ambiguous = [f for f in findings if f.group]
+    if ambiguous:
+        f = ambiguous[0]
+        if forecast:
+            result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
+        result.next_experiment = str(result.plan or "") or (
+            f"{f.name} and {', '.join(f.group)} look alike here; record other motions: slower, "
+            "faster, over the whole stroke"
+        )
+    _measure(searcher, search, result)
+    return result
+
+
+def _measure(searcher: Searcher, search: Search, result: Result) -> None:
+    """Fill gap, ladder, parameters and traces."""
+    final = search.final
+    if final is None:
+        return
+    account.fill(searcher, search, result)
+    deviations = np.sqrt(np.diag(final.covariance()))
+    result.parameters = {
+        c.name: {
+            "configured": c.neutral, "refitted": float(c.value(float(a))),
+            "low": float(c.value(float(a - 1.96 * d))), "high": float(c.value(float(a + 1.96 * d))),
+        }
+        for c, a, d in zip(search.ordinary, final.at, deviations, strict=False)
+    }  # fmt: skip
+    for found in search.rounds:
+        if found.accepted:
+            t = found.trials[0]
+            result.ladder.append(
+                {
+                    "effect": t.score.coordinate.name,
+                    "training": t.evidence.gain,
+                    "validation": _or_none(t.evidence.held_out),
+                }
+            )
+
+
+def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
+    round_ = next(
+        r for r in search.rounds if r.accepted and r.trials[0].score.coordinate is coordinate
+    )
+    best = round_.trials[0]
+    final = search.final
+    assert final is not None
+    i = [c.name for c in final.coordinates].index(coordinate.name)
+    at, spread = float(final.at[i]), float(np.sqrt(final.covariance()[i, i]))
+    spread = max(spread, best.deviation)
+    ends = sorted(coordinate.value(at + k * spread) for k in (-1.96, 1.96))
+    group, size = rivals_of(best, round_.scores, round_.trials, searcher.fitter.stretch)
+    alike = [weighed(round_, name) for name in group]
+    group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
+    weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
+    return Finding(
+        name=coordinate.name,
+        knob=coordinate.effect.knob.name if coordinate.effect else coordinate.name,
+        value=float(coordinate.value(at)), unit=coordinate.unit, shown=coordinate.shown,
+        interval=(float(ends[0]), float(ends[1])), explained=0.0, gain=best.evidence.gain,
+        held_out=_or_none(best.evidence.held_out), group=tuple(group),
+        form_differs=coordinate.name in search.form_differs,
+        rivals=tuple(_rival(t, best) for t in weaker), separating_size=size,
+    )  # fmt: skip
+
+
+def _rival(trial: Trial, best: Trial) -> Rival:
+    reasons = trial.evidence.objections or [
+        f"gains {trial.evidence.gain:.0f}, {best.score.coordinate.name} {best.evidence.gain:.0f}"
+    ]
+    return Rival(
+        trial.score.coordinate.name, trial.evidence.gain, _or_none(trial.evidence.held_out),
+        "; ".join(reasons),
+    )  # fmt: skip
+
+
+def _with_share(finding: Finding, share: float) -> Finding:
+    return Finding(**{**vars(finding), "explained": share})
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,1 @@
+"""Where model and measurement disagree: by channel, balance and region."""

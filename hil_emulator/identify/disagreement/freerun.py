@@ -1,0 +1,67 @@
+"""What a model does when it is left alone: free runs that restart from filtered states.
+
+Half a second of simulation shows what a controller in the loop would meet, and is short enough
+that drift does not swamp everything. The model is driven by the recorded current; nothing corrects
+it between two restarts. One pass also yields the error one step ahead.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.observer import BURN_IN, Frozen, Observer
+
+WINDOW = 0.5
+"""Time between two restarts [s]."""
+
+SETTLING = 0.25
+"""Time at the start of an experiment before which no free run begins: the filter still learns the
+null, and a wrong one carries the rod away (assumed)."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """How far one model is from one experiment.
+
+    Attributes:
+        one_step: measured less predicted one sample ahead, SI, shape (samples, channels).
+        free: the same in the free run.
+        age: samples since the restart from which the free run comes, shape (samples,); 0 before
+            the first.
+        track: the model's signals one sample ahead, shape (samples, signals).
+
+    """
+
+    one_step: Array
+    free: Array
+    age: np.ndarray[Any, np.dtype[np.int64]]
+    track: Array
+
+
+def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Replay:
+    """Return the errors of a model along one experiment, NaN while its filter settles.
+
+    Args:
+        observer: sees the experiment.
+        frozen: the experiment with the gains of this model.
+        par: the plant's parameters.
+        chan: the transducers' parameters.
+
+    """
+    twin, experiment = observer.twin, frozen.experiment
+    count, period = len(frozen.measured), experiment.period
+    first, window = round(SETTLING / period), max(2, round(WINDOW / period))
+    steps = max(1, int(np.ceil(period / observer.step(par) - 1e-9)))
+    one, free = np.full(frozen.measured.shape, np.nan), np.full(frozen.measured.shape, np.nan)
+    track = np.empty((count, len(twin.signal_names)))
+    twin.loops.run_freely(
+        frozen.start, frozen.z0, frozen.active, par, twin.drift, twin.supply, chan, twin.remembered,
+        twin.sources, frozen.chosen, experiment.current, frozen.measured, frozen.gains,
+        frozen.decay, period, period / steps, steps, first, window, one, free, track,
+    )  # fmt: skip
+    one[: round(BURN_IN / period)] = np.nan
+    age = np.maximum((np.arange(count) - first - 1) % window + 1, 0)
+    age[: first + 1] = 0
+    return Replay(one, free, age, track)

@@ -1,0 +1,154 @@
+"""Where model and measurement disagree: per channel, one step ahead and simulated freely.
+
+Every model is seen by its own predictor, restarts its free run from its own filtered states, and
+is compared with the same readings: so the numbers of several models stand beside each other.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hil_emulator.identify.disagreement.floor import Floor, spread, strengths
+from hil_emulator.identify.disagreement.freerun import Replay, replay
+from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.prediction.observer import Frozen, Observer
+from hil_emulator.identify.prediction.predictor import Predictor
+
+Gap = dict[str, dict[str, dict[str, float]]]
+"""By channel and part of the data: see `measure`."""
+
+KINDS = {"": "one_step", "free_": "free"}
+"""Prefix of a number in a gap, and the error that it is about."""
+
+
+@dataclass(frozen=True)
+class View:
+    """One experiment through one model.
+
+    Attributes:
+        experiment: the data.
+        replay: the model's errors; in the force balance alone there is no free run.
+        noise: standard deviation of each channel's noise, or one of its unit, shape (channels,).
+        floors: what disturbances leave, at the strength that is assumed; None where unknown.
+        strength: of each source of the floor in this experiment, see `floor.strengths`.
+
+    """
+
+    experiment: Experiment
+    replay: Replay
+    noise: Array
+    floors: Floor | None = None
+    strength: Array = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Two models over training and validation data.
+
+    Attributes:
+        before: the configured model, ordinary parameters refitted, by part of the data.
+        after: the same with what was found.
+
+    """
+
+    before: dict[str, list[View]]
+    after: dict[str, list[View]]
+
+
+def view(predictor: Predictor, fit: Fit, experiments: Sequence[Experiment]) -> list[View]:
+    """Return experiments through a fitted model."""
+    par, chan = predictor.twin.memory(fit.coordinates, fit.at)
+    found = []
+    for experiment in experiments:
+        frozen = predictor.freeze(experiment, par, chan)
+        if isinstance(predictor, Observer) and isinstance(frozen, Frozen):
+            run = replay(predictor, frozen, par, chan)
+            floors = spread(predictor, frozen, run)
+            strength = strengths([floors], [run], experiment.period)
+            found.append(View(experiment, run, frozen.noise, floors, strength))
+            continue
+        residual, track = predictor.innovations(frozen, par, chan, track=True)
+        residual = np.where(frozen.present[:, None], residual, np.nan)
+        empty = np.full_like(residual, np.nan)
+        run = Replay(residual, empty, np.zeros(len(residual), np.int64), track)
+        found.append(View(experiment, run, np.ones(residual.shape[1])))
+    return found
+
+
+def compare(
+    predictor: Predictor, before: Fit, after: Fit, training: Sequence[Experiment],
+    validation: Sequence[Experiment],
+) -> Compared:  # fmt: skip
+    """Look at all data through the model before and after."""
+    parts = {"training": training, "validation": validation}
+    old = {n: view(predictor, before, e) for n, e in parts.items() if e}
+    same = after is before
+    new = old if same else {n: view(predictor, after, e) for n, e in parts.items() if e}
+    return Compared(old, new)
+
+
+def measure(predictor: Predictor, compared: Compared) -> Gap:
+    """Return the root mean square of the disagreement by channel and part of the data.
+
+    Each entry holds `before`, `after` and `floor` of the error one step ahead in units of the
+    channel's noise (of the unit of `predictor.measure` in the force balance alone); with the
+    prefix `free_` of the free run; with the suffix `_percent` over the channel's spread. What is
+    not known is absent.
+    """
+    gap: Gap = {}
+    for part in compared.before:
+        for i, channel in enumerate(predictor.channels):
+            entry = gap.setdefault(channel, {}).setdefault(part, {})
+            for when, views in (("before", compared.before[part]), ("after", compared.after[part])):
+                for prefix, kind in KINDS.items():
+                    errors = [getattr(v.replay, kind)[:, i] for v in views]
+                    _enter(entry, f"{prefix}{when}", channel, views, i, errors)
+            for prefix, kind in KINDS.items():
+                if all(v.floors is not None for v in views):
+                    left = [floor_of(v, kind)[:, i] for v in views]
+                    _enter(entry, f"{prefix}floor", channel, views, i, left)
+    return gap
+
+
+def floor_of(seen: View, kind: str) -> Array:
+    """Return the error that disturbances leave, NaN where nothing counts, shape of the errors."""
+    assert seen.floors is not None
+    left = np.sqrt(np.tensordot(seen.strength, getattr(seen.floors, kind), 1))
+    return np.asarray(np.where(np.isfinite(getattr(seen.replay, kind)), left, np.nan))
+
+
+def _enter(
+    entry: dict[str, float], name: str, channel: str, views: Sequence[View], i: int,
+    errors: Sequence[Array],
+) -> None:  # fmt: skip
+    """Enter a root mean square in units of noise and in percent of the readings' spread."""
+    in_noise = np.concatenate([e / v.noise[i] for e, v in zip(errors, views, strict=True)])
+    if not np.isfinite(in_noise).any():
+        return
+    entry[name] = float(np.sqrt(np.nanmean(in_noise**2)))
+    plain = np.concatenate(errors)
+    width = float(np.nanstd(np.concatenate([v.experiment.readings[channel] for v in views])))
+    if width > 0.0:
+        entry[f"{name}_percent"] = float(100.0 * np.sqrt(np.nanmean(plain**2)) / width)
+
+
+def traces(predictor: Predictor, compared: Compared) -> dict[str, dict[str, Array]]:
+    """Return what was measured and how far both models are from it, by `experiment/channel`.
+
+    Each entry holds `time` [s], `measured`, the errors one step ahead `before` and `after`, those
+    of the free run `free_before` and `free_after`, all SI, and `noise`, one number.
+    """
+    found: dict[str, dict[str, Array]] = {}
+    for part, views in compared.before.items():
+        for old, new in zip(views, compared.after[part], strict=True):
+            e = old.experiment
+            for i, channel in enumerate(predictor.channels):
+                found[f"{e.name}/{channel}"] = {
+                    "time": np.arange(e.samples, dtype=np.float64) * e.period,
+                    "measured": e.readings[channel], "noise": old.noise[i : i + 1],
+                    "before": old.replay.one_step[:, i], "after": new.replay.one_step[:, i],
+                    "free_before": old.replay.free[:, i], "free_after": new.replay.free[:, i],
+                }  # fmt: skip
+    return found

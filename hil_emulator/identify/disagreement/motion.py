@@ -1,0 +1,69 @@
+"""The free run by region: standing, slow or fast, extending or retracting.
+
+The borders follow the data: slow is below a third of a usual speed, standing below a tenth of that.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_emulator.identify.disagreement.gap import Compared, Gap, View, floor_of
+from hil_emulator.identify.measured.experiment import Array, Mask
+from hil_emulator.identify.prediction.predictor import Predictor
+
+SLOW = 1.0 / 3.0
+"""Upper border of slow motion over the 90 % quantile of the speed (assumed)."""
+
+STANDING = 1.0 / 30.0
+"""Upper border of standing over the same (assumed)."""
+
+
+def by_motion(predictor: Predictor, compared: Compared, kind: str = "free") -> Gap:
+    """Return the root mean square error by channel and region of motion, in units of noise.
+
+    Args:
+        predictor: names the channels and signals.
+        compared: both models over the data; validation data are used where there are any.
+        kind: "free" or "one_step".
+
+    """
+    part = "validation" if "validation" in compared.before else "training"
+    old, new = compared.before[part], compared.after[part]
+    column = predictor.twin.signal_names.index("velocity")
+    speeds = [v.replay.track[:, column] for v in new]
+    usual = float(np.quantile(np.abs(np.concatenate(speeds)), 0.9))
+    gap: Gap = {}
+    for words, low, high in regions(usual):
+        inside = [(s >= low) & (s < high) for s in speeds]
+        for i, channel in enumerate(predictor.channels):
+            entry = {"before": _rms([_error(v, kind, i) for v in old], inside),
+                     "after": _rms([_error(v, kind, i) for v in new], inside)}  # fmt: skip
+            if all(v.floors is not None for v in new):
+                left = [floor_of(v, kind)[:, i] / v.noise[i] for v in new]
+                entry["floor"] = _rms(left, inside)
+            if np.isfinite(entry["before"]):
+                gap.setdefault(channel, {})[words] = entry
+    return gap
+
+
+def regions(usual: float) -> list[tuple[str, float, float]]:
+    """Return names and borders of the regions of motion for a usual speed [m/s]."""
+    still = float(f"{STANDING * usual:.1g}")
+    slow = float(f"{SLOW * usual:.1g}")
+    return [
+        (f"retracting, |v| > {1e3 * slow:g} mm/s", -np.inf, -slow),
+        (f"retracting, |v| < {1e3 * slow:g} mm/s", -slow, -still),
+        (f"standing, |v| < {1e3 * still:g} mm/s", -still, still),
+        (f"extending, |v| < {1e3 * slow:g} mm/s", still, slow),
+        (f"extending, |v| > {1e3 * slow:g} mm/s", slow, np.inf),
+    ]
+
+
+def _error(seen: View, kind: str, i: int) -> Array:
+    return np.asarray(getattr(seen.replay, kind)[:, i] / seen.noise[i])
+
+
+def _rms(errors: Sequence[Array], inside: Sequence[Mask]) -> float:
+    chosen = np.concatenate([e[m] for e, m in zip(errors, inside, strict=True)])
+    chosen = chosen[np.isfinite(chosen)]
+    return float(np.sqrt(np.mean(chosen**2))) if len(chosen) else float("nan")

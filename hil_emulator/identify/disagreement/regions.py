@@ -1,0 +1,192 @@
+"""Which balance disagrees, and in which region of the state space.
+
+A balance's share is what terms in it explain of everything that terms in any balance explain, taken
+one after the other, the strongest first: so the shares add up. Terms are the nonparametric blocks;
+ordinary parameters are projected out. A block's gain falls on single samples, and a region is the
+simplest statement about the state that covers most of the gain in little of the time.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array, Mask
+from hil_emulator.identify.naming.blocks import BlockScore, Drivers
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.scan import Projection
+
+LEAST = 0.02
+"""Share of the gap below which a further term is not worth a line (assumed)."""
+
+CONCENTRATED = 0.15
+"""Least excess of a region's share of the gap over its share of the time (assumed)."""
+
+ENOUGH = 0.8
+"""Share of a balance's gap at which no further region is looked for (assumed)."""
+
+MOST = 3
+"""Regions that are told of one balance."""
+
+SMALL = np.linspace(0.05, 0.95, 19)
+"""Quantiles of a driver at which a region may begin or end."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """A part of the state space.
+
+    Attributes:
+        words: where, for people.
+        share: share of the balance's gap that lies there.
+        time: share of the time that the machine spent there.
+
+    """
+
+    words: str
+    share: float
+    time: float
+
+    def __str__(self) -> str:
+        return f"{self.words}: {100 * self.share:.0f} % in {100 * self.time:.0f} % of the time"
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """One balance that does not hold.
+
+    Attributes:
+        balance: which.
+        driver: what its strongest term depends on.
+        share: share of the gap that terms in this balance explain.
+        gain: their gain in chi-square.
+        regions: where it is, the widest part first.
+
+    """
+
+    balance: str
+    driver: str
+    share: float
+    gain: float
+    regions: tuple[Region, ...]
+
+    def __str__(self) -> str:
+        where = f", {self.regions[0]}" if self.regions else ", everywhere"
+        return f"{self.balance} over {self.driver}, {100 * self.share:.0f} % of the gap{where}"
+
+
+def disagreements(
+    fit: Fit, blocks: Sequence[BlockScore], states: Drivers, channels: int, least: float
+) -> list[Disagreement]:
+    """Return the balances that disagree, the largest share first.
+
+    Args:
+        fit: the model.
+        blocks: what every block explains there.
+        states: drivers along the trajectory, all experiments in a row.
+        channels: residuals per sample.
+        least: gain in chi-square below which a term is not worth a word.
+
+    """
+    chosen = _chosen([b for b in blocks if b.significant and b.statistic > least], fit)
+    total = sum(gain for _, gain, _ in chosen)
+    found: dict[str, Disagreement] = {}
+    for block, gain, local in chosen:
+        name, samples = block.balance.name, local.reshape(-1, channels).sum(axis=1)
+        known = found.get(name)
+        if known is None:
+            regions = tuple(_regions(samples, states))
+            found[name] = Disagreement(name, block.driver, gain / total, gain, regions)
+        else:
+            share = known.share + gain / total
+            found[name] = Disagreement(
+                name, known.driver, share, known.gain + gain, known.regions
+            )  # fmt: skip
+    return sorted(found.values(), key=lambda d: -d.share)
+
+
+def _chosen(blocks: Sequence[BlockScore], fit: Fit) -> list[tuple[BlockScore, float, Array]]:
+    """Return blocks one after the other with their further gain, in all and by residual."""
+    project = Projection(fit)
+    rest = list(blocks)
+    bases = {id(b): _basis(b, project) for b in rest}
+    residual, chosen = project.residual.copy(), []
+    count, first = len(fit.residual), 0.0
+    while rest:
+        gains = [float(np.sum((bases[id(b)].T @ residual) ** 2)) for b in rest]
+        best = int(np.argmax(gains))
+        block, gain = rest.pop(best), gains[best]
+        first = first or gain
+        if gain < max(LEAST * first, block.limit):
+            break
+        basis = bases.pop(id(block))
+        after = residual - basis @ (basis.T @ residual)
+        chosen.append((block, gain, (residual**2 - after**2)[:count]))
+        residual = after
+        for other in rest:
+            bases[id(other)] = _orthonormal(
+                bases[id(other)] - basis @ (basis.T @ bases[id(other)])
+            )  # fmt: skip
+    return chosen
+
+
+def _basis(block: BlockScore, project: Projection) -> Array:
+    return _orthonormal(np.column_stack([project(c) for c in block.columns.T]))
+
+
+def _orthonormal(columns: Array) -> Array:
+    """Return an orthonormal basis, without directions that hardly exist."""
+    values, vectors = np.linalg.eigh(columns.T @ columns)
+    keep = values > max(1e-4 * values[-1], 1e-9)
+    return np.asarray(columns @ (vectors[:, keep] / np.sqrt(values[keep])))
+
+
+def _regions(gain: Array, states: Drivers) -> Iterator[Region]:
+    """Yield the regions in which most of a gain lies."""
+    total, left = float(np.sum(gain)), np.ones(len(gain), bool)
+    told = 0.0
+    for _ in range(MOST):
+        best, score = None, CONCENTRATED
+        for words, inside in _statements(states):
+            here = inside & left
+            share, time = float(np.sum(gain[here])) / total, float(np.mean(inside))
+            if share - time > score and 0.02 < time < 0.9:
+                best, score = (words, here, share, time), share - time
+        if best is None:
+            return
+        words, here, share, time = best
+        yield Region(words, min(share, 1.0), time)
+        told += share
+        left &= ~here
+        if told > ENOUGH:
+            return
+
+
+def _statements(states: Drivers) -> Iterator[tuple[str, Mask]]:
+    """Yield simple statements about the state, with the samples for which they hold."""
+    v, x = states["velocity"], states["position"]
+    ways = (("both directions", np.ones(len(v), bool)), ("extending", v > 0.0),
+            ("retracting", v < 0.0))  # fmt: skip
+    for level in _levels(np.abs(v), 1e3):
+        for way, moving in ways:
+            yield f"|v| < {level:g} mm/s, {way}", (np.abs(v) < level * 1e-3) & moving
+            yield f"|v| > {level:g} mm/s, {way}", (np.abs(v) > level * 1e-3) & moving
+    places = _levels(x, 1e3)
+    for i, low in enumerate(places):
+        yield f"x < {low:g} mm", x < low * 1e-3
+        yield f"x > {low:g} mm", x > low * 1e-3
+        for high in places[i + 1 :]:
+            yield f"{low:g} mm < x < {high:g} mm", (x > low * 1e-3) & (x < high * 1e-3)
+    for name, label, scale in (
+        ("spool position", "mA", 1e3), ("pressure a", "bar", 1e-5), ("pressure b", "bar", 1e-5),
+        ("pressure difference", "bar", 1e-5),
+    ):  # fmt: skip
+        for level in _levels(states[name], scale):
+            yield f"{name} < {level:g} {label}", states[name] * scale < level
+            yield f"{name} > {level:g} {label}", states[name] * scale > level
+
+
+def _levels(values: Array, scale: float) -> list[float]:
+    """Return levels at the quantiles of some values, with two digits."""
+    found = np.quantile(values * scale, SMALL)
+    return sorted({float(f"{v:.2g}") for v in found})

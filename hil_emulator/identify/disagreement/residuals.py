@@ -1,0 +1,263 @@
+"""What each balance lacks, moment by moment, and its map over what it may depend on.
+
+The estimate is a smoothed one: a term that changes within 10 ms is pulled towards zero, so a map
+shows a little less than the whole. Each balance is taken as if it alone were wrong.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.naming.blocks import SUPPLY, Balance, BlockScore
+from hil_emulator.identify.naming.fit import Fit, prior_rows
+from hil_emulator.identify.naming.scan import Projection
+from hil_emulator.identify.prediction.observer import Frozen, Observer
+from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.probes import PROBES
+from hil_emulator.identify.prediction.static import Measured
+from hil_emulator.identify.prediction.twin import Coordinate
+
+STRONG = 0.03
+"""Standard deviation of a term over the largest force, flow, current or pressure (assumed)."""
+
+LASTING = 0.01
+"""Time over which a term is correlated [s] (assumed)."""
+
+DISTINCT = 0.01
+"""Part of the best shown direction of a curve from which on it is not an ordinary parameter's."""
+
+LONGEST = 20_000
+"""Samples of the experiments that go into a map."""
+
+BINS = 25
+
+FEWEST = 10
+"""Samples in a bin below which nothing is drawn."""
+
+SHOWN = {"m^3/s": (6e4, "l/min"), "m/s": (1e3, "mm/s"), "m": (1e3, "mm"), "Pa": (1e-5, "bar"),
+         "A": (1e3, "mA"), "N": (1.0, "N"), "s": (1.0, "s")}  # fmt: skip
+"""Factor and unit for people, by SI unit."""
+
+DRIVER_UNITS = {
+    "valve current": "A", "spool position": "A", "time": "s", "pressure a": "Pa",
+    "pressure b": "Pa", "pressure difference": "Pa", "position": "m", "velocity": "m/s",
+    "position with the sign of velocity": "m", "supply flow": "m^3/s",
+    "pressure difference with the sign of velocity": "Pa",
+    "pressure sum with the sign of velocity": "Pa",
+}  # fmt: skip
+"""SI unit of the drivers that are shown in a unit."""
+
+
+@dataclass(frozen=True)
+class Binned:
+    """A residual over a driver: median, and quantiles of 16 and 84 % in each bin."""
+
+    middle: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True)
+class Map:
+    """What one balance lacks over one driver, in units for people.
+
+    Attributes:
+        balance: which.
+        driver: over what.
+        unit: of the residual.
+        driver_unit: of the driver.
+        centres: of the bins.
+        before: with the configured model.
+        after: with what was found.
+        frequency: of the spectra [Hz]; empty where samples are irregular.
+        spectra: density before and after [unit/Hz^0.5].
+        loop: how far the residual before differs between a rising and a falling driver, over its
+            size; near one for hysteresis.
+
+    """
+
+    balance: str
+    driver: str
+    unit: str
+    driver_unit: str
+    centres: Array
+    before: Binned
+    after: Binned
+    frequency: Array
+    spectra: tuple[Array, Array]
+    loop: float
+
+
+def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what: Balance) -> Array:
+    """Return what a balance lacks along one experiment, in the balance's unit.
+
+    Args:
+        predictor: sees the experiment.
+        frozen: what the predictor's `freeze` returned.
+        par: the plant's parameters.
+        chan: the transducers' parameters.
+        what: a balance with probes, or the supply pressure.
+
+    """
+    residual, _ = predictor.innovations(frozen, par, chan)
+    if isinstance(frozen, Measured):
+        return np.asarray(np.where(frozen.present, -residual[:, 0] / frozen.weights[0], np.nan))
+    assert isinstance(frozen, Frozen)
+    assert isinstance(predictor, Observer)
+    drives, feeds = _entries(frozen, what)
+    feeds = np.where(np.isfinite(frozen.measured), feeds, 0.0)
+    decay = float(np.exp(-frozen.experiment.period / LASTING))
+    size = STRONG * _largest(predictor, frozen, par, what)
+    term = np.zeros(len(residual))
+    predictor.twin.loops.smooth(
+        frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, frozen.weights,
+        residual, decay, size**2, term,
+    )  # fmt: skip
+    return term
+
+
+def _entries(frozen: Frozen, what: Balance) -> tuple[Array, Array]:
+    """Return what a term in a balance adds to the next z and the next reading."""
+    if what is SUPPLY:
+        return (np.ascontiguousarray(frozen.maps[:, :, -1]),
+                np.ascontiguousarray(frozen.senses[:, :, -1]))  # fmt: skip
+    weights = np.zeros(len(PROBES))
+    for name, weight in what.probes:
+        weights[[p.name for p in PROBES].index(name)] = weight
+    return np.asarray(frozen.drives @ weights), np.asarray(frozen.feeds @ weights)
+
+
+def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> float:
+    """Return the largest force, flow, current or pressure in a balance."""
+    p = dict(zip(observer.twin.kernel.parameters.names or (), par.tolist(), strict=True))
+    top = float(np.nanmax(np.abs(frozen.experiment.current), initial=1e-6))
+    largest: dict[str, float] = {
+        "N": p["cylinder_piston_area"] * p["supply_pressure"],
+        "m^3/s": p["valve_gain"] * top * float(np.sqrt(p["supply_pressure"] / 2.0)),
+        "A": top, "Pa": p["supply_pressure"],
+    }  # fmt: skip
+    return largest[what.unit]
+
+
+def simplest(fit: Fit, block: BlockScore) -> Array:
+    """Return the smallest curve that explains what a block explains, in the balance's unit.
+
+    Part of a curve may be what an ordinary parameter does as well: a constant friction, say. The
+    parameter takes that part.
+    """
+    project = Projection(fit)
+    columns = np.column_stack([project(c) for c in block.columns.T])
+    values, vectors = np.linalg.eigh(columns.T @ columns)
+    keep = values > DISTINCT * max(values[-1], 1e-30)
+    slope = vectors[:, keep].T @ (columns.T @ project.residual)
+    return np.asarray(-vectors[:, keep] @ (slope / values[keep]) * block.balance.scale)
+
+
+def beside(fit: Fit, block: BlockScore) -> Fit:
+    """Return a fit with its parameters moved to where they go when a block's term joins them.
+
+    Without the term they have taken over part of it: what a balance lacks then shows too little.
+    """
+    weights = prior_rows(fit.coordinates)
+    normal = fit.jacobian.T @ fit.jacobian + np.diag(weights**2)
+    pull = fit.jacobian.T @ (block.columns @ (simplest(fit, block) / block.balance.scale))
+    moved = fit.at - np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ pull
+    bounds = np.array([c.bounds for c in fit.coordinates]).reshape(-1, 2)
+    return replace(fit, at=np.clip(moved, bounds[:, 0], bounds[:, 1]))
+
+
+def bare(fit: Fit, effects: Sequence[Coordinate]) -> Fit:
+    """Return a fit without some effects, everything else as it is."""
+    names = {c.name for c in effects}
+    kept = [i for i, c in enumerate(fit.coordinates) if c.name not in names]
+    free = [fit.coordinates[i] for i in kept]
+    return replace(fit, coordinates=free, at=fit.at[kept], jacobian=fit.jacobian[:, kept])
+
+
+def draw(
+    predictor: Predictor, before: Fit, after: Fit, block: BlockScore,
+    experiments: Sequence[Experiment],
+) -> Map:  # fmt: skip
+    """Return what a block's balance lacks over its driver, with both models.
+
+    Args:
+        predictor: sees the experiments.
+        before: the model without what was found, its other parameters where they belong.
+        after: the final model.
+        block: balance and driver.
+        experiments: the first of them are drawn.
+
+    """
+    chosen = _first(experiments)
+    old = _along(predictor, before, chosen, block)
+    new = _along(predictor, after, chosen, block)
+    return _map(block, chosen[0].period, old, new)
+
+
+def _first(experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Return the first experiments, as many as a map takes."""
+    ends = np.cumsum([e.samples for e in experiments])
+    return [e for e, end in zip(experiments, ends, strict=True) if end <= max(LONGEST, ends[0])]
+
+
+def _along(
+    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], block: BlockScore
+) -> tuple[Array, Array]:
+    """Return driver and residual, all experiments in a row."""
+    par, chan = predictor.twin.memory(fit.coordinates, fit.at)
+    values, residuals = [], []
+    for experiment in experiments:
+        frozen = predictor.freeze(experiment, par, chan)
+        predictor.weigh(frozen, par, chan)
+        track = predictor.innovations(frozen, par, chan, track=True)[1]
+        values.append(predictor.drivers(frozen, track)[block.driver])
+        residuals.append(lacking(predictor, frozen, par, chan, block.balance))
+    return np.concatenate(values), np.concatenate(residuals)
+
+
+def _map(
+    block: BlockScore, period: float, before: tuple[Array, Array], after: tuple[Array, Array]
+) -> Map:
+    balance, driver = block.balance, block.driver
+    factor, unit = SHOWN[balance.unit]
+    driver_factor, driver_unit = SHOWN.get(DRIVER_UNITS.get(driver, ""), (1.0, "SI"))
+    ends = np.quantile(before[0], (0.005, 0.995))
+    edges = np.linspace(ends[0], ends[1], BINS + 1)
+    centres = 0.5 * (edges[:-1] + edges[1:]) * driver_factor
+    one, two = (_binned(d, r * factor, edges) for d, r in (before, after))
+    frequency, spectrum = _spectrum(before[1] * factor, period)
+    spectra = (spectrum, _spectrum(after[1] * factor, period)[1])
+    loop = _loop(*before, edges)
+    return Map(balance.name, driver, unit, driver_unit, centres, one, two, frequency, spectra, loop)
+
+
+def _loop(driver: Array, residual: Array, edges: Array) -> float:
+    """Return the width of the loop of a residual over its driver, over its size."""
+    rising = np.gradient(driver) > 0.0
+    up, down = (_binned(driver[m], residual[m], edges).middle for m in (rising, ~rising))
+    both = np.isfinite(up) & np.isfinite(down)
+    if not both.any():
+        return 0.0
+    size = float(np.sqrt(np.mean((0.5 * (up + down)[both]) ** 2)))
+    return float(np.sqrt(np.mean((0.5 * (up - down)[both]) ** 2))) / max(size, 1e-300)
+
+
+def _binned(driver: Array, residual: Array, edges: Array) -> Binned:
+    inside = np.digitize(driver, edges) - 1
+    found = np.full((3, BINS), np.nan)
+    for b in range(BINS):
+        here = residual[(inside == b) & np.isfinite(residual)]
+        if len(here) >= FEWEST:
+            found[:, b] = np.quantile(here, (0.5, 0.16, 0.84))
+    return Binned(*found)
+
+
+def _spectrum(residual: Array, period: float) -> tuple[Array, Array]:
+    """Return frequencies and the density of a residual, averaged over half-second pieces."""
+    from scipy.signal import welch
+
+    good = np.nan_to_num(residual)
+    frequency, power = welch(good, 1.0 / period, nperseg=min(len(good), round(0.5 / period)))
+    return np.asarray(frequency[1:]), np.asarray(np.sqrt(power[1:]))

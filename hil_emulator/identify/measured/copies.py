@@ -1,0 +1,80 @@
+"""Experiments that share their noise: runs of an emulator with one seed, or one run given twice.
+
+Noise that returns is no second witness: what fits it in one experiment fits it in all of them, the
+held-out ones among them. Such experiments count together as one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.experiment import Array, Experiment
+
+SAME = 0.5
+"""Correlation of two channels' noise from which it is the same: by chance it is a tenth."""
+
+NEAR = 8
+"""Samples around the best offset in which sixth differences of one noise still agree."""
+
+FEWEST = 200
+"""Samples from which noise can be compared."""
+
+
+def counted(
+    training: Sequence[Experiment], validation: Sequence[Experiment]
+) -> tuple[list[Experiment], list[Experiment]]:
+    """Return experiments that know how many share their noise, and say so.
+
+    Raises:
+        UserError: if one file is given twice.
+
+    """
+    every = [*training, *validation]
+    for i, e in enumerate(every):
+        if e.digest and e.digest in [other.digest for other in every[:i]]:
+            raise UserError(f"{e.name}: given twice; held-out data must be another experiment")
+    noises = [_noises(e) for e in every]
+    found = []
+    for i, e in enumerate(every):
+        twins = [every[j].name for j in range(len(every)) if j != i and _same(noises[i], noises[j])]
+        if twins:
+            note = (
+                f"the noise is that of {', '.join(twins)}: an emulator with the same seed; "
+                "together they count as one experiment"
+            )
+            e = replace(e, copies=1 + len(twins), notes=(*e.notes, note))
+        found.append(e)
+    return found[: len(training)], found[len(training) :]
+
+
+def _noises(e: Experiment) -> dict[str, Array]:
+    """Return the noise of each channel that is measured throughout."""
+    return {
+        name: np.diff(values, 6)
+        for name, values in e.readings.items()
+        if len(values) >= FEWEST and np.isfinite(values).all()
+    }
+
+
+def _same(a: dict[str, Array], b: dict[str, Array]) -> bool:
+    """Tell whether any channel has the same noise in both, whenever each of them began."""
+    return any(_likeness(a[name], b[name]) > SAME for name in a.keys() & b.keys())
+
+
+def _likeness(a: Array, b: Array) -> float:
+    """Return the correlation of two stretches of noise at the one offset where they agree.
+
+    Signs alone: a jump of the signal would outweigh all noise. What agrees at several offsets is a
+    hum, and no noise.
+    """
+    one, other = (np.sign(x - np.median(x)) for x in (a, b))
+    size = 2 ** int(np.ceil(np.log2(len(one) + len(other))))
+    product = np.fft.irfft(np.fft.rfft(one, size) * np.conj(np.fft.rfft(other, size)), size)
+    peak = int(np.argmax(product))
+    around = np.abs(np.arange(size) - peak)
+    elsewhere = float(np.max(product[np.minimum(around, size - around) > NEAR]))
+    if elsewhere > 0.5 * product[peak]:
+        return 0.0
+    return float(product[peak]) / min(len(one), len(other))

@@ -1,0 +1,99 @@
+"""From recordings to experiments: one time grid, and an account of what was wrong with it."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.identify.measured import grid
+from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment
+from hil_emulator.identify.measured.reading import SET_POINT, Recording, read
+
+DEAD = 1e-9
+"""Change of a channel over its span below which it shows nothing."""
+
+STUCK = 0.05
+"""Part of the samples at one extreme value that looks like a saturated channel."""
+
+BEYOND = 3.0
+"""Spans beyond which a reading has hardly the unit that its column states (assumed)."""
+
+
+def load_experiments(
+    files: Sequence[Path], names: Mapping[str, str] | None = None
+) -> list[Experiment]:
+    """Read experiments.
+
+    Args:
+        files: tables in a format of `formats`.
+        names: channel by the name that the files have for it, where they differ.
+
+    Raises:
+        UserError: if a file cannot be used.
+
+    """
+    return [experiment(read(file, names)) for file in files]
+
+
+def experiment(recording: Recording) -> Experiment:
+    """Bring a recording to a uniform grid and report what was found.
+
+    Raises:
+        UserError: if there are too few samples, or two clocks.
+
+    """
+    notes: list[str] = list(recording.notes)
+    if recording.ignored:
+        notes.append(f"ignored columns: {_some(recording.ignored)}")
+    series = grid.ordered(recording.series, notes)
+    period, columns = grid.uniform(str(recording.file), series, notes)
+    current = columns.pop(SET_POINT, np.zeros(0))
+    if len(current) and recording.set_point_first:
+        current = np.append(current[1:], current[-1])
+    current, columns = _held(current, columns, notes)
+    _inspect(columns, notes)
+    readings = {n: v for n, v in columns.items() if np.isfinite(v).any()}
+    return Experiment(
+        recording.file.name, period, current, readings, tuple(notes), recording.digest
+    )
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 8} more" if len(names) > 8 else ""
+    return ", ".join(names[:8]) + more
+
+
+def _held(
+    current: Array, columns: dict[str, Array], notes: list[str]
+) -> tuple[Array, dict[str, Array]]:
+    """Return a set point without holes, from its first value on: it holds until the next one."""
+    good = np.isfinite(current)
+    if good.all() or not good.any():
+        return (current if good.any() else np.zeros(0)), columns
+    first = int(np.argmax(good))
+    if first:
+        notes.append(f"the first {first} samples came before any {SET_POINT}; left out")
+        current, good = current[first:], good[first:]
+        columns = {n: v[first:] for n, v in columns.items()}
+    if not good.all():
+        notes.append(f"{SET_POINT}: {int(np.sum(~good))} missing values were held")
+    last = np.maximum.accumulate(np.where(good, np.arange(len(current)), 0))
+    return np.asarray(current[last]), columns
+
+
+def _inspect(columns: dict[str, Array], notes: list[str]) -> None:
+    """Report dead, stuck and implausible channels; drop the dead ones."""
+    for name in list(columns):
+        values = columns[name][np.isfinite(columns[name])]
+        if not len(values):
+            continue
+        spread = float(np.ptp(values))
+        if spread < DEAD * SPANS[name]:
+            notes.append(f"{name}: constant at {values[0]:.6g}; the channel is dead, not used")
+            del columns[name]
+            continue
+        if np.median(np.abs(values)) > BEYOND * SPANS[name]:
+            notes.append(f"{name}: far beyond a usual range; is its unit right?")
+        top, bottom = np.mean(values == values.max()), np.mean(values == values.min())
+        if max(top, bottom) > STUCK and len(np.unique(values)) > 20:
+            notes.append(f"{name}: {100 * max(top, bottom):.0f} % at one extreme; saturated?")

@@ -1,0 +1,80 @@
+"""ASAM MDF (versions 3 and 4): channels with units, each group with a time base of its own."""
+
+import contextlib
+import gc
+import html
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.formats.table import Column, Table, label, module
+
+OWN_MARK = '"hil-emulator"'
+"""What stands in the header of a file that the emulator has written."""
+
+_BEGINNINGS = (b"MDF     ", b"UnFinMF ")
+_SMALLEST = 168  # bytes of identification and header block of version 4
+
+
+def read(file: Path) -> Table:
+    """Read every channel of one number per sample.
+
+    Values are physical ones, after the file's own conversions; samples that the file marks as
+    invalid are missing.
+
+    Raises:
+        UserError: if it is no such file, or asammdf is not installed.
+
+    """
+    asammdf = module("asammdf", file)
+    with file.open("rb") as stream:  # asammdf itself stumbles over what is no MDF at all
+        begins = stream.read(_SMALLEST)
+    if len(begins) < _SMALLEST or not begins.startswith(_BEGINNINGS):
+        raise UserError(f"{file}: is not an MDF file")
+    trouble = ""
+    with _silent_ends():
+        try:
+            with asammdf.MDF(file) as mdf:
+                columns = tuple(c for g, _ in enumerate(mdf.groups) for c in _group(mdf, g))
+                own = OWN_MARK in html.unescape(str(mdf.header.comment))  # within XML
+        except Exception as error:  # asammdf answers a damaged file with many kinds of exception
+            trouble = str(error).partition("\n")[0] or type(error).__name__
+        if trouble:
+            gc.collect()  # while nobody hears it
+    if trouble:
+        raise UserError(f"{file}: is not a readable MDF file: {trouble}")
+    return Table(columns, set_point_first=own)
+
+
+@contextlib.contextmanager
+def _silent_ends() -> Iterator[None]:
+    """Keep quiet about objects that fail as they end: asammdf's do after a damaged file."""
+    usual, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        yield
+    finally:
+        sys.unraisablehook = usual
+
+
+def _group(mdf: Any, group: int) -> list[Column]:
+    found = []
+    master = mdf.masters_db.get(group)
+    time: Any = None
+    for index, channel in enumerate(mdf.groups[group].channels):
+        if index == master:
+            continue
+        signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
+        if signal.samples.ndim != 1 or signal.samples.dtype.kind not in "iufb":
+            continue
+        values = signal.samples.astype(np.float64)
+        if signal.invalidation_bits is not None:
+            values[np.asarray(signal.invalidation_bits, bool)] = np.nan
+        if time is None:  # one object for the group: its channels share their clock
+            time = np.asarray(signal.timestamps, np.float64)
+        name, unit = label(channel.name)
+        found.append(Column(name, str(signal.unit or "").strip() or unit, values, time))
+    return found

@@ -1,0 +1,28 @@
+"""The emulator's own recordings in numpy's format."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.formats.table import Column, Table
+
+
+def read(file: Path) -> Table:
+    """Read a recording that `run --record` or `convert` has written.
+
+    Raises:
+        UserError: if it is something else.
+
+    """
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            units = dict(archive["units"].tolist())
+            columns = tuple(
+                Column(name, unit or "1", archive[name].astype(np.float64))
+                for name, unit in units.items()
+                if name in archive.files
+            )
+    except (OSError, ValueError, KeyError, EOFError) as error:
+        raise UserError(f"{file}: is not a recording of the emulator: {error}") from None
+    return Table(columns, set_point_first=True)

@@ -1,0 +1,201 @@
+"""Read recorded experiments: columns with names and units become channels in SI units."""
+
+import difflib
+import hashlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.measured import formats
+from hil_emulator.identify.measured.experiment import UNITS, Array
+from hil_emulator.identify.measured.formats.table import Column, Table
+from hil_emulator.units import factor
+
+MODEL_PREFIX = "model."
+"""Columns that the emulator knows of itself and no sensor reports: never read."""
+
+SET_POINT = "valve_current"
+
+TIME = "time"
+
+KNOWN = {TIME: "s", SET_POINT: "A", **UNITS}
+"""Columns that identification uses, with their SI units."""
+
+CLOCK_SLIP = 1e-3
+"""How far two columns of time may drift apart within a recording [s]: one sample at 1 kHz."""
+
+_CLOCK = re.compile(r"(^|[ _.-])(time|t|timestamp|clock)([ _.-]|$)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Series:
+    """Values over time, in SI units; channels of one clock hold the same array of times."""
+
+    time: Array
+    values: Array
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a file holds, in SI units.
+
+    Attributes:
+        file: where it comes from.
+        series: by channel, NaN where a value is missing.
+        digest: digest of the file.
+        set_point_first: see `formats.table.Table`.
+        ignored: columns that identification does not know.
+        notes: what was found while reading.
+
+    """
+
+    file: Path
+    series: dict[str, Series]
+    digest: str
+    set_point_first: bool
+    ignored: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+def read(file: Path, names: Mapping[str, str] | None = None) -> Recording:
+    """Read a recording in one of the formats of `formats`.
+
+    Args:
+        file: the file.
+        names: channel by the name that the file has for it, where they differ.
+
+    Raises:
+        UserError: if the file is missing, damaged, or without a usable column.
+
+    """
+    digest = digest_of(file)
+    return recording(file, formats.read(file), digest, names)
+
+
+def digest_of(file: Path) -> str:
+    """Return a digest of a file's content.
+
+    Raises:
+        UserError: if it cannot be read.
+
+    """
+    try:
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()[:16]
+    except OSError as error:
+        raise UserError(f"{file}: cannot be read: {error.strerror}; name a recording") from None
+
+
+def recording(
+    file: Path, table: Table, digest: str, names: Mapping[str, str] | None = None
+) -> Recording:
+    """Turn a table into channels.
+
+    Raises:
+        UserError: if a name, a unit or the time is missing or wrong.
+
+    """
+    columns = _renamed(file, table.columns, names or {})
+    usable = [c for c in columns if c.name in KNOWN]
+    known = [c.name for c in usable]
+    if len(set(known)) < len(known):
+        twice = sorted({n for n in known if known.count(n) > 1})
+        raise UserError(f"{file}: more than one column is called {', '.join(twice)}; keep one")
+    si = {c.name: c.values * _factor(file, c) for c in usable}
+    common = si.pop(TIME, None)
+    series = {}
+    for column in usable:
+        if column.name == TIME:
+            continue
+        time = common if column.time is None else column.time
+        if time is None:
+            raise UserError(f'{file}: no column "time [s]"; its columns are {_listed(columns)}')
+        series[column.name] = Series(time, si[column.name])
+    if not series:
+        raise UserError(_no_channel(file, columns))
+    notes = [*table.notes, *_other_clocks(file, columns, common)]
+    ignored = [c.name for c in columns if c.name not in KNOWN
+               and not c.name.startswith(MODEL_PREFIX)]  # fmt: skip
+    return Recording(file, series, digest, table.set_point_first, tuple(ignored), tuple(notes))
+
+
+def _renamed(
+    file: Path, columns: tuple[Column, ...], names: Mapping[str, str]
+) -> tuple[Column, ...]:
+    for theirs, ours in names.items():
+        if ours not in KNOWN:
+            raise UserError(f"--channel {ours}={theirs}: no channel is called {ours}; known are "
+                            f"{', '.join(KNOWN)}")  # fmt: skip
+        if theirs not in [c.name for c in columns]:
+            raise UserError(f"{file}: no column is called {theirs}; its columns are "
+                            f"{_listed(columns)}")  # fmt: skip
+    return tuple(Column(names.get(c.name, c.name), c.unit, c.values, c.time) for c in columns)
+
+
+def _factor(file: Path, column: Column) -> float:
+    if column.unit is None:
+        raise UserError(
+            f'{file}: column "{column.name}" has no unit; write it as '
+            f'"{column.name} [{KNOWN[column.name]}]"'
+        )
+    try:
+        return factor(KNOWN[column.name], column.unit)
+    except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
+        raise UserError(
+            f'{file}: column "{column.name} [{column.unit}]": a unit of {KNOWN[column.name]} '
+            "is wanted"
+        ) from None
+
+
+def _no_channel(file: Path, columns: tuple[Column, ...]) -> str:
+    others = [c.name for c in columns if c.name != TIME]
+    near = [m for n in others for m in difflib.get_close_matches(n, KNOWN, n=1) if m != TIME]
+    hint = f"; did you mean {near[0]}" if near else ""
+    return (
+        f"{file}: no known channel among {_listed(columns)}; known are {', '.join(KNOWN)}{hint}; "
+        "rename a column, or tell its meaning with --channel position=NAME"
+    )
+
+
+def _listed(columns: tuple[Column, ...]) -> str:
+    names = [c.name for c in columns]
+    more = f" and {len(names) - 20} more" if len(names) > 20 else ""
+    return ", ".join(names[:20]) + more
+
+
+def _other_clocks(file: Path, columns: tuple[Column, ...], common: Array | None) -> list[str]:
+    """Refuse a second column of time that does not keep step with the first.
+
+    Which channels belong to which clock, the file does not say.
+    """
+    notes = []
+    for column in columns:
+        if column.name in KNOWN or common is None or not _tells_time(column):
+            continue
+        own = column.values * factor("s", column.unit or "s")
+        good = np.isfinite(own) & np.isfinite(common)
+        if good.sum() < 2:
+            continue
+        apart = (own - common)[good]
+        if np.ptp(apart) > CLOCK_SLIP:
+            raise UserError(
+                f'{file}: two clocks: "{column.name}" and "{TIME}" drift apart by '
+                f"{np.ptp(apart) * 1e3:.3g} ms; put all channels on one clock, or keep the "
+                f'channels of one and remove the column "{column.name}"'
+            )
+        notes.append(f"{column.name} keeps step with {TIME}, {np.median(apart):.6g} s apart")
+    return notes
+
+
+def _tells_time(column: Column) -> bool:
+    if not _CLOCK.search(column.name):
+        return False
+    try:
+        factor("s", column.unit or "s")
+    except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
+        return False
+    return True

@@ -1,0 +1,1 @@
+"""Which effect is missing: fit, scan, contest, gate, and what no effect explains."""

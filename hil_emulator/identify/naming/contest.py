@@ -1,0 +1,152 @@
+"""Joint refits of the likeliest candidates, and which of them comes first."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.identify.naming import gate
+from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.scan import Projection, Score
+from hil_emulator.identify.prediction.twin import Coordinate
+
+REFITS = 5
+"""Iterations of a joint refit, before it is asked whether more are worth while."""
+
+MORE = 4
+"""Most times that it goes on."""
+
+WORTH = 0.01
+"""Part of the gain so far that these iterations must have added for it to go on (assumed)."""
+
+PROMISING = 0.2
+"""Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
+
+CONTENDERS = 0.75
+"""Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
+
+NEAR = 0.9
+"""Of effects that gain at least this part of the best on held-out data, the one with the fewest
+assumed shape parameters is named (assumed)."""
+
+
+@dataclass
+class Trial:
+    """One candidate, refitted.
+
+    Attributes:
+        score: from the scan.
+        fit: with the effect's knob last, and before it what else its law holds.
+        evidence: for and against it.
+        deviation: standard deviation of the knob's coordinate, serial correlation counted.
+
+    """
+
+    score: Score
+    fit: Fit
+    evidence: gate.Evidence
+    deviation: float
+
+
+class Contest:
+    """Refits candidates together with everything that is in the model.
+
+    Args:
+        fitter: with the training data frozen.
+        base: the fit without any of them.
+        held: frozen validation data.
+
+    """
+
+    def __init__(self, fitter: Fitter, base: Fit, held: Sequence[Any]) -> None:
+        self._fitter, self._base, self._held = fitter, base, held
+        self._needed = gate.needed_gain(len(base.residual))
+
+    def enter(self, likely: Sequence[Score]) -> list[Trial]:
+        """Refit candidates, all roughly and the better ones to the end; the best comes first."""
+        rough = [self._rough(score) for score in likely]
+        gains = [self._base.chi2 - fit.chi2 for fit in rough]
+        level = max([self._needed, *(PROMISING * gain for gain in gains)])
+        fits = [
+            self._complete(fit, score.coordinate) if gain > level else fit
+            for fit, score, gain in zip(rough, likely, gains, strict=True)
+        ]
+        return ranked([self._weighed(s, f) for s, f in zip(likely, fits, strict=True)])
+
+    def _rough(self, score: Score) -> Fit:
+        base = self._base
+        free = [*base.coordinates, score.coordinate]
+        at = np.append(base.at + score.estimate * score.response, score.estimate)
+        slopes = np.column_stack([base.jacobian, score.slope])
+        return self._fitter.fit(free, at, 2, jacobian=slopes)
+
+    def _complete(self, fit: Fit, coordinate: Coordinate) -> Fit:
+        """Refit with all that the effect's law holds: what is usual need not be what is there."""
+        fit = self._converged(fit)
+        shapes = self._fitter.predictor.twin.shapes(coordinate)
+        if not shapes:
+            return fit
+        free = [*fit.coordinates[:-1], *shapes, fit.coordinates[-1]]
+        last = len(fit.at) - 1
+        at = np.insert(fit.at, last, np.zeros(len(shapes)))
+        columns = [
+            self._fitter.column(free, at, fit.residual, last + i) for i in range(len(shapes))
+        ]
+        slopes = np.insert(fit.jacobian, [last], np.column_stack(columns), axis=1)
+        return self._converged(Fit(free, at, fit.residual, slopes, fit.chi2))
+
+    def _converged(self, fit: Fit) -> Fit:
+        for _ in range(MORE):
+            before = fit.chi2
+            fit = self._fitter.fit(fit.coordinates, fit.at, REFITS, jacobian=fit.jacobian)
+            if before - fit.chi2 < WORTH * max(self._base.chi2 - fit.chi2, self._needed):
+                break
+        return fit
+
+    def _weighed(self, score: Score, fit: Fit) -> Trial:
+        base, last = self._base, len(fit.at) - 1
+        slopes = fit.jacobian[:, :-1]
+        project = Projection(Fit(fit.coordinates[:-1], fit.at[:-1], fit.residual, slopes, 0.0))
+        fresh = self._fitter.column(fit.coordinates, fit.at, fit.residual, last)
+        projected = project(fresh)[: len(fit.residual)]
+        variance = gate.robust_variance(projected, fit.residual, self._fitter.stretch)
+        held_out, expected = float("nan"), 0.0
+        if self._held:
+            before = self._fitter.residual(base.coordinates, base.at, self._held)
+            after = self._fitter.residual(fit.coordinates, fit.at, self._held)
+            held_out = float(before @ before - after @ after)
+            expected = float((after - before) @ (after - before))
+        evidence = gate.Evidence(
+            base.chi2 - fit.chi2,
+            float(fit.at[-1] ** 2 / variance),
+            held_out,
+            self._needed,
+            expected,
+        )
+        return Trial(score, fit, evidence, float(np.sqrt(variance)))
+
+
+def ranked(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the candidates in the order of what they explain.
+
+    Where several explain the training data about equally well, held-out data decide: a law that
+    holds elsewhere beats one that bends to its data.
+    """
+    by_gain = sorted(trials, key=lambda t: -t.evidence.gain)
+    if not by_gain:
+        return by_gain
+    level = CONTENDERS * by_gain[0].evidence.gain
+    contenders = [t for t in by_gain if t.evidence.gain >= level]
+    if all(np.isfinite(t.evidence.held_out) for t in contenders):
+        contenders.sort(key=lambda t: -t.evidence.held_out)
+        near = NEAR * contenders[0].evidence.held_out
+        equals = [t for t in contenders if t.evidence.held_out >= near]
+        equals.sort(key=lambda t: _assumed(t.score.coordinate))
+        contenders = equals + [t for t in contenders if t.evidence.held_out < near]
+    return contenders + [t for t in by_gain if t.evidence.gain < level]
+
+
+def _assumed(coordinate: Coordinate) -> int:
+    """Return how many shape parameters of an effect are taken on trust."""
+    return len(coordinate.effect.shape) if coordinate.effect else 0

@@ -1,0 +1,72 @@
+"""Whether what remains belongs to the law of an effect that was named already.
+
+A leak that grows with the root of the pressure difference, named as one that grows with the
+pressure difference, leaves a residual in the same balance with the same driver. The next entry of
+the catalogue that resembles this residual would be a wrong name; the right answer is that the law
+of the leak is another one.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.naming.blocks import BlockScore
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.scan import Projection, Score
+
+OWN = 0.6
+"""Part of an effect's trace that a block must reproduce to be where its law lives (assumed)."""
+
+
+def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -> dict[str, str]:
+    """Return, by block, the effect whose law lives there.
+
+    Args:
+        fit: with the effects in it.
+        effects: names of effects in the model.
+        blocks: scored at this fit.
+
+    Returns:
+        {block's title: effect's name}, the effect whose trace the block reproduces best.
+
+    """
+    names = [c.name for c in fit.coordinates]
+    owners: dict[str, tuple[float, str]] = {}
+    for block in blocks:
+        basis = np.linalg.qr(block.columns)[0]
+        for effect in effects:
+            trace = fit.jacobian[:, names.index(effect)]
+            power = float(trace @ trace)
+            share = float(np.sum((basis.T @ trace) ** 2)) / power if power > 0.0 else 0.0
+            if share > max(OWN, owners.get(block.title, (0.0, ""))[0]):
+                owners[block.title] = (share, effect)
+    return {title: effect for title, (_, effect) in owners.items()}
+
+
+def beyond(score: Score, blocks: Sequence[BlockScore], fit: Fit) -> float:
+    """Return the gain of a candidate that no correction of the given blocks could have.
+
+    Args:
+        score: of the candidate at this fit.
+        blocks: terms that are free to take any shape.
+        fit: the fit without the candidate.
+
+    """
+    project = Projection(fit)
+    columns = np.column_stack([project(c) for b in blocks for c in b.columns.T])
+    basis = _orthonormal(columns)
+    own = score.column.astype(np.float64)
+    rest = own - basis @ (basis.T @ own)
+    information = float(rest @ rest)
+    if information < 1e-6 * score.information:
+        return 0.0
+    return float(rest @ project.residual) ** 2 / information
+
+
+def _orthonormal(columns: Array) -> Array:
+    """Return a basis of the columns without directions that they hardly have."""
+    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
+    values, vectors = np.linalg.eigh((columns / scale).T @ (columns / scale))
+    keep = values > 1e-4 * values[-1]
+    return np.asarray((columns / scale) @ (vectors[:, keep] / np.sqrt(values[keep])))

@@ -1,0 +1,96 @@
+"""What a name must pass: gain, robust against serial correlation, and on data not used."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+
+SMALLEST_GAIN = 10.0
+"""Added to the logarithm of the number of residuals."""
+
+SMALLEST_WALD = 16.0
+"""Healthy plants with coloured and threefold noise stay below 13."""
+
+CONFIRMED_WALD = 9.0
+"""The same where held-out data confirm the effect by itself (assumed)."""
+
+SMALLEST_HELD_OUT = 5.0
+"""Gain in chi-square on data that took no part in the fit."""
+
+
+CONFIRMED = 0.25
+"""Part of the gain which an effect of the estimated size would have on held-out data, that it must
+have there (assumed)."""
+
+WELL_CONFIRMED = 0.5
+"""The same to count as a confirmation by itself (assumed)."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """For and against one candidate.
+
+    Attributes:
+        gain: gain in chi-square of the joint refit on the training data.
+        wald: squared estimate over its variance, serial correlation counted.
+        held_out: gain in chi-square on the validation data; NaN without any.
+        needed: gain that is needed.
+        expected: gain on the validation data if the effect has the estimated size there too.
+
+    """
+
+    gain: float
+    wald: float
+    held_out: float
+    needed: float
+    expected: float = 0.0
+
+    @property
+    def passed(self) -> bool:
+        """Whether a name is justified."""
+        return not self.objections
+
+    @property
+    def well_confirmed(self) -> bool:
+        """Whether held-out data show the effect as if they were the only ones."""
+        return self.held_out > max(self.needed, WELL_CONFIRMED * self.expected)
+
+    @property
+    def objections(self) -> list[str]:
+        """What speaks against it, in words."""
+        found = []
+        if self.gain <= self.needed:
+            found.append(f"gain {self.gain:.0f} below {self.needed:.0f}")
+        least = CONFIRMED_WALD if self.well_confirmed else SMALLEST_WALD
+        if self.wald <= least:
+            found.append(f"robust Wald statistic {self.wald:.1f} below {least:.0f}")
+        if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
+            found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
+        elif np.isfinite(self.held_out) and self.held_out < CONFIRMED * self.expected:
+            found.append(f"held-out gain {self.held_out:.0f}, expected {self.expected:.0f}")
+        return found
+
+
+def needed_gain(residuals: int) -> float:
+    """Return the gain in chi-square that a name needs."""
+    return SMALLEST_GAIN + float(np.log(max(residuals, 1)))
+
+
+def robust_variance(column: Array, residual: Array, length: int) -> float:
+    """Return the variance of an estimate, in the presence of serial correlation.
+
+    Args:
+        column: projected derivative of the residual.
+        residual: after the fit.
+        length: residuals in a stretch of 100 ms, within which anything may be correlated.
+
+    """
+    information = float(column @ column)
+    if information <= 0.0:
+        return float("inf")
+    products = column * residual
+    starts = np.arange(0, len(products), max(1, length))
+    stretches = np.add.reduceat(products, starts)
+    scatter = float(np.sum(stretches**2))
+    return max(scatter / information**2, 1.0 / information)

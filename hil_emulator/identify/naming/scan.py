@@ -1,0 +1,160 @@
+"""Score every candidate at once, with what ordinary parameters could explain projected out."""
+
+import heapq
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.naming.fit import Fit, Fitter, prior_rows
+from hil_emulator.identify.prediction.twin import Coordinate
+
+SEEN = 9.0
+"""Least expected gain in chi-square of an effect at its typical size that counts as visible."""
+
+FAR = 10.0
+"""Typical sizes beyond which an estimate from a hardly visible effect is nonsense (assumed)."""
+
+WORTHLESS = 4.0
+"""Expected gain in chi-square below which a candidate is not looked at again."""
+
+KEPT = 0.5
+"""Part of the gain that the linear model expects which the model itself must show (assumed)."""
+
+SIZES = (0.3, 1.0, 3.0)
+"""Typical sizes at which an effect is tried that its slope leads astray (assumed)."""
+
+LOOKS = 30
+"""Most looks at the model itself in one scan."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """What the linearised data say about one candidate.
+
+    Attributes:
+        coordinate: the candidate.
+        statistic: gain in chi-square that the linear model expects.
+        estimate: its linear estimate, in typical sizes.
+        information: squared norm of its projected column: the gain of the effect at typical size.
+        column: derivative of the residual, ordinary parameters projected out.
+        slope: the same, nothing projected out.
+        response: change of the ordinary parameters with the candidate.
+
+    """
+
+    coordinate: Coordinate
+    statistic: float
+    estimate: float
+    information: float
+    column: Array
+    slope: Array
+    response: Array
+
+    @property
+    def visible(self) -> bool:
+        """Whether these data would show the effect at its typical size."""
+        return self.information > SEEN
+
+    @property
+    def sensible(self) -> bool:
+        """Whether the estimate is a size in which the effect occurs, or the data show it well."""
+        return self.visible or abs(self.estimate) < FAR
+
+
+class Projection:
+    """Takes out of a column what the free parameters, within their priors, can explain."""
+
+    def __init__(self, fit: Fit) -> None:
+        self._weights = prior_rows(fit.coordinates)
+        self._jacobian = fit.jacobian
+        normal = fit.jacobian.T @ fit.jacobian + np.diag(self._weights**2)
+        self._scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-12))
+        scaled = normal * np.outer(self._scale, self._scale)
+        self._inverse = np.linalg.pinv(scaled, rcond=1e-10, hermitian=True)
+        self.residual = np.concatenate([fit.residual, self._weights * fit.at])
+
+    def response(self, column: Array) -> Array:
+        """Return what the free parameters do to compensate a unit of the column."""
+        return np.asarray(
+            -self._scale * (self._inverse @ (self._scale * (self._jacobian.T @ column)))
+        )
+
+    def __call__(self, column: Array, response: Array | None = None) -> Array:
+        """Return the projected column, with its part in the prior rows at the end."""
+        moved = self.response(column) if response is None else response
+        return np.concatenate([column + self._jacobian @ moved, self._weights * moved])
+
+
+def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Score]:
+    """Return the candidates' scores, best first."""
+    project = Projection(fit)
+
+    def column(i: int) -> Array:
+        free = [*fit.coordinates, candidates[i]]
+        at = np.append(fit.at, 0.0)
+        return fitter.column(free, at, fit.residual, len(fit.at)).astype(np.float32)
+
+    columns = fitter.map(column, range(len(candidates)))
+    scores = [_score(c, s, project) for c, s in zip(candidates, columns, strict=True)]
+    return sorted(scores, key=lambda s: -s.statistic)
+
+
+def _score(candidate: Coordinate, slope: Array, project: Projection) -> Score:
+    response = project.response(slope)
+    column = project(slope, response)
+    information = float(column @ column)
+    gradient = float(column @ project.residual)
+    low, high = candidate.bounds
+    estimate = float(np.clip(-gradient / information, low, high)) if information > 1e-9 else 0.0
+    gain = -2.0 * estimate * gradient - estimate**2 * information
+    return Score(
+        candidate, max(gain, 0.0), estimate, information, column.astype(np.float32), slope, response
+    )
+
+
+def confirm(fitter: Fitter, fit: Fit, scores: Sequence[Score], wanted: int) -> list[Score]:
+    """Return the best scores that hold where the linear model puts the estimate.
+
+    An effect that bends, or that is far stronger than its typical size, gets a slope that leads
+    nowhere; its slope is then taken as the secant to the estimate, until that holds.
+
+    Args:
+        fitter: with frozen experiments.
+        fit: where the scores were taken.
+        scores: of the linear model.
+        wanted: how many are enough.
+
+    """
+    project = Projection(fit)
+    queue = [(-s.statistic, i, s) for i, s in enumerate(scores) if s.statistic > WORTHLESS]
+    heapq.heapify(queue)
+    found: list[Score] = []
+    sounded: set[int] = set()
+    looks = 0
+    while queue and len(found) < wanted and looks < LOOKS:
+        statistic, i, score = heapq.heappop(queue)
+        at = np.append(fit.at + score.estimate * score.response, score.estimate)
+        free = [*fit.coordinates, score.coordinate]
+        looks += 1
+        if fit.chi2 - fitter.chi2(free, at) >= -KEPT * statistic:
+            found.append(score)
+            continue
+        size = score.estimate if i in sounded else _sounded(fitter, fit, score)
+        sounded.add(i)
+        alone = fitter.residual(free, np.append(fit.at, size))
+        again = _score(score.coordinate, (alone - fit.residual) / size, project)
+        if again.statistic > WORTHLESS and again.sensible:
+            # a secant that promises more than before would be looked at for ever
+            heapq.heappush(queue, (max(-again.statistic, 0.9 * statistic), i, again))
+    return found
+
+
+def _sounded(fitter: Fitter, fit: Fit, score: Score) -> float:
+    """Return the size that explains most of a few: between them an effect may make all worse."""
+    free = [*fit.coordinates, score.coordinate]
+    low, high = score.coordinate.bounds
+    sense = 1.0 if score.estimate > 0.0 else -1.0
+    sizes = [score.estimate, *(s for s in (sense * k for k in SIZES) if low <= s <= high)]
+    return min(sizes, key=lambda size: fitter.chi2(free, np.append(fit.at, size)))

@@ -1,0 +1,1 @@
+"""Experiments: a library of them, which one to run next, and hidden effects to practise on."""

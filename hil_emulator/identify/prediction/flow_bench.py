@@ -1,0 +1,174 @@
+"""A valve alone, with a flow meter: current, pressures at its ports, and the flow through port a.
+
+The model's spool follows the recorded current, and its metering edges see the recorded pressures;
+the rod is locked, and the chambers are so large that no flow changes their pressure. The meter is
+taken as ideal: what it adds of its own shows as an effect of the valve.
+"""
+
+import copy
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment, noise_of
+from hil_emulator.identify.naming.blocks import FLOW_A, Balance, Drivers, drivers
+from hil_emulator.identify.prediction.filter import INPUT_COUNT
+from hil_emulator.identify.prediction.static import Measured
+from hil_emulator.identify.prediction.twin import Coordinate, Twin
+from hil_emulator.identify.prediction.valve_bench import LOCKED
+from hil_emulator.model.layout import fill
+from hil_emulator.model.stages import friction, inertia, stop, transducer
+
+VOLUME = 1e3
+"""Size of a chamber whose pressure no flow of a test changes [m^3]."""
+
+STEP = 1e-4
+"""Integration step [s]: the spool is all that moves (250 Hz, damped)."""
+
+PRIORS = {"valve_gain": 0.10, "valve_natural_frequency": 0.10, "valve_damping_ratio": 0.15}
+"""Relative standard deviations of ordinary parameters (assumed)."""
+
+MEMORY = 0.2
+"""Time over which residuals may be correlated [s] (assumed: a null that drifts)."""
+
+SETTLING = 0.05
+"""Time at the start of an experiment that counts for nothing [s]: the spool settles."""
+
+UNSEEN = ("cross_leakage", "outward_leakage", "oil", "coupling", "play", "load", "load_inertia")
+"""Stages whose effects do not reach the flow at given pressures."""
+
+
+class FlowBench:
+    """Computes the residual of a flow, with the interface of `predictor.Predictor`.
+
+    Args:
+        twin: the model of the whole actuator; it stays as it is.
+
+    """
+
+    measure = "m^3/s"
+    balances: tuple[Balance, ...] = (FLOW_A,)
+
+    def __init__(self, twin: Twin) -> None:
+        self.twin = copy.copy(twin)
+        self.twin.plant_values = twin.plant_values | {
+            "load_mass": LOCKED, "cylinder_dead_volume_a": VOLUME, "cylinder_dead_volume_b": VOLUME,
+        }  # fmt: skip
+        kernel = twin.kernel
+        self.twin.par = fill(kernel.parameters, kernel.effects, self.twin.plant_values)
+        self.channels: tuple[str, ...] = (FLOW,)
+        states, self._flow = list(kernel.state.names or ()), twin.signal_names.index(FLOW)
+        self._ports = [states.index(name) for name in ("pressure_a", "pressure_b")]
+
+    @property
+    def memory(self) -> float:
+        """Time over which residuals may be correlated [s]."""
+        return MEMORY
+
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Measured:
+        """Turn readings into pressures at the ports."""
+        states = np.tile(self.twin.start(par, STEP, None), (experiment.samples, 1))
+        present = np.isfinite(experiment.readings[FLOW])
+        for place, name in zip(self._ports, ("pressure_a", "pressure_b"), strict=True):
+            if name in experiment.readings:
+                values = experiment.readings[name]
+                good = np.isfinite(values)
+                index = np.arange(len(values))
+                states[:, place] = np.interp(index, index[good], values[good])
+                present &= good
+        present[: round(SETTLING / experiment.period)] = False
+        measured = experiment.matrix(self.channels)
+        return Measured(
+            experiment, self.channels, measured, states, np.zeros(len(states)), present, np.ones(1)
+        )
+
+    def innovations(
+        self, frozen: Measured, par: Array, chan: Array, track: bool = False
+    ) -> tuple[Array, Array]:
+        """Return the weighted residual of the flow, shape (samples, 1), and the signals."""
+        path = self._path(frozen, par.copy())
+        residual = np.where(frozen.present, frozen.measured[:, 0] - path[:, self._flow], 0.0)
+        return residual[:, None] * frozen.weights, path
+
+    def _path(self, frozen: Measured, par: Array) -> Array:
+        """Return the model's signals along the recorded current and pressures."""
+        twin, e = self.twin, frozen.experiment
+        tick, count = twin.kernel.tick, frozen.states.shape[1]
+        supply = e.readings.get("supply_pressure", np.full(e.samples, par[twin.supply]))
+        supply = np.where(np.isfinite(supply), supply, par[twin.supply])
+        memory = np.zeros(6 * count)
+        memory[:count] = frozen.states[0]
+        past, inputs = np.full(twin.remembered[0], np.nan), np.zeros(INPUT_COUNT)
+        signals = np.zeros(len(twin.signal_names))
+        path = np.zeros((e.samples, len(signals)))
+        steps = max(1, int(np.ceil(e.period / STEP - 1e-9)))
+        for k in range(e.samples):
+            memory[self._ports] = frozen.states[k, self._ports]
+            par[twin.supply] = supply[k]
+            inputs[0] = e.current[max(0, k - 1)]
+            tick(memory, past, par, inputs, signals, e.period / steps, steps if k else 0)
+            path[k] = signals
+        return path
+
+    def weigh(self, frozen: Measured, par: Array, chan: Array) -> None:
+        """Weigh residuals by their spread and by how few of them are independent."""
+        frozen.weights = np.ones(1)
+        r = self.innovations(frozen, par, chan)[0][frozen.present, 0]
+        spread = max(float(np.std(r)), noise_of(frozen.measured[:, 0]), 1e-12)
+        reach = round(MEMORY / frozen.experiment.period)
+        frozen.weights = np.array([1.0 / (spread * np.sqrt(_together(r, reach)))])
+
+    def drivers(self, frozen: Measured, path: Array) -> Drivers:
+        """Return what a term may depend on."""
+        return drivers(path, self.twin.signal_names, frozen.experiment.period)
+
+    def through(self, frozen: Measured, balance: Balance, term: Array) -> Array:
+        """Return the change of the residual that a term makes."""
+        return np.asarray(np.where(frozen.present, -term, 0.0) * frozen.weights[0])
+
+
+def flow_bench(twin: Twin, experiments: Sequence[Experiment]) -> tuple[FlowBench | None, str]:
+    """Return what predicts a measured flow, or None and the reason.
+
+    Args:
+        twin: the model.
+        experiments: at least one of them has the flow.
+
+    """
+    for e in experiments:
+        lacking = [n for n in (FLOW, "pressure_a") if n not in e.readings]
+        if not len(e.current) or np.ptp(e.current) == 0.0:
+            lacking.append("valve_current")
+        if lacking:
+            return None, f"{e.name} has {FLOW} without {', '.join(lacking)}" if (
+                FLOW in e.readings
+            ) else f"{e.name} has no {FLOW}, which others have"
+    return FlowBench(twin), ""
+
+
+def examinable(candidate: Coordinate) -> bool:
+    """Whether a flow at given pressures can show an effect."""
+    effect = candidate.effect
+    if effect is None or candidate.channel:
+        return False
+    hidden = (transducer, inertia, stop)
+    return all(
+        law.stage not in hidden and law.stage.table != friction.table
+        and law.stage.name not in UNSEEN
+        for law in effect.laws
+    )  # fmt: skip
+
+
+def _together(residual: Array, reach: int) -> float:
+    """Return how many successive residuals count as one, from their correlation."""
+    r = residual - residual.mean()
+    power = float(r @ r)
+    if power <= 0.0 or len(r) < 4:
+        return 1.0
+    total = 1.0
+    for lag in range(1, min(reach, len(r) - 1)):
+        correlation = float(r[lag:] @ r[:-lag]) / power
+        if correlation < 0.05:
+            break
+        total += 2.0 * correlation
+    return min(total, float(reach))

@@ -1,0 +1,123 @@
+"""The predictor's loops bound to one model and compiled, kept for the next start.
+
+The loops take the model's functions as their first arguments. Numba compiles such functions anew
+in every process; a module in which those functions are globals is one that its cache finds again.
+So each loop is written out once more, without those arguments.
+"""
+
+import ast
+import hashlib
+import inspect
+import sys
+import textwrap
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numba
+import numpy as np
+
+from hil_emulator.identify.prediction import filter as predictor
+from hil_emulator.identify.prediction import free_loops, linearised, smoothing, static_forces
+from hil_emulator.model.kernel import Kernel, keep, sources_digest
+
+_MODEL = ("tick", "rate", "sense")
+"""The model's functions that a loop may take."""
+
+_INNER: tuple[Callable[..., Any], ...] = (
+    predictor.advance,
+    linearised.update,
+    smoothing.observe,
+    smoothing.proceed,
+)
+_LOOPS: tuple[Callable[..., None], ...] = (
+    predictor.predict, linearised.linearise, linearised.propagate, static_forces.forces,
+    free_loops.run_freely, free_loops.carry, smoothing.smooth,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Loops:
+    """The loops of one model, each without the model's functions among its arguments.
+
+    Attributes:
+        predict: see `filter.predict`.
+        linearise: see `linearised.linearise`.
+        propagate: see `linearised.propagate`.
+        forces: see `static_forces.forces`.
+        run_freely: see `free_loops.run_freely`.
+        carry: see `free_loops.carry`.
+        smooth: see `smoothing.smooth`.
+
+    """
+
+    predict: Callable[..., None]
+    linearise: Callable[..., None]
+    propagate: Callable[..., None]
+    forces: Callable[..., None]
+    run_freely: Callable[..., None]
+    carry: Callable[..., None]
+    smooth: Callable[..., None]
+
+
+class _Binding(ast.NodeTransformer):
+    """Takes the model's functions out of parameters and arguments, and type annotations away."""
+
+    def visit_arguments(self, node: ast.arguments) -> ast.arguments:
+        node.args = [ast.arg(a.arg) for a in node.args if a.arg not in _MODEL]
+        return node
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        self.generic_visit(node)
+        node.returns, node.decorator_list = None, []
+        return node
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        self.generic_visit(node)
+        node.args = [a for a in node.args if not (isinstance(a, ast.Name) and a.id in _MODEL)]
+        return node
+
+
+@lru_cache(maxsize=4)
+def bind(kernel: Kernel, cache: Path | None) -> Loops:
+    """Return the loops for a model.
+
+    Args:
+        kernel: the compiled model.
+        cache: folder for machine code; None compiles for this process alone.
+
+    """
+    parts = ["@compiled\n" + _bound(f) for f in _INNER] + ["@entry\n" + _bound(f) for f in _LOOPS]
+    source = "\n\n\n".join(parts)
+    file = keep(source, cache / _digest(kernel), "hil_emulator_identify") if cache else None
+    # numba finds the functions again through a module of this name
+    module = ModuleType(file.stem if file else "hil_emulator_identify")
+    sys.modules[module.__name__] = module
+    module.__dict__.update({name: getattr(kernel, name) for name in _MODEL})
+    module.__dict__.update(
+        np=np, INPUT_COUNT=predictor.INPUT_COUNT,
+        compiled=numba.njit(error_model="numpy", nogil=True),
+        entry=numba.njit(error_model="numpy", nogil=True, cache=file is not None),
+    )  # fmt: skip
+    exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
+    return Loops(
+        module.predict, module.linearise, module.propagate, module.forces, module.run_freely,
+        module.carry, module.smooth,
+    )  # fmt: skip
+
+
+def _bound(loop: Callable[..., Any]) -> str:
+    """Return the text of a loop in which the model's functions are globals."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(loop)))
+    return ast.unparse(_Binding().visit(tree))
+
+
+def _digest(kernel: Kernel) -> str:
+    """Return a digest of the model's machine code and of what the loops are made of."""
+    digest = hashlib.sha256((sources_digest(kernel.effects) + kernel.source).encode())
+    for file in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(file.name.encode() + file.read_bytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,301 @@
+"""Experiments seen through one model: gains frozen once, innovations for any parameters."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment, noise_of
+from hil_emulator.identify.naming.blocks import BLOCKS, SUPPLY, Balance, Drivers, drivers
+from hil_emulator.identify.prediction.probes import PROBES
+from hil_emulator.identify.prediction.twin import Twin
+
+NULL_DRIFT = 1e-3
+"""Standard deviation of the null's drift over the largest current (assumed)."""
+
+NULL_TIME = 4.0
+"""Time over which the null drifts [s] (assumed)."""
+
+SUPPLY_DRIFT = 5e4
+"""Largest standard deviation of what moves the supply beside the model [Pa] (assumed)."""
+
+SUPPLY_TIME = 0.02
+"""Time over which it does [s] (assumed: pump ripple at some 10 Hz)."""
+
+FLOW_DISTURBANCE = 5e-4
+"""Unmodelled flow over the flow at the largest current (assumed)."""
+
+FORCE_DISTURBANCE = 4e-3
+"""Unmodelled force over area times supply pressure (assumed)."""
+
+SLIP = 5e-3
+"""Step of the derivative by velocity [m/s] (assumed): the secant of friction over as much as the
+velocity is uncertain at rest, where its tangent would make the filter trust no force."""
+
+DISTURBANCE_TIME = 0.01
+"""Time over which both are correlated [s] (assumed)."""
+
+LARGEST_STEP = 5e-4
+"""Integration step of a prediction [s]; half of it moves no estimate by more than 2 %."""
+
+SMALLEST_STEP = 1e-5
+"""Integration step below which no effect is followed [s]."""
+
+STABLE = 1.5
+"""Step times largest eigenvalue: classical Runge-Kutta is stable up to 2.785."""
+
+MEMORY = 0.1
+"""Time over which innovations may be correlated [s] (assumed)."""
+
+BURN_IN = 0.05
+"""Time at the start of an experiment that counts for nothing [s]: the states settle."""
+
+SMALLEST_NOISE = 2e-5
+"""Noise of a channel without any, over its span (assumed: rounding of a recording)."""
+
+_INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
+
+
+@dataclass
+class Frozen:
+    """One experiment with the gains of one fit.
+
+    Attributes:
+        experiment: the data.
+        channels: measured channels, in the order of the columns.
+        measured: readings, shape (samples, channels).
+        start: state at the start, of all states.
+        z0: augmented state at the start.
+        active: indices of the states in z.
+        decay: what remains of the disturbances after a sample.
+        gains, whitening, maps, senses, drives, feeds: see `linearised.linearise`.
+        weights: one over the standard deviation of each channel's whitened innovations.
+        noise: standard deviation of each channel.
+        diffusion: variance that the disturbances give each element of z in a sample.
+
+    """
+
+    experiment: Experiment
+    channels: tuple[str, ...]
+    chosen: np.ndarray[tuple[int], np.dtype[np.int64]]
+    measured: Array
+    start: Array
+    z0: Array
+    active: np.ndarray[tuple[int], np.dtype[np.int64]]
+    decay: Array
+    gains: Array
+    whitening: Array
+    maps: Array
+    senses: Array
+    drives: Array
+    feeds: Array
+    weights: Array
+    noise: Array
+    diffusion: Array
+
+
+class Observer:
+    """Freezes gains and computes innovations.
+
+    Args:
+        twin: the model.
+        channels: the channels that take part.
+        step: largest integration step [s].
+
+    """
+
+    measure = "standard deviations of the noise"
+
+    def __init__(self, twin: Twin, channels: tuple[str, ...], step: float = LARGEST_STEP) -> None:
+        self.twin = twin
+        self.channels = channels
+        self.largest_step = step
+        self.chosen = np.array([twin.names.index(c) for c in channels])
+
+    @property
+    def memory(self) -> float:
+        """Time over which innovations may be correlated [s]."""
+        return MEMORY
+
+    def step(self, par: Array) -> float:
+        """Return an integration step that is stable for these parameters [s]."""
+        fastest = max(self.twin.fastest(par), 1.0)
+        return min(self.largest_step, max(SMALLEST_STEP, STABLE / fastest))
+
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
+        """Run the extended Kalman filter at given parameters and keep its gains."""
+        twin, n_m = self.twin, len(self.channels)
+        measured = experiment.matrix(self.channels)
+        noise = self.noise(experiment)
+        names = list(twin.kernel.state.names or ())
+        active_names = twin.active(par)
+        active = np.array([names.index(n) for n in active_names])
+        start = self._start(par, measured)
+        top = max(float(np.nanmax(np.abs(experiment.current), initial=0.0)), 1e-6)
+        wander = self._supply_drift(experiment)
+        cov0, diffusion, decay, scales = self._tuning(
+            par, active_names, start[active], top, wander, experiment.period
+        )
+        z0 = np.concatenate([start[active], [0.0, 0.0]])
+        count, n, q = len(measured), len(z0), len(PROBES)
+        arrays = [np.zeros((count, *s)) for s in
+                  ((n, n_m), (n_m, n_m), (n, n), (n_m, n), (n, q), (n_m, q))]  # fmt: skip
+        steps = int(np.ceil(experiment.period / self.step(par) - 1e-9))
+        twin.loops.linearise(
+            start, z0, cov0, scales, active, par, twin.drift, twin.supply,
+            twin.probes, twin.probe_sizes, chan, twin.remembered, twin.sources, self.chosen,
+            np.ones(n_m), len(twin.signal_names), experiment.current, measured, noise**2, diffusion,
+            decay, experiment.period, experiment.period / steps, steps, *arrays,
+        )  # fmt: skip
+        gains, whitening, maps, senses, drives, feeds = arrays
+        return Frozen(
+            experiment, self.channels, self.chosen, measured, start, z0, active, decay,
+            gains, whitening, maps, senses, drives, feeds, np.ones(n_m), noise,
+            diffusion,
+        )  # fmt: skip
+
+    def innovations(
+        self, frozen: Frozen, par: Array, chan: Array, track: bool = False
+    ) -> tuple[Array, Array]:
+        """Return weighted whitened innovations, and predicted signals where wanted."""
+        rows = len(frozen.measured) if track else 1
+        path = np.empty((rows, len(self.twin.signal_names)))
+        residual = np.empty_like(frozen.measured)
+        self._predict(frozen, par, chan, self.step(par), residual, path)
+        residual[: round(BURN_IN / frozen.experiment.period)] = 0.0
+        return residual * frozen.weights, path
+
+    def _predict(
+        self, frozen: Frozen, par: Array, chan: Array, step: float, residual: Array, path: Array
+    ) -> None:
+        twin, experiment = self.twin, frozen.experiment
+        steps = max(1, int(np.ceil(experiment.period / step - 1e-9)))
+        twin.loops.predict(
+            frozen.start, frozen.z0, frozen.active, par, twin.drift, twin.supply, chan,
+            twin.remembered, twin.sources, frozen.chosen, experiment.current, frozen.measured,
+            frozen.gains, frozen.whitening, frozen.decay, experiment.period,
+            experiment.period / steps, steps, residual, path,
+        )  # fmt: skip
+
+    def noise(self, experiment: Experiment) -> Array:
+        """Return the standard deviation of each channel's noise, from the data themselves."""
+        return np.array(
+            [
+                max(noise_of(experiment.readings.get(c, np.zeros(0))), SMALLEST_NOISE * SPANS[c])
+                for c in self.channels
+            ]
+        )
+
+    def _supply_drift(self, experiment: Experiment) -> float:
+        """Return how far the supply wanders: what its reading shows beyond white noise [Pa]."""
+        readings = experiment.readings.get("supply_pressure")
+        if readings is None:
+            return SUPPLY_DRIFT
+        noise = noise_of(readings)
+        beyond = float(np.nanvar(readings)) - noise**2
+        return float(np.clip(np.sqrt(max(beyond, 0.0)), 0.03 * noise + 1.0, SUPPLY_DRIFT))
+
+    def _start(self, par: Array, measured: Array) -> Array:
+        """Return the state at rest with what was measured at first put in."""
+        first = {c: float(np.nanmean(measured[:10, i])) for i, c in enumerate(self.channels)
+                 if np.isfinite(measured[:10, i]).any()}  # fmt: skip
+        both = "pressure_a" in first and "pressure_b" in first
+        pressures = (first["pressure_a"], first["pressure_b"]) if both else None
+        start = self.twin.start(par, self.largest_step, pressures)
+        if "position" in first:
+            start[list(self.twin.kernel.state.names or ()).index("position")] = first["position"]
+        return start
+
+    @property
+    def balances(self) -> tuple[Balance, ...]:
+        """The balances that the channels can show."""
+        found = {b for b, _ in BLOCKS if not b.channel or b.channel in self.channels}
+        if "supply_pressure" not in self.channels:
+            found.discard(SUPPLY)
+        return tuple(found)
+
+    def drivers(self, frozen: Frozen, path: Array) -> Drivers:
+        """Return what a term may depend on."""
+        return drivers(path, self.twin.signal_names, frozen.experiment.period)
+
+    def through(self, frozen: Frozen, balance: Balance, term: Array) -> Array:
+        """Return the change of the weighted innovations that a term along the track makes."""
+        count, m = frozen.measured.shape
+        drives, feeds = frozen.drives, frozen.feeds
+        inputs = np.zeros((count, drives.shape[2]))
+        outputs = np.zeros((count, m))
+        for probe, weight in balance.probes:
+            inputs[:, _INDEX[probe]] = weight * term
+        if balance.channel:
+            outputs[:, frozen.channels.index(balance.channel)] = term
+        if balance is SUPPLY:
+            drives = np.ascontiguousarray(frozen.maps[:, :, -1:])
+            feeds = np.ascontiguousarray(frozen.senses[:, :, -1:])
+            inputs = term[:, None].copy()
+        column = np.empty((count, m))
+        self.twin.loops.propagate(
+            frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, inputs,
+            outputs, column,
+        )  # fmt: skip
+        column[~np.isfinite(frozen.measured)] = 0.0
+        column[: round(BURN_IN / frozen.experiment.period)] = 0.0
+        return np.asarray((column * frozen.weights).ravel())
+
+    def weigh(self, frozen: Frozen, par: Array, chan: Array) -> None:
+        """Give each channel's innovations a standard deviation of one where nothing is missing.
+
+        A missing effect acts in a part of the time; the quiet part tells how large noise is.
+        """
+        frozen.weights = np.ones(len(frozen.channels))
+        raw = self.innovations(frozen, par, chan)[0][round(BURN_IN / frozen.experiment.period) :]
+        present = np.isfinite(frozen.measured)[-len(raw) :]
+        length = round(MEMORY / frozen.experiment.period)
+        spread = [_quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])]
+        scale = np.sqrt(frozen.experiment.copies)
+        frozen.weights = 1.0 / (scale * np.array([s if s > 1e-6 else 1.0 for s in spread]))
+
+    def _tuning(
+        self,
+        par: Array,
+        names: Sequence[str],
+        start: Array,
+        top: float,
+        wander: float,
+        period: float,
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return initial covariance, diffusion per sample, decay, and steps of differences."""
+        p = dict(zip(self.twin.kernel.parameters.names or (), par.tolist(), strict=True))
+        area, supply = p["cylinder_piston_area"], p["supply_pressure"]
+        flow = FLOW_DISTURBANCE * p["valve_gain"] * top * np.sqrt(supply / 2.0)
+        volume = p["cylinder_dead_volume_a"] + 0.5 * area * p["cylinder_stroke"]
+        colour = 2.0 * DISTURBANCE_TIME
+        force = FORCE_DISTURBANCE * area * supply / p["load_mass"]
+        pressure = p["oil_bulk_modulus"] / volume * flow
+        # (initial deviation, diffusion per square root of a second, step of the difference)
+        table = {
+            "spool_position": (0.01 * top, 0.0, 1e-6),
+            "spool_speed": (top, top, 1e-3),
+            "pressure_a": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
+            "pressure_b": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
+            "position": (1e-3, 0.0, 1e-6),
+            "velocity": (0.1, force * np.sqrt(colour), SLIP),
+        }
+        rows = [table.get(n, (1e-3 * abs(s), 0.0, 1e-4 * max(abs(s), 1e-3)))
+                for n, s in zip(names, start, strict=True)]  # fmt: skip
+        drift = NULL_DRIFT * top
+        times = np.array([NULL_TIME, SUPPLY_TIME])
+        levels = np.array([drift, wander])
+        decay = np.exp(-period / times)
+        spread = np.array([r[0] for r in rows] + [10.0 * drift, SUPPLY_DRIFT])
+        growth = np.array([r[1] for r in rows]) ** 2 * period
+        diffusion = np.concatenate([growth, levels**2 * (1.0 - decay**2)])
+        scales = np.array([r[2] for r in rows] + [1e-6, 1e4])
+        return np.diag(spread**2), diffusion, decay, scales
+
+
+def _quiet_rms(values: Array, length: int) -> float:
+    """Return the root mean square that a quarter of the stretches of this length stay below."""
+    if not len(values):
+        return 0.0
+    parts = np.array_split(values, max(1, len(values) // max(length, 1)))
+    return float(np.quantile([np.sqrt(np.mean(part**2)) for part in parts], 0.25))

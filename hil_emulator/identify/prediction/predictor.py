@@ -1,0 +1,41 @@
+"""What a search needs of whatever predicts: the whole actuator, or the force balance alone."""
+
+from typing import Any, Protocol
+
+from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.naming.blocks import Balance, Drivers
+from hil_emulator.identify.prediction.twin import Twin
+
+
+class Predictor(Protocol):
+    """Computes residuals of experiments; `frozen` is what its own `freeze` has returned."""
+
+    twin: Twin
+    channels: tuple[str, ...]
+    measure: str
+    """What residuals are counted in."""
+
+    @property
+    def memory(self) -> float:
+        """Time over which residuals may be correlated [s]."""
+
+    @property
+    def balances(self) -> tuple[Balance, ...]:
+        """The balances that the channels can show."""
+
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Any:
+        """Prepare an experiment at given parameters."""
+
+    def weigh(self, frozen: Any, par: Array, chan: Array) -> None:
+        """Give the residuals a standard deviation of one."""
+
+    def innovations(
+        self, frozen: Any, par: Array, chan: Array, track: bool = False
+    ) -> tuple[Array, Array]:
+        """Return the residuals, shape (samples, channels), and the model's signals."""
+
+    def drivers(self, frozen: Any, path: Array) -> Drivers:
+        """Return what a term may depend on."""
+
+    def through(self, frozen: Any, balance: Balance, term: Array) -> Array:
+        """Return the change of the residual that a term makes."""

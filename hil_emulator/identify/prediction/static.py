@@ -1,0 +1,153 @@
+"""The force balance alone: pressures, position and load force, without a valve.
+
+A friction rig or a test machine moves the rod; the model's force on the load is computed from the
+measured state, sample by sample. A chamber that was not measured is at tank pressure.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.naming.blocks import CELL, PISTON, Balance, Drivers, drivers
+from hil_emulator.identify.prediction.twin import Coordinate, Twin
+from hil_emulator.model.stages import friction, inertia, stop, transducer
+
+SMOOTHING = 0.15
+"""Time over which the velocity is fitted to the position [s] (assumed)."""
+
+PRESLIDING = 1e-3
+"""Travel after a reversal in which seals bend before they slide [m] (assumed)."""
+
+CORRELATED = 0.2
+"""Time in which a balance yields one independent value [s] (assumed)."""
+
+MEMORY = 2.0
+"""Time over which its residuals may still be correlated, for the robust variance [s] (assumed)."""
+
+
+@dataclass
+class Measured:
+    """One experiment as a series of measured states."""
+
+    experiment: Experiment
+    channels: tuple[str, ...]
+    measured: Array
+    states: Array
+    acceleration: Array
+    present: np.ndarray[Any, np.dtype[np.bool_]]
+    weights: Array
+
+
+class StaticObserver:
+    """Computes the residual of the force balance, with the interface of `observer.Observer`.
+
+    Args:
+        twin: the model.
+
+    """
+
+    measure = "N"
+    balances: tuple[Balance, ...] = (PISTON, CELL)
+
+    def __init__(self, twin: Twin) -> None:
+        self.twin = twin
+        self.channels: tuple[str, ...] = ("load_force",)
+        names = twin.signal_names
+        forces = ("hydraulic_force", "friction_force", "stop_force", "load_force", "acceleration")
+        self._places = np.array([names.index(n) for n in forces] + [twin.names.index("load_force")])
+
+    @property
+    def memory(self) -> float:
+        """Time over which residuals may be correlated [s]."""
+        return MEMORY
+
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Measured:
+        """Turn readings into states."""
+        names = list(self.twin.kernel.state.names or ())
+        states = np.tile(self.twin.start(par, 1e-5, None), (experiment.samples, 1))
+        position, velocity, acceleration = _motion(experiment)
+        tank = float(par[list(self.twin.kernel.parameters.names or ()).index("tank_pressure")])
+        for side in ("pressure_a", "pressure_b"):
+            level = experiment.readings.get(side, np.full(experiment.samples, tank))
+            states[:, names.index(side)] = level
+        states[:, names.index("position")] = position
+        states[:, names.index("velocity")] = velocity
+        measured = experiment.matrix(self.channels)
+        present = np.isfinite(states).all(axis=1) & np.isfinite(measured[:, 0])
+        present &= _sliding(position, velocity)
+        states[~present] = 0.0
+        return Measured(
+            experiment, self.channels, measured, states, np.nan_to_num(acceleration), present,
+            np.ones(1),
+        )  # fmt: skip
+
+    def innovations(
+        self, frozen: Measured, par: Array, chan: Array, track: bool = False
+    ) -> tuple[Array, Array]:
+        """Return the weighted residual of the load force, shape (samples, 1), and the signals."""
+        twin = self.twin
+        path = np.zeros((len(frozen.states), len(twin.signal_names)))
+        force = np.zeros(len(frozen.states))
+        twin.loops.forces(
+            frozen.states, frozen.acceleration, par, chan, twin.remembered, twin.sources,
+            self._places, frozen.experiment.period, force, path,
+        )  # fmt: skip
+        residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
+        return residual[:, None] * frozen.weights, path
+
+    def weigh(self, frozen: Measured, par: Array, chan: Array) -> None:
+        """Weigh residuals by their spread and by how few of them are independent."""
+        frozen.weights = np.ones(1)
+        r = self.innovations(frozen, par, chan)[0][frozen.present, 0]
+        spread = float(np.std(r))
+        independent = max(1.0, CORRELATED / frozen.experiment.period)
+        frozen.weights = np.array([1.0 / (max(spread, 1e-9) * np.sqrt(independent))])
+
+    def drivers(self, frozen: Measured, path: Array) -> Drivers:
+        """Return what a term may depend on."""
+        return drivers(path, self.twin.signal_names, frozen.experiment.period)
+
+    def through(self, frozen: Measured, balance: Balance, term: Array) -> Array:
+        """Return the change of the residual that a term makes."""
+        sign = 1.0 if balance is PISTON else -1.0
+        return np.asarray(np.where(frozen.present, sign * term, 0.0) * frozen.weights[0])
+
+
+def _sliding(position: Array, velocity: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Tell where the rod has slid on since its last reversal, and goes on to slide.
+
+    A balance without memory holds only there: seals bend before they slide.
+    """
+    x = np.nan_to_num(position)
+    turns = np.flatnonzero(np.diff(np.sign(np.nan_to_num(velocity))) != 0) + 1
+    edges = np.concatenate([[0], turns, [len(x) - 1]])
+    run = np.searchsorted(turns, np.arange(len(x)), side="right")
+    begun = np.abs(x - x[edges[run]]) > PRESLIDING
+    lasting = np.abs(x - x[edges[run + 1]]) > 0.5 * PRESLIDING
+    return np.asarray(begun & lasting)
+
+
+def _motion(experiment: Experiment) -> tuple[Array, Array, Array]:
+    """Return position, velocity and acceleration by a sliding parabola; NaN around gaps."""
+    position = experiment.readings["position"]
+    good = np.isfinite(position)
+    index = np.arange(len(position))
+    filled = np.interp(index, index[good], position[good])
+    width = max(5, round(SMOOTHING / experiment.period) // 2 * 2 + 1)
+    smooth = [savgol_filter(filled, width, 2, deriv=d, delta=experiment.period) for d in (0, 1, 2)]
+    for values in smooth:
+        values[~good] = np.nan
+    return smooth[0], smooth[1], smooth[2]
+
+
+def examinable(candidate: Coordinate) -> bool:
+    """Whether the force balance alone can show an effect; bristles need their past."""
+    effect = candidate.effect
+    if effect is None or candidate.channel not in ("", "load_force"):
+        return False
+    stages = [law.stage for law in effect.laws]
+    inside = all(s in (stop, inertia, transducer) or s.table == friction.table for s in stages)
+    return inside and (effect.stage == transducer or not effect.states)

@@ -1,0 +1,262 @@
+"""The configured actuator as identification sees it: its memory and what may change in it."""
+
+import inspect
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.config.load import Configuration
+from hil_emulator.identify.measured.experiment import SPANS, Array
+from hil_emulator.identify.prediction.filter import INPUT_COUNT
+from hil_emulator.identify.prediction.machine_code import bind
+from hil_emulator.identify.prediction.probes import DRIFT, PROBES
+from hil_emulator.model import kernel, quantities
+from hil_emulator.model.declare import Effect, Param, is_on
+from hil_emulator.model.kernel import Kernel
+from hil_emulator.model.layout import fill, length
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.model.stages import CONTINUOUS, coupling_acts, source_acts, transducer
+
+SLOW = 0.1
+"""A usual speed of the rod [m/s] (assumed)."""
+
+SHAPE_PRIOR = 0.5
+"""Relative standard deviation of what a law holds beside its knob (assumed)."""
+
+_TINY = {"pressure_a": 1.0, "pressure_b": 1.0, "pump_pressure": 1.0}
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One number of the model that a fit may change, on an engineering scale.
+
+    Attributes:
+        name: what people call it, `effect` or `channel.effect` or `table_param`.
+        field: its field in the parameter record.
+        channel: the sensor channel, or "" for the plant.
+        unit: SI unit.
+        shown: the unit for people.
+        scale: one engineering unit of it, in `unit` (of the inverse where `inverse`).
+        neutral: the value in the configuration; `inverse` measures 1/value from zero.
+        inverse: whether it is off at infinity, so that 1/value is what grows from zero.
+        low: smallest value.
+        high: largest value.
+        prior: standard deviation of an ordinary parameter, in `scale`; infinite for an effect.
+        effect: the declaration, or None for a parameter that every actuator has.
+
+    """
+
+    name: str
+    field: str
+    channel: str
+    unit: str
+    shown: str
+    scale: float
+    neutral: float
+    inverse: bool
+    low: float
+    high: float
+    prior: float
+    effect: Effect | None
+
+    def value(self, coordinate: float) -> float:
+        """Return the parameter [unit] at a coordinate; 0 is the configuration."""
+        if self.inverse:
+            return 1.0 / (coordinate * self.scale) if coordinate > 0.0 else math.inf
+        return self.neutral + coordinate * self.scale
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Smallest and largest coordinate."""
+        if self.inverse:
+            return 0.0, 1.0 / (max(self.low, 1e-300) * self.scale)
+        return (self.low - self.neutral) / self.scale, (self.high - self.neutral) / self.scale
+
+
+@lru_cache(maxsize=4)
+def _built(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
+    """Return the kernel with probes: one per catalogue, as what calls it is compiled for it."""
+    return kernel.build((*effects, *PROBES, DRIFT), cache=folder)
+
+
+class Twin:
+    """Parameter memory of one configuration, with every effect's shape at its default.
+
+    Args:
+        config: the configuration that should describe the machine.
+        cache: folder for compiled models.
+
+    """
+
+    def __init__(self, config: Configuration, cache: Path | None) -> None:
+        self.config = config
+        self.effects = config.effects
+        self.kernel = _built(config.effects, cache)
+        self.loops = bind(self.kernel, cache)
+        self.plant_values = self._with_shapes(config.plant)
+        self.par = fill(self.kernel.parameters, self.kernel.effects, self.plant_values)
+        self.names = tuple(c.name for c in CHANNELS)
+        rows = [self._channel(name, config.sensors.get(name, {})) for name in self.names]
+        self.chan = np.concatenate(rows)
+        count = len(CHANNELS)
+        self.remembered = np.array(
+            [
+                length(self.kernel.past),
+                count * length(self.kernel.memory),
+                count * length(self.kernel.channel_past),
+            ]
+        )
+        self._par_at = {n: i for i, n in enumerate(self.kernel.parameters.names or ())}
+        self._chan_at = {n: i for i, n in enumerate(self.kernel.channel.names or ())}
+        moving = [e for e in self.kernel.effects if e.stage in CONTINUOUS]
+        self._movers = [self._mover(e) for e in moving]
+        self.signal_names = tuple(self.kernel.signals.names or ())
+        self.sources = np.array([self.signal_names.index(c.signal) for c in CHANNELS])
+        self.supply = self._par_at["supply_pressure"]
+        self.drift = self._par_at[DRIFT.field_of(DRIFT.knob)]
+        self.probes = np.array([self._par_at[p.field_of(p.knob)] for p in PROBES])
+        self.probe_sizes = np.array([p.knob.typical for p in PROBES])
+
+    def _with_shapes(self, values: dict[str, float]) -> dict[str, float]:
+        # a shape whose default is zero, as a spring's rest at the stop, is taken where it is usual
+        shapes = {e.field_of(p): p.default or p.typical
+                  for e in self.effects if e.stage != transducer for p in e.shape}  # fmt: skip
+        return shapes | values
+
+    def _channel(self, name: str, values: dict[str, float]) -> Array:
+        """Return a channel's deterministic part: a predictor knows neither noise nor steps."""
+        chosen: dict[str, float] = {}
+        for effect in self.effects:
+            if effect.stage != transducer:
+                continue
+            for p in effect.shape:
+                scale = SPANS[name] if p.unit == "span" else 1.0
+                chosen[effect.field_of(p)] = p.typical * scale if p.default is None else p.default
+            if predictable(effect):
+                chosen |= {effect.field_of(p): values[effect.field_of(p)]
+                           for p in effect.params if effect.field_of(p) in values}  # fmt: skip
+        return fill(self.kernel.channel, self.kernel.effects, chosen)
+
+    def index(self, coordinate: Coordinate) -> tuple[bool, int]:
+        """Return whether a coordinate belongs to the sensors, and its index in that memory."""
+        if not coordinate.channel:
+            return False, self._par_at[coordinate.field]
+        row = self.names.index(coordinate.channel)
+        return True, row * len(self._chan_at) + self._chan_at[coordinate.field]
+
+    def memory(
+        self, coordinates: Sequence[Coordinate], at: Sequence[float] | Array
+    ) -> tuple[Array, Array]:
+        """Return the plant's and the sensors' parameters with coordinates moved."""
+        par, chan = self.par.copy(), self.chan.copy()
+        for coordinate, value in zip(coordinates, at, strict=True):
+            sensor, i = self.index(coordinate)
+            (chan if sensor else par)[i] = coordinate.value(float(value))
+        return par, chan
+
+    def start(self, par: Array, step: float, pressures: tuple[float, float] | None) -> Array:
+        """Return the state at rest of a parameter set, at the given chamber pressures [Pa]."""
+        names = list(self.kernel.parameters.names or ())
+        plant = Plant(self.kernel, dict(zip(names, par.tolist(), strict=True)), step)
+        if pressures:
+            plant.set_pressures(max(pressures[0], 1e4), max(pressures[1], 1e4))
+        return plant.state_vector.copy()
+
+    def active(self, par: Array) -> list[str]:
+        """Return the states that move: those of every actuator and of the effects that act."""
+        acting = [m for m in self._movers if is_on(m[0], float(par[m[1]]))]
+        states = [q.name for q in quantities.STATES]
+        if any(feeds for _, _, _, feeds, _ in acting):
+            states += [q.name for q in quantities.SUPPLY_STATES]
+        if any(couples for *_, couples in acting):
+            states += [q.name for q in quantities.COUPLING_STATES]
+        return states + [name for _, _, own, _, _ in acting for name in own]
+
+    def fastest(self, par: Array) -> float:
+        """Return the largest eigenvalue of the model around rest and slow motion [rad/s]."""
+        state = self.start(par, 1e-5, None)
+        names = list(self.kernel.state.names or ())
+        rows = [names.index(n) for n in self.active(par)]
+        return max(self._spectral_radius(par, state, rows, v) for v in (0.0, SLOW))
+
+    def _spectral_radius(self, par: Array, state: Array, rows: list[int], velocity: float) -> float:
+        state = state.copy()
+        state[list(self.kernel.state.names or ()).index("velocity")] = velocity
+        inputs, signals = np.zeros(INPUT_COUNT), np.zeros(len(self.signal_names))
+        base, moved = np.zeros(len(state)), np.zeros(len(state))
+        self.kernel.rate(state, base, par, inputs, signals)
+        jacobian = np.zeros((len(rows), len(rows)))
+        for j, row in enumerate(rows):
+            other = state.copy()
+            other[row] += _TINY.get(list(self.kernel.state.names or ())[row], 1e-7)
+            self.kernel.rate(other, moved, par, inputs, signals)
+            jacobian[:, j] = (moved - base)[rows] / (other[row] - state[row])
+        if not np.isfinite(jacobian).all():
+            return float("inf")
+        return float(np.max(np.abs(np.linalg.eigvals(jacobian))))
+
+    def _mover(self, effect: Effect) -> tuple[Effect, int, list[str], bool, bool]:
+        """Return an effect, its knob's index, its states, whether it feeds a pump or couples."""
+        stages = {law.stage.name for law in effect.laws}
+        own = [effect.field_of(q) for q in effect.states]
+        at = self._par_at[effect.field_of(effect.knob)]
+        return effect, at, own, source_acts.stage.name in stages, coupling_acts.stage.name in stages
+
+    def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
+        """Return the knob of an effect as a coordinate."""
+        knob: Param = effect.knob
+        span = SPANS[channel] if channel and knob.unit == "span" else 1.0
+        field = effect.field_of(knob)
+        table = self.chan if channel else self.par
+        at = (self.names.index(channel) * len(self._chan_at) + self._chan_at[field]
+              if channel else self._par_at[field])  # fmt: skip
+        inverse = math.isinf(effect.off)
+        unit = next(c.unit for c in CHANNELS if c.name == channel) if span != 1.0 else knob.unit
+        return Coordinate(
+            name=f"{channel}.{effect.name}" if channel else effect.name,
+            field=field, channel=channel, unit=unit,
+            shown="" if span != 1.0 else knob.shown,
+            scale=1.0 / (knob.typical * span) if inverse else abs(knob.typical - effect.off) * span,
+            neutral=float(table[at]), inverse=inverse,
+            low=knob.low * span, high=knob.high * span, prior=prior, effect=effect,
+        )  # fmt: skip
+
+    def shapes(self, knob: Coordinate) -> list[Coordinate]:
+        """Return what else the law of an effect holds, to be fitted around what is usual."""
+        effect = knob.effect
+        if effect is None:
+            return []
+        span = SPANS[knob.channel] if knob.channel else 1.0
+        table = self.chan if knob.channel else self.par
+        found = []
+        for p in effect.shape:
+            field = effect.field_of(p)
+            size = span if p.unit == "span" else 1.0
+            shape = Coordinate(
+                name=f"{knob.name}.{p.name}", field=field, channel=knob.channel,
+                unit=knob.unit if p.unit == "span" else p.unit, shown=p.shown, scale=0.0,
+                neutral=0.0, inverse=False, low=p.low * size, high=p.high * size, prior=1.0,
+                effect=effect,
+            )  # fmt: skip
+            neutral = float(table[self.index(shape)[1]])
+            if np.isfinite(neutral) and neutral != 0.0:
+                scale = SHAPE_PRIOR * abs(neutral)
+                found.append(replace(shape, scale=scale, neutral=neutral))
+        return found
+
+
+def predictable(effect: Effect) -> bool:
+    """Whether a transducer effect changes what is expected, rather than scatter or round it."""
+    arguments = inspect.signature(effect.law).parameters
+    return "normal" not in arguments and effect.knob.name != "step"
+
+
+def concerns(effect: Effect, channel: str) -> bool:
+    """Whether a transducer effect can act in a channel: few channels look at another one."""
+    wired = next(c for c in CHANNELS if c.name == channel).differenced
+    return bool(wired) or "differenced" not in inspect.signature(effect.law).parameters

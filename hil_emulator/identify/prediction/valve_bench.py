@@ -1,0 +1,130 @@
+"""A valve alone: its current with its spool, or with the pressures of blocked ports.
+
+The rod does not move, so the model's is locked by a load that nothing can move; the chambers are
+then closed volumes at the configured position. Nothing of friction, load or motion can be seen.
+"""
+
+import copy
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment
+from hil_emulator.identify.naming.blocks import FLOW_A, FLOW_B, LEAKAGE, SPOOL, SUPPLY, Balance
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.twin import Twin
+from hil_emulator.model.layout import fill
+from hil_emulator.model.sensors import CHANNELS
+
+LOCKED = 1e12
+"""Mass of a load that no actuator moves [kg]: a micrometre per hour at a hundred kilonewton."""
+
+CHANNELS_OF_A_VALVE = ("pressure_a", "pressure_b", "supply_pressure", "spool_position")
+
+VOLUME_PRIORS = {
+    "valve_gain": 0.10,
+    "valve_natural_frequency": 0.10,
+    "valve_damping_ratio": 0.15,
+    "oil_bulk_modulus": 0.15,
+    "cylinder_dead_volume_a": 0.10,
+    "cylinder_dead_volume_b": 0.10,
+}
+"""Relative standard deviations of ordinary parameters (assumed; volumes are those of the bench)."""
+
+ALIKE = 0.5
+"""Correlation of pressure rates with flow into a closed volume that tells it is closed."""
+
+VOLUME = 5.0
+"""Ratio of a closed volume to the configured one beyond which it is none of this machine's."""
+
+SMOOTHING = 5e-3
+"""Time over which a rate of pressure is fitted [s]."""
+
+
+class ValveBench(Observer):
+    """Predicts spool and closed chambers; the interface of `observer.Observer`.
+
+    Args:
+        twin: the model of the whole actuator; it stays as it is.
+        channels: those of `CHANNELS_OF_A_VALVE` that every experiment has.
+
+    """
+
+    def __init__(self, twin: Twin, channels: tuple[str, ...]) -> None:
+        super().__init__(locked(twin), channels)
+
+    @property
+    def balances(self) -> tuple[Balance, ...]:
+        """The balances that the channels can show."""
+        found = [SPOOL]
+        if "pressure_a" in self.channels:
+            found.append(FLOW_A)
+        if "pressure_b" in self.channels:
+            found.append(FLOW_B)
+        if {"pressure_a", "pressure_b"} <= set(self.channels):
+            found.append(LEAKAGE)
+        if "supply_pressure" in self.channels and len(found) > 1:
+            found.append(SUPPLY)
+        return tuple(found)
+
+
+def locked(twin: Twin) -> Twin:
+    """Return the model with a rod that nothing moves."""
+    still = copy.copy(twin)
+    still.plant_values = twin.plant_values | {"load_mass": LOCKED}
+    still.par = fill(still.kernel.parameters, still.kernel.effects, still.plant_values)
+    return still
+
+
+def bench(twin: Twin, experiments: Sequence[Experiment]) -> tuple[ValveBench | None, str]:
+    """Return what predicts experiments without a motion, or None and the reason.
+
+    Args:
+        twin: the model.
+        experiments: without a moving position.
+
+    """
+    names = tuple(
+        c.name for c in CHANNELS
+        if c.name in CHANNELS_OF_A_VALVE and all(c.name in e.readings for e in experiments)
+    )  # fmt: skip
+    shows = [n for n in names if n != "supply_pressure"]
+    if not shows or not all(len(e.current) and np.ptp(e.current) > 0.0 for e in experiments):
+        return None, "no valve_current with the spool's position or with chamber pressures either"
+    for e in experiments:
+        for name in ("pressure_a", "pressure_b"):
+            if name in names and not _closed(e, name, twin):
+                return None, (
+                    f"{e.name}: nor does {name} follow the valve as in a closed volume of the "
+                    "configured size, which a rod at rest or blocked ports would give"
+                )
+    return ValveBench(twin, names), ""
+
+
+def _closed(e: Experiment, name: str, twin: Twin) -> bool:
+    """Tell whether a pressure changes by the valve's flow into a closed volume."""
+    p = twin.plant_values
+    pressure = e.readings[name]
+    good = np.isfinite(pressure)
+    index = np.arange(len(pressure))
+    filled = np.interp(index, index[good], pressure[good])
+    width = max(5, round(SMOOTHING / e.period) // 2 * 2 + 1)
+    rate = savgol_filter(filled, width, 2, deriv=1, delta=e.period)
+    side = "a" if name == "pressure_a" else "b"
+    sign = 1.0 if side == "a" else -1.0
+    flow = savgol_filter(_into(sign * e.current, filled, e, p), width, 2)
+    inside = p["initial_position"] if side == "a" else p["cylinder_stroke"] - p["initial_position"]
+    area = p["cylinder_piston_area"] * (1.0 if side == "a" else p["cylinder_area_ratio"])
+    volume = p[f"cylinder_dead_volume_{side}"] + area * inside
+    likeness = float(np.corrcoef(flow, rate)[0, 1]) if np.std(flow) > 0.0 else 0.0
+    ratio = float(np.std(rate) / max(float(np.std(flow)), 1e-30)) * volume / p["oil_bulk_modulus"]
+    still = float(np.ptp(filled)) < 1e-3 * SPANS[name]
+    return not still and likeness > ALIKE and 1.0 / VOLUME < ratio < VOLUME
+
+
+def _into(current: Array, pressure: Array, e: Experiment, p: dict[str, float]) -> Array:
+    """Return the flow of an ideal valve into a chamber [m^3/s]."""
+    supply = e.readings.get("supply_pressure", np.full(e.samples, p["supply_pressure"]))
+    drop = np.where(current > 0.0, supply - pressure, pressure - p["tank_pressure"])
+    return np.asarray(p["valve_gain"] * current * np.sqrt(np.maximum(np.nan_to_num(drop), 0.0)))
