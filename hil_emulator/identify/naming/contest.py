@@ -77,6 +77,8 @@ class Contest:
     def _rough(self, score: Score) -> Fit:
         base = self._base
         free = [*base.coordinates, score.coordinate]
+        if score.start is not None:
+            return self._fitter.fit(free, score.start, 2)
         at = np.append(base.at + score.estimate * score.response, score.estimate)
         slopes = np.column_stack([base.jacobian, score.slope])
         return self._fitter.fit(free, at, 2, jacobian=slopes)

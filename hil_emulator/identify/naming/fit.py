@@ -18,6 +18,13 @@ FINITE = 0.3
 """Step of a derivative by an effect, in typical sizes: finite on purpose, since dead bands,
 hysteresis and stops have no slope at zero."""
 
+DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+"""Damping of a step over the diagonal of its normal equations, tried in turn until one helps: where
+two parameters nearly make up for each other, it is their common way that a step overdoes."""
+
+DISTINCT = 2.0
+"""Norm of the residual's change that a step of a derivative need not exceed."""
+
 OUTLIER = 3.0
 """Whitened innovations beyond this count linearly, not squared (Huber): cavitation and knocks make
 a few large ones that would otherwise decide alone."""
@@ -71,6 +78,7 @@ class Fitter:
         self.experiments = list(experiments)
         self.frozen: list[Any] = []
         self._jobs = jobs
+        self._sensitivity: dict[str, float] = {}
 
     @property
     def stretch(self) -> int:
@@ -102,6 +110,10 @@ class Fitter:
         residual = self.residual(coordinates, at)
         return float(residual @ residual + np.sum((prior_rows(coordinates) * at) ** 2))
 
+    def cost(self, coordinates: Sequence[Coordinate], at: Array) -> float:
+        """Return how much longer a residual takes at a point than usually."""
+        return self.predictor.cost(self.predictor.twin.memory(coordinates, at)[0])
+
     def map(self, function: Callable[[int], Array], items: Iterable[int]) -> list[Array]:
         """Apply a function on threads: the compiled code does not hold the interpreter."""
         if self._jobs <= 1:
@@ -118,12 +130,17 @@ class Fitter:
             size = 1.0
         elif not np.isfinite(coordinate.prior) and at[i] != 0.0:
             size = max(0.05 * abs(float(at[i])), 0.01)
+        if at[i] != 0.0 or np.isfinite(coordinate.prior):
+            # far beyond its own uncertainty a parameter has another slope
+            size = min(size, DISTINCT / self._sensitivity.get(coordinate.name, 1e-9))
         step = min(size, high - at[i]) if high - at[i] > at[i] - low else -min(size, at[i] - low)
         if step == 0.0:
             return np.zeros_like(base)
         moved = np.array(at, dtype=np.float64)
         moved[i] += step
-        return np.asarray((self.residual(coordinates, moved) - base) / step)
+        slope = np.asarray((self.residual(coordinates, moved) - base) / step)
+        self._sensitivity[coordinate.name] = max(float(np.linalg.norm(slope)), 1e-9)
+        return slope
 
     def jacobian(self, coordinates: Sequence[Coordinate], at: Array, base: Array) -> Array:
         """Return the derivative of the residual, shape (residuals, coordinates)."""
@@ -155,14 +172,13 @@ class Fitter:
                 slope = self.jacobian(free, at, residual)
             elif i and jacobian is not None and len(free):
                 slope[:, -1] = self.column(free, at, residual, len(free) - 1)
-            step = _step(slope, residual, weights, at)
-            for _ in range(5):
+            for damping in DAMPINGS:
+                step = _step(slope, residual, weights, at, damping)
                 trial = np.clip(at + step, bounds[:, 0], bounds[:, 1])
                 r = self.residual(free, trial)
                 new = float(r @ r + np.sum((weights * trial) ** 2))
                 if new < chi2:
                     break
-                step = 0.4 * step
             if new >= chi2:
                 break
             _learn(slope, trial - at, r - residual)
@@ -179,12 +195,12 @@ def _learn(slope: Array, moved: Array, changed: Array) -> None:
     slope += np.outer(changed - slope @ moved, moved / max(float(moved @ moved), 1e-12))
 
 
-def _step(slope: Array, residual: Array, weights: Array, at: Array) -> Array:
-    """Return the Gauss-Newton step with prior rows."""
+def _step(slope: Array, residual: Array, weights: Array, at: Array, damping: float) -> Array:
+    """Return the Gauss-Newton step with prior rows, damped (Levenberg 1944, Marquardt 1963)."""
     normal = slope.T @ slope + np.diag(weights**2)
     gradient = slope.T @ residual + weights**2 * at
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
-    scaled = normal / np.outer(scale, scale) + 1e-9 * np.eye(len(at))
+    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(at))
     return -np.linalg.solve(scaled, gradient / scale) / scale
 
 

@@ -1,6 +1,5 @@
 """Score every candidate at once, with what ordinary parameters could explain projected out."""
 
-import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,18 +15,6 @@ SEEN = 9.0
 FAR = 10.0
 """Typical sizes beyond which an estimate from a hardly visible effect is nonsense (assumed)."""
 
-WORTHLESS = 4.0
-"""Expected gain in chi-square below which a candidate is not looked at again."""
-
-KEPT = 0.5
-"""Part of the gain that the linear model expects which the model itself must show (assumed)."""
-
-SIZES = (0.3, 1.0, 3.0)
-"""Typical sizes at which an effect is tried that its slope leads astray (assumed)."""
-
-LOOKS = 30
-"""Most looks at the model itself in one scan."""
-
 
 @dataclass(frozen=True)
 class Score:
@@ -41,6 +28,7 @@ class Score:
         column: derivative of the residual, ordinary parameters projected out.
         slope: the same, nothing projected out.
         response: change of the ordinary parameters with the candidate.
+        start: where a refit begins; None for where the linear model puts it.
 
     """
 
@@ -51,6 +39,7 @@ class Score:
     column: Array
     slope: Array
     response: Array
+    start: Array | None = None
 
     @property
     def visible(self) -> bool:
@@ -97,11 +86,12 @@ def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Sco
         return fitter.column(free, at, fit.residual, len(fit.at)).astype(np.float32)
 
     columns = fitter.map(column, range(len(candidates)))
-    scores = [_score(c, s, project) for c, s in zip(candidates, columns, strict=True)]
+    scores = [score_of(c, s, project) for c, s in zip(candidates, columns, strict=True)]
     return sorted(scores, key=lambda s: -s.statistic)
 
 
-def _score(candidate: Coordinate, slope: Array, project: Projection) -> Score:
+def score_of(candidate: Coordinate, slope: Array, project: Projection) -> Score:
+    """Return the score of a candidate by its slope, or by a secant."""
     response = project.response(slope)
     column = project(slope, response)
     information = float(column @ column)
@@ -112,49 +102,3 @@ def _score(candidate: Coordinate, slope: Array, project: Projection) -> Score:
     return Score(
         candidate, max(gain, 0.0), estimate, information, column.astype(np.float32), slope, response
     )
-
-
-def confirm(fitter: Fitter, fit: Fit, scores: Sequence[Score], wanted: int) -> list[Score]:
-    """Return the best scores that hold where the linear model puts the estimate.
-
-    An effect that bends, or that is far stronger than its typical size, gets a slope that leads
-    nowhere; its slope is then taken as the secant to the estimate, until that holds.
-
-    Args:
-        fitter: with frozen experiments.
-        fit: where the scores were taken.
-        scores: of the linear model.
-        wanted: how many are enough.
-
-    """
-    project = Projection(fit)
-    queue = [(-s.statistic, i, s) for i, s in enumerate(scores) if s.statistic > WORTHLESS]
-    heapq.heapify(queue)
-    found: list[Score] = []
-    sounded: set[int] = set()
-    looks = 0
-    while queue and len(found) < wanted and looks < LOOKS:
-        statistic, i, score = heapq.heappop(queue)
-        at = np.append(fit.at + score.estimate * score.response, score.estimate)
-        free = [*fit.coordinates, score.coordinate]
-        looks += 1
-        if fit.chi2 - fitter.chi2(free, at) >= -KEPT * statistic:
-            found.append(score)
-            continue
-        size = score.estimate if i in sounded else _sounded(fitter, fit, score)
-        sounded.add(i)
-        alone = fitter.residual(free, np.append(fit.at, size))
-        again = _score(score.coordinate, (alone - fit.residual) / size, project)
-        if again.statistic > WORTHLESS and again.sensible:
-            # a secant that promises more than before would be looked at for ever
-            heapq.heappush(queue, (max(-again.statistic, 0.9 * statistic), i, again))
-    return found
-
-
-def _sounded(fitter: Fitter, fit: Fit, score: Score) -> float:
-    """Return the size that explains most of a few: between them an effect may make all worse."""
-    free = [*fit.coordinates, score.coordinate]
-    low, high = score.coordinate.bounds
-    sense = 1.0 if score.estimate > 0.0 else -1.0
-    sizes = [score.estimate, *(s for s in (sense * k for k in SIZES) if low <= s <= high)]
-    return min(sizes, key=lambda size: fitter.chi2(free, np.append(fit.at, size)))

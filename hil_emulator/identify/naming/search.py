@@ -7,11 +7,12 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.naming import gate
 from hil_emulator.identify.naming.blocks import BlockScore, score_blocks
+from hil_emulator.identify.naming.confirm import Confirmation
 from hil_emulator.identify.naming.contest import Contest
 from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.form import beyond, own_blocks
 from hil_emulator.identify.naming.progress import Round, Search
-from hil_emulator.identify.naming.scan import Projection, confirm, scan
+from hil_emulator.identify.naming.scan import Projection, scan
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.twin import Coordinate
 
@@ -134,7 +135,8 @@ class Searcher:
             rest = []
         self.tell(f"screening {len(rest)} effects")
         scores = scan(self.fitter, base, rest)
-        likely = confirm(self.fitter, base, [s for s in scores if s.sensible], REFITTED)
+        sensible = [s for s in scores if s.sensible]
+        likely = Confirmation(self.fitter, base).best(sensible, REFITTED)
         trials = Contest(self.fitter, base, self._held_out(base)).enter(likely)
         self.tell("looking for what no effect explains")
         return Round(base, scores, trials, self._blocks(base))

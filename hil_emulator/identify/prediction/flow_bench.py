@@ -65,6 +65,10 @@ class FlowBench:
         """Time over which residuals may be correlated [s]."""
         return MEMORY
 
+    def cost(self, par: Array) -> float:
+        """Return that every prediction takes as long as any other."""
+        return 1.0
+
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Measured:
         """Turn readings into pressures at the ports."""
         states = np.tile(self.twin.start(par, STEP, None), (experiment.samples, 1))

@@ -7,27 +7,78 @@ import numpy as np
 from hil_emulator.identify.prediction.filter import INPUT_COUNT, advance
 
 
-def update(cov: Any, slope: Any, noise: Any, present: Any, gain: Any, whitening: Any) -> Any:
-    """Return the covariance after a measurement; fills gain and whitening."""
+def root_of_inverse(s: Any, root: Any) -> None:
+    """Fill the lower triangular L with S^-1 = L L^T, for a positive definite S; overwrites S."""
+    m = len(s)
+    # S = U U^T from the last row upwards, with U upper triangular; then L = U^-T
+    for j in range(m - 1, -1, -1):
+        for k in range(j + 1, m):
+            s[j, j] -= s[j, k] ** 2
+        s[j, j] = np.sqrt(s[j, j])
+        for i in range(j):
+            for k in range(j + 1, m):
+                s[i, j] -= s[i, k] * s[j, k]
+            s[i, j] /= s[j, j]
+    root[:, :] = 0.0
+    for i in range(m):
+        root[i, i] = 1.0 / s[i, i]
+        for j in range(i):
+            for k in range(j, i):
+                root[i, j] -= s[k, i] * root[k, j]
+            root[i, j] /= s[i, i]
+
+
+def multiply(a: Any, b: Any, out: Any) -> None:
+    """Fill a b: for matrices this small, a call of a library takes longer than the product."""
+    for i in range(a.shape[0]):
+        for j in range(b.shape[1]):
+            total = 0.0
+            for k in range(a.shape[1]):
+                total += a[i, k] * b[k, j]
+            out[i, j] = total
+
+
+def congruence(a: Any, b: Any, work: Any, out: Any) -> None:
+    """Fill a b a^T of a symmetric b; `work` has the shape of a."""
+    multiply(a, b, work)
+    for i in range(a.shape[0]):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(a.shape[1]):
+                total += work[i, k] * a[j, k]
+            out[i, j] = total
+            out[j, i] = total
+
+
+def update(cov: Any, slope: Any, noise: Any, present: Any, gain: Any, whitening: Any) -> None:
+    """Update the covariance by a measurement; fills gain and whitening.
+
+    The covariance takes the form that rounding cannot make negative (Joseph).
+    """
     m, n = slope.shape
-    h = slope.copy()
+    h, s, hp = slope.copy(), np.zeros((m, m)), np.zeros((m, n))
     for i in range(m):
         if not present[i]:
             h[i, :] = 0.0
-    s = h @ cov @ h.T
+    congruence(h, cov, hp, s)
     for i in range(m):
         s[i, i] += noise[i]
-    inverse = np.linalg.inv(s)
-    k = cov @ h.T @ inverse
-    gain[:, :] = k
-    whitening[:, :] = np.linalg.cholesky(0.5 * (inverse + inverse.T))
-    keep = np.eye(n) - k @ h
-    out = keep @ cov @ keep.T
+    root_of_inverse(s, whitening)
+    multiply(whitening.T, hp, h)
+    multiply(h.T, whitening.T, gain)
+    keep, before, work = np.zeros((n, n)), cov.copy(), np.zeros((n, n))
+    for i in range(m):
+        for j in range(n):
+            h[i, j] = slope[i, j] if present[i] else 0.0
+    multiply(gain, h, keep)
+    for a in range(n):
+        for b in range(n):
+            keep[a, b] = (1.0 if a == b else 0.0) - keep[a, b]
+    congruence(keep, before, work, cov)
     for i in range(m):
         for a in range(n):
             for b in range(n):
-                out[a, b] += k[a, i] * noise[i] * k[b, i]
-    return out
+                cov[a, b] += gain[a, i] * noise[i] * gain[b, i]
 
 
 def linearise(
@@ -77,6 +128,7 @@ def linearise(
     still = np.ones(2)
     moved = z.copy()
     other = memory.copy()
+    work, before_step = np.zeros((n, n)), np.zeros((n, n))
     advance(
         tick,
         memory,
@@ -114,7 +166,7 @@ def linearise(
         for i in range(m):
             present[i] = np.isfinite(measured[k, i])
             error[i] = measured[k, i] - reading[chosen[i]] if present[i] else 0.0
-        cov = update(cov, reading_slope, noise, present, gains[k], whitening[k])
+        update(cov, reading_slope, noise, present, gains[k], whitening[k])
         for i in range(n):
             for j in range(m):
                 z[i] += gains[k, i, j] * error[j]
@@ -156,7 +208,8 @@ def linearise(
                 feeds[k, i, j] = (
                     slope[i] * (signals_moved[source] - signals[source]) / probe_sizes[j]
                 )
-        cov = maps[k] @ cov @ maps[k].T
+        before_step[:, :] = cov
+        congruence(maps[k], before_step, work, cov)
         for i in range(n):
             cov[i, i] += diffusion[i]
 
@@ -181,6 +234,7 @@ def propagate(
     """
     n, m = gains.shape[1], gains.shape[2]
     dz = np.zeros(n)
+    after = np.zeros(n)
     dy = np.zeros(m)
     for k in range(len(column)):
         for i in range(m):
@@ -192,5 +246,16 @@ def propagate(
         for i in range(n):
             for j in range(m):
                 dz[i] -= gains[k, i, j] * dy[j]
-        dy = senses[k] @ dz + feeds[k] @ inputs[k]
-        dz = maps[k] @ dz + drives[k] @ inputs[k]
+        after[:] = 0.0
+        for i in range(n):
+            for j in range(n):
+                after[i] += maps[k, i, j] * dz[j]
+            for j in range(inputs.shape[1]):
+                after[i] += drives[k, i, j] * inputs[k, j]
+        for i in range(m):
+            dy[i] = 0.0
+            for j in range(n):
+                dy[i] += senses[k, i, j] * dz[j]
+            for j in range(inputs.shape[1]):
+                dy[i] += feeds[k, i, j] * inputs[k, j]
+        dz[:] = after

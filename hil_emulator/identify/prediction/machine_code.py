@@ -29,6 +29,9 @@ _MODEL = ("tick", "rate", "sense")
 
 _INNER: tuple[Callable[..., Any], ...] = (
     predictor.advance,
+    linearised.root_of_inverse,
+    linearised.multiply,
+    linearised.congruence,
     linearised.update,
     smoothing.observe,
     smoothing.proceed,

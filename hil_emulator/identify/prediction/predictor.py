@@ -23,6 +23,9 @@ class Predictor(Protocol):
     def balances(self) -> tuple[Balance, ...]:
         """The balances that the channels can show."""
 
+    def cost(self, par: Array) -> float:
+        """Return how much longer a prediction takes at these parameters than usually."""
+
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Any:
         """Prepare an experiment at given parameters."""
 

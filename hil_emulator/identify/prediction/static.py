@@ -64,6 +64,10 @@ class StaticObserver:
         """Time over which residuals may be correlated [s]."""
         return MEMORY
 
+    def cost(self, par: Array) -> float:
+        """Return that every prediction takes as long as any other."""
+        return 1.0
+
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Measured:
         """Turn readings into states."""
         names = list(self.twin.kernel.state.names or ())

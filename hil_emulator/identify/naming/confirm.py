@@ -1,0 +1,128 @@
+"""Which candidates hold in the model itself, and where a refit of them had better begin."""
+
+import heapq
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.scan import Projection, Score, score_of
+
+WORTHLESS = 4.0
+"""Expected gain in chi-square below which a candidate is not looked at."""
+
+KEPT = 0.5
+"""Part of the gain that the linear model expects which the model itself must show (assumed)."""
+
+SIZES = (0.1, 0.3, 1.0, 3.0)
+"""Typical sizes at which an effect is tried that its slope leads astray (assumed)."""
+
+LOOKS = 8
+"""Most candidates that are tried at several sizes."""
+
+DEAR = 3.0
+"""How much longer than usual a prediction may take for an effect to be tried at any size but its
+typical one: a coupling that hardly gives is stiff, and does nothing (assumed)."""
+
+SAME = 0.998
+"""Squared cosine between the traces of effects above which they are the same (assumed)."""
+
+TOLERATED = 2.0
+"""Prior standard deviations within which an ordinary parameter is believed (assumed)."""
+
+
+class Confirmation:
+    """Looks at candidates with the model itself.
+
+    Args:
+        fitter: with frozen experiments.
+        fit: where the scores were taken.
+
+    """
+
+    def __init__(self, fitter: Fitter, fit: Fit) -> None:
+        self._fitter, self._fit = fitter, fit
+        self._project = Projection(fit)
+        bounded = np.array([np.isfinite(c.prior) for c in fit.coordinates], dtype=bool)
+        driven = bounded & (np.abs(fit.at) > TOLERATED)
+        self._returned = [np.where(which, 0.0, fit.at) for which in (driven, bounded)]
+        if not driven.any():
+            self._returned = []
+
+    def best(self, scores: Sequence[Score], wanted: int) -> list[Score]:
+        """Return the best scores that hold where the linear model puts the estimate.
+
+        An effect that bends, or that is far stronger than its typical size, gets a slope that leads
+        nowhere; its statistic is then what the model gains at the best of a few sizes. Of effects
+        with the same trace one is enough.
+
+        Args:
+            scores: of the linear model.
+            wanted: how many are enough.
+
+        """
+        queue = [(-s.statistic, i, s) for i, s in enumerate(scores) if s.statistic > WORTHLESS]
+        heapq.heapify(queue)
+        found: list[Score] = []
+        tried: dict[int, Score] = {}
+        while queue and len(found) < wanted and len(tried) < LOOKS:
+            _, i, score = heapq.heappop(queue)
+            if i in tried:
+                found.append(score)
+                continue
+            holds = self._gained(score) >= KEPT * score.statistic
+            options = [score] if holds else []
+            if not any(_alike(score, other) for other in (*tried.values(), *found)):
+                options += self._returning(score)
+                options += [] if holds else self._sounding(score)
+            best = max(options, key=lambda s: s.statistic, default=score)
+            if best is score and holds:
+                found.append(score)
+                continue
+            tried[i] = score
+            if options and best.sensible and best.statistic > WORTHLESS:
+                heapq.heappush(queue, (-best.statistic, i, best))
+        return found
+
+    def _gained(self, score: Score) -> float:
+        """Return what the model itself gains where a score puts the estimate."""
+        fit = self._fit
+        at = np.append(fit.at + score.estimate * score.response, score.estimate)
+        free = [*fit.coordinates, score.coordinate]
+        if abs(score.estimate) < SIZES[1] and self._fitter.cost(free, at) > DEAR:
+            return float("-inf")
+        return fit.chi2 - self._fitter.chi2(free, at)
+
+    def _sounding(self, score: Score) -> Iterator[Score]:
+        """Yield scores by secants: between sizes that explain something, all may be worse."""
+        sense = 1.0 if score.estimate > 0.0 else -1.0
+        free = [*self._fit.coordinates, score.coordinate]
+        for at in self._tries(score, self._fit.at, (score.estimate, *(sense * k for k in SIZES))):
+            change = (self._fitter.residual(free, at) - self._fit.residual) / at[-1]
+            secant = score_of(score.coordinate, change, self._project)
+            yield replace(secant, statistic=self._gained(secant))
+
+    def _returning(self, score: Score) -> Iterator[Score]:
+        """Yield starts where parameters are as configured: those that the gap drove far, or all."""
+        free = [*self._fit.coordinates, score.coordinate]
+        for returned in self._returned:
+            for at in self._tries(score, returned, (*SIZES, *(-k for k in SIZES))):
+                gained = self._fit.chi2 - self._fitter.chi2(free, at)
+                yield replace(score, statistic=gained, estimate=float(at[-1]), start=at)
+
+    def _tries(self, score: Score, at: Array, sizes: Sequence[float]) -> Iterator[Array]:
+        low, high = score.coordinate.bounds
+        free = [*self._fit.coordinates, score.coordinate]
+        for size in sizes:
+            tried = np.append(at, size)
+            dear = abs(size) != 1.0 and self._fitter.cost(free, tried) > DEAR
+            if low <= size <= high and not dear:
+                yield tried
+
+
+def _alike(one: Score, other: Score) -> bool:
+    """Return whether no data like these tell two candidates apart."""
+    product = float(one.column @ other.column)
+    return product**2 > SAME * one.information * other.information
