@@ -13,8 +13,8 @@ from hil_emulator.identify.practising.library import (
     limits,
     stimulus,
     target,
-    velocity_gain,
 )
+from hil_emulator.identify.prediction.rating import velocity_gain
 from hil_emulator.places import shipped
 from tests.identify.rig_data import INSTRUMENTS, knee, knee_twin
 

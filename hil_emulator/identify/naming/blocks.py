@@ -80,7 +80,7 @@ class BlockScore:
         balance: where the term sits.
         driver: what it depends on.
         statistic: gain in chi-square.
-        limit: what chance reaches in one of a thousand, residuals serially correlated.
+        limit: what chance reaches in one of ten thousand, residuals serially correlated.
         knots: values of the driver.
         curve: the term there, in the balance's unit.
         columns: derivative of the residual by each hat.
@@ -176,7 +176,7 @@ def score_blocks(
         found.append(
             _score(balance, driver, knots, columns, project, residual, seed, fitter.stretch)
         )
-    return sorted(found, key=lambda b: -(b.statistic / b.limit))
+    return sorted(found, key=lambda b: b.limit - b.statistic)
 
 
 def _column(fitter: "Fitter", balance: Balance, terms: Sequence[Array], hat: int) -> Array:
@@ -212,7 +212,7 @@ def _score(
 
 
 def chance(basis: Array, residual: Array, seed: int, length: int) -> float:
-    """Return the statistic that residuals without any effect reach in one of a thousand.
+    """Return the statistic that residuals without any effect reach in one of ten thousand.
 
     Whole stretches of the residual get random signs, which keeps their serial correlation.
     """
@@ -227,4 +227,4 @@ def chance(basis: Array, residual: Array, seed: int, length: int) -> float:
     sums = np.sum((signs @ parts) ** 2, axis=1)
     # a gamma law through mean and variance reaches further than 400 draws
     mean, variance = float(np.mean(sums)), float(np.var(sums))
-    return mean + 5.5 * float(np.sqrt(variance)) + 10.0
+    return mean + 7.5 * float(np.sqrt(variance)) + 10.0

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.naming.scan import Projection, Score, score_of
 
 WORTHLESS = 4.0
@@ -28,9 +28,6 @@ typical one: a coupling that hardly gives is stiff, and does nothing (assumed)."
 
 SAME = 0.998
 """Squared cosine between the traces of effects above which they are the same (assumed)."""
-
-TOLERATED = 2.0
-"""Prior standard deviations within which an ordinary parameter is believed (assumed)."""
 
 
 class Confirmation:

@@ -86,6 +86,9 @@ class Contest:
     def _complete(self, fit: Fit, coordinate: Coordinate) -> Fit:
         """Refit with all that the effect's law holds: what is usual need not be what is there."""
         fit = self._converged(fit)
+        nudged = self._fitter.nudged(fit, len(fit.at) - 1)
+        if nudged is not fit:
+            fit = self._converged(nudged)
         shapes = self._fitter.predictor.twin.shapes(coordinate)
         if not shapes:
             return fit

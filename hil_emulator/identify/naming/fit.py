@@ -18,6 +18,12 @@ FINITE = 0.3
 """Step of a derivative by an effect, in typical sizes: finite on purpose, since dead bands,
 hysteresis and stops have no slope at zero."""
 
+NUDGES = (0.7, 1.4)
+"""Factors of an effect's size at which a refit is begun once more (assumed)."""
+
+TOLERATED = 2.0
+"""Prior standard deviations within which an ordinary parameter is believed (assumed)."""
+
 DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 """Damping of a step over the diagonal of its normal equations, tried in turn until one helps: where
 two parameters nearly make up for each other, it is their common way that a step overdoes."""
@@ -188,6 +194,28 @@ class Fitter:
         if slope is None:
             slope = self.jacobian(free, at, residual)
         return Fit(free, at, residual, slope, chi2)
+
+    def nudged(self, fit: Fit, i: int) -> Fit:
+        """Push one effect over the kinks that a delay has at every sample, a lap at every edge.
+
+        Ordinary parameters that have gone far with it start as configured.
+
+        Returns:
+            a better fit, or the same.
+
+        """
+        best = fit
+        low, high = fit.coordinates[i].bounds
+        far = [np.isfinite(c.prior) and abs(a) > TOLERATED * c.prior
+               for c, a in zip(fit.coordinates, fit.at, strict=True)]  # fmt: skip
+        for factor in NUDGES:
+            at = np.where(far, 0.0, fit.at)
+            at[i] *= factor
+            if low <= at[i] <= high:
+                near = None if any(far) else fit.jacobian
+                other = self.fit(fit.coordinates, at, 3, jacobian=near)
+                best = min(best, other, key=lambda f: f.chi2)
+        return best
 
 
 def _learn(slope: Array, moved: Array, changed: Array) -> None:

@@ -11,7 +11,7 @@ from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.scan import Score
 from hil_emulator.identify.prediction.twin import Coordinate
 
-NOTICEABLE = 0.005
+NOTICEABLE = 0.01
 """Share of the innovations' variance below which an unexplained term is not worth a word: ripple
 of friction and supply, which every machine has, is there and significant (assumed)."""
 

@@ -12,7 +12,7 @@ from hil_emulator.identify.prediction.twin import Coordinate
 SEEN = 9.0
 """Least expected gain in chi-square of an effect at its typical size that counts as visible."""
 
-FAR = 10.0
+FAR = 5.0
 """Typical sizes beyond which an estimate from a hardly visible effect is nonsense (assumed)."""
 
 

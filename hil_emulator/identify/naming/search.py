@@ -110,20 +110,29 @@ class Searcher:
         self._search.at = np.zeros(len(self.nuisances))
         return self._search
 
-    def settle(self, search: Search, passes: int = 6) -> Fit:
+    def settle(self, search: Search, passes: int = 8) -> Fit:
         """Refit everything in the model, with gains refreshed, until it hardly moves."""
+        nudging = bool(search.effects)
         for _ in range(passes):
             self.fitter.freeze(search.free, search.at)
             fit = self.fitter.fit(search.free, search.at, 2)
             spread = np.sqrt(np.diag(fit.covariance()))
             moved = float(np.max(np.abs(fit.at - search.at) / spread, initial=0.0))
             search.at = fit.at
-            if moved < SETTLED:
+            if moved < SETTLED and not nudging:
                 break
+            if moved < SETTLED:
+                nudging = False
+                search.at = self._nudged(search, fit).at
         self.fitter.freeze(search.free, search.at)
         fit = self.fitter.fit(search.free, search.at, 1)
         search.at = fit.at
         search.final = fit
+        return fit
+
+    def _nudged(self, search: Search, fit: Fit) -> Fit:
+        for effect in search.effects:
+            fit = self.fitter.nudged(fit, search.free.index(effect))
         return fit
 
     def _round(self, search: Search) -> Round:

@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.practising.library import Target, largest_current, velocity_gain
+from hil_emulator.identify.practising.library import Target
+from hil_emulator.identify.prediction.rating import largest_current, velocity_gain
 from hil_emulator.identify.prediction.twin import Twin
 from hil_emulator.model.plant import Plant, Sensors
 

@@ -5,7 +5,6 @@ time without a unit, between -1 and 1, zero at the start. An experiment scales i
 around a centre, stays away from the stops, and below the speed that the valve can give.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -15,6 +14,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.practising import shapes
 from hil_emulator.identify.practising.shapes import ENTRY, Shape, smooth
+from hil_emulator.identify.prediction.rating import largest_current, velocity_gain
 from hil_emulator.units import show
 
 CLEARANCE = 0.05
@@ -22,9 +22,6 @@ CLEARANCE = 0.05
 
 SPEED_SHARE = 0.5
 """Part of the no-load speed at full current that a smooth target may ask for (assumed)."""
-
-RATED_SPEED = 1.0
-"""Speed of a rod that no current limit bounds [m/s] (assumed: usual limit of seals)."""
 
 
 @dataclass(frozen=True)
@@ -100,24 +97,6 @@ def limits(plant: Mapping[str, float]) -> Limits:
     low, high = CLEARANCE * stroke, (1.0 - CLEARANCE) * stroke
     start = min(max(plant.get("initial_position", 0.5 * stroke), low), high)
     return Limits(start, low, high, SPEED_SHARE * largest_current(plant) * velocity_gain(plant))
-
-
-def velocity_gain(plant: Mapping[str, float]) -> float:
-    """Return the no-load speed over the valve current [m/(s A)], extending.
-
-    Both edges pass what the areas displace: v = K_v/A_p √((p_s - α p_t)/(1 + α³)) (from S1 eq. 3.9,
-    3.10 with A_p p_a = α A_p p_b).
-    """
-    alpha = plant["cylinder_area_ratio"]
-    drop = max(plant["supply_pressure"] - alpha * plant.get("tank_pressure", 0.0), 1e5)
-    area = plant["cylinder_piston_area"]
-    return plant["valve_gain"] / area * math.sqrt(drop / (1.0 + alpha**3))
-
-
-def largest_current(plant: Mapping[str, float]) -> float:
-    """Return the largest valve current [A]: where the driver or the seals end."""
-    saturation = plant.get("current_saturation_limit", math.inf)
-    return min(saturation, RATED_SPEED / velocity_gain(plant))
 
 
 LIBRARY: tuple[Stimulus, ...] = (

@@ -17,13 +17,13 @@ from hil_emulator.identify.naming.scan import scan
 from hil_emulator.identify.practising.closed_loop import Machine, World
 from hil_emulator.identify.practising.library import (
     Target,
-    largest_current,
     limits,
     stimulus,
     target,
 )
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.rating import largest_current
 from hil_emulator.identify.prediction.twin import Coordinate, Twin
 from hil_emulator.units import show, to_si
 

@@ -85,9 +85,8 @@ def linearise(
     tick: Any, sense: Any, start: Any, z0: Any, cov0: Any, scales: Any, active: Any, par: Any,
     drift: int, supply: int, probes: Any, probe_sizes: Any, chan: Any, remembered: Any,
     sources: Any, chosen: Any, slope: Any, signal_count: int, current: Any, measured: Any,
-    noise: Any, diffusion: Any, decay: Any, period: float, step: float, steps: int, gains: Any,
-    whitening: Any, maps: Any, senses: Any,
-    drives: Any, feeds: Any,
+    noise: Any, diffusion: Any, decay: Any, settling: int, period: float, step: float, steps: int,
+    gains: Any, whitening: Any, maps: Any, senses: Any, drives: Any, feeds: Any,
 ) -> None:  # fmt: skip
     """Run the extended Kalman filter with a Jacobian by forward differences.
 
@@ -100,6 +99,8 @@ def linearise(
         signal_count: number of the model's signals.
         noise: variance of each chosen channel.
         diffusion: variance that z gains in a sample.
+        settling: samples for which z is as uncertain as at first: what a dead time still held when
+            the recording began is not known.
         gains, whitening: the result; see `filter.predict`.
         maps, senses: Jacobians of the next z and the next reading by z, per sample.
         drives, feeds: the same by the probes.
@@ -212,6 +213,8 @@ def linearise(
         congruence(maps[k], before_step, work, cov)
         for i in range(n):
             cov[i, i] += diffusion[i]
+        if k < settling:
+            cov[:, :] = cov0
 
 
 def propagate(

@@ -8,10 +8,14 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment, noise_of
 from hil_emulator.identify.naming.blocks import BLOCKS, SUPPLY, Balance, Drivers, drivers
 from hil_emulator.identify.prediction.probes import PROBES
+from hil_emulator.identify.prediction.rating import largest_current
 from hil_emulator.identify.prediction.twin import Twin
 
 NULL_DRIFT = 1e-3
-"""Standard deviation of the null's drift over the largest current (assumed)."""
+"""Standard deviation of the null's drift over the rated current (assumed)."""
+
+START = 2.0
+"""How far off the null may be at the start, over its drift (assumed)."""
 
 NULL_TIME = 4.0
 """Time over which the null drifts [s] (assumed)."""
@@ -51,7 +55,14 @@ MEMORY = 0.1
 BURN_IN = 0.05
 """Time at the start of an experiment that counts for nothing [s]: the states settle."""
 
-SMALLEST_NOISE = 2e-5
+QUIETEST = 0.25
+"""Least standard deviation that whitened innovations are taken to have (assumed): a channel without
+noise is as exact as the floor under its noise, not as a rod at rest makes it look."""
+
+SETTLING = 0.02
+"""Time for which set points from before the recording may act [s] (assumed)."""
+
+SMALLEST_NOISE = 5e-5
 """Noise of a channel without any, over its span (assumed: rounding of a recording)."""
 
 _INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
@@ -150,7 +161,8 @@ class Observer:
             start, z0, cov0, scales, active, par, twin.drift, twin.supply,
             twin.probes, twin.probe_sizes, chan, twin.remembered, twin.sources, self.chosen,
             np.ones(n_m), len(twin.signal_names), experiment.current, measured, noise**2, diffusion,
-            decay, experiment.period, experiment.period / steps, steps, *arrays,
+            decay, round(SETTLING / experiment.period), experiment.period,
+            experiment.period / steps, steps, *arrays,
         )  # fmt: skip
         gains, whitening, maps, senses, drives, feeds = arrays
         return Frozen(
@@ -257,7 +269,7 @@ class Observer:
         length = round(MEMORY / frozen.experiment.period)
         spread = [_quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])]
         scale = np.sqrt(frozen.experiment.copies)
-        frozen.weights = 1.0 / (scale * np.array([s if s > 1e-6 else 1.0 for s in spread]))
+        frozen.weights = 1.0 / (scale * np.maximum(spread, QUIETEST))
 
     def _tuning(
         self,
@@ -287,11 +299,11 @@ class Observer:
         }
         rows = [table.get(n, (1e-3 * abs(s), 0.0, 1e-4 * max(abs(s), 1e-3)))
                 for n, s in zip(names, start, strict=True)]  # fmt: skip
-        drift = NULL_DRIFT * top
+        drift = NULL_DRIFT * max(top, largest_current(p))
         times = np.array([NULL_TIME, SUPPLY_TIME])
         levels = np.array([drift, wander])
         decay = np.exp(-period / times)
-        spread = np.array([r[0] for r in rows] + [10.0 * drift, SUPPLY_DRIFT])
+        spread = np.array([r[0] for r in rows] + [START * drift, SUPPLY_DRIFT])
         growth = np.array([r[1] for r in rows]) ** 2 * period
         diffusion = np.concatenate([growth, levels**2 * (1.0 - decay**2)])
         scales = np.array([r[2] for r in rows] + [1e-6, 1e4])
