@@ -11,6 +11,7 @@ from hil_emulator.__main__ import main
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.data import load_experiments
+from hil_emulator.identify.measured.plausible import contradictions
 from hil_emulator.identify.practising import practice, sealed
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.rig import nodes
@@ -167,3 +168,10 @@ def test_a_surprise_is_found(tmp_path: Path) -> None:
     opened = said("hide", "--open", out)
     assert "named     " in opened or "in group  " in opened
     assert "missed" not in opened
+
+
+def test_a_chirp_is_no_drift_of_a_clock() -> None:
+    """Friction makes the rod's lag behind the pressures fall as the chirp gets faster."""
+    leak = practice.hide(knee_twin(), "internal_leakage", "medium")
+    made = practice.ground(knee_twin(), [leak], 1)
+    assert contradictions(practice.campaign(made, ["chirp"]), knee_twin()) == []

@@ -111,8 +111,11 @@ class Contest:
 
     def _weighed(self, score: Score, fit: Fit) -> Trial:
         base, last = self._base, len(fit.at) - 1
-        slopes = fit.jacobian[:, :-1]
-        project = Projection(Fit(fit.coordinates[:-1], fit.at[:-1], fit.residual, slopes, 0.0))
+        # an effect that is off has no shape: whether it is there does not hang on how it looks
+        own = f"{score.coordinate.name}."
+        rest = [i for i, c in enumerate(fit.coordinates[:-1]) if not c.name.startswith(own)]
+        others = [fit.coordinates[i] for i in rest]
+        project = Projection(Fit(others, fit.at[rest], fit.residual, fit.jacobian[:, rest], 0.0))
         fresh = self._fitter.column(fit.coordinates, fit.at, fit.residual, last)
         projected = project(fresh)[: len(fit.residual)]
         variance = gate.robust_variance(projected, fit.residual, self._fitter.stretch)
