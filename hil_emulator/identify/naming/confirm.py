@@ -19,7 +19,7 @@ KEPT = 0.5
 SIZES = (0.1, 0.3, 1.0, 3.0)
 """Typical sizes at which an effect is tried that its slope leads astray (assumed)."""
 
-LOOKS = 8
+LOOKS = 16
 """Most candidates that are tried at several sizes."""
 
 DEAR = 3.0

@@ -23,6 +23,7 @@ from hil_emulator.identify.naming.fit import Fitter, prior_rows
 from hil_emulator.identify.practising.closed_loop import Machine, World
 from hil_emulator.identify.practising.library import Target
 from hil_emulator.identify.prediction.observer import NULL_DRIFT, Observer
+from hil_emulator.identify.prediction.rating import largest_current
 from hil_emulator.identify.prediction.twin import Coordinate
 
 SETTLED = 0.03
@@ -122,7 +123,7 @@ class Forecaster:
         """Return the disturbances that the recorded data show."""
         data = self.fitter.experiments
         noise = np.median([self._observer.noise(e) for e in data], axis=0)
-        top = max(float(np.max(np.abs(e.current))) for e in data)
+        top = largest_current(self._observer.twin.plant_values)
         names = self._observer.channels
         ripple = 0.0
         if "supply_pressure" in names:

@@ -14,9 +14,6 @@ from hil_emulator.identify.prediction.twin import Twin
 NULL_DRIFT = 1e-3
 """Standard deviation of the null's drift over the rated current (assumed)."""
 
-START = 2.0
-"""How far off the null may be at the start, over its drift (assumed)."""
-
 NULL_TIME = 4.0
 """Time over which the null drifts [s] (assumed)."""
 
@@ -303,7 +300,7 @@ class Observer:
         times = np.array([NULL_TIME, SUPPLY_TIME])
         levels = np.array([drift, wander])
         decay = np.exp(-period / times)
-        spread = np.array([r[0] for r in rows] + [START * drift, SUPPLY_DRIFT])
+        spread = np.array([r[0] for r in rows] + [drift, SUPPLY_DRIFT])
         growth = np.array([r[1] for r in rows]) ** 2 * period
         diffusion = np.concatenate([growth, levels**2 * (1.0 - decay**2)])
         scales = np.array([r[2] for r in rows] + [1e-6, 1e4])
