@@ -3,6 +3,7 @@
 import hashlib
 import importlib.util
 import json
+import sys
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -127,11 +128,14 @@ def _own_effects(file: Path, layer: dict[str, Any]) -> list[Effect]:
     found: list[Effect] = []
     for name in named if isinstance(named, list) else []:
         path = file.parent / str(name)
-        spec = importlib.util.spec_from_file_location(path.stem, path)
         try:
+            # kept machine code finds an effect again by its module's name
+            digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+            spec = importlib.util.spec_from_file_location(f"hil_emulator_effects_{digest}", path)
             if spec is None or spec.loader is None:
                 raise ImportError("not a Python file")
             module = importlib.util.module_from_spec(spec)
+            sys.modules[module.__name__] = module
             spec.loader.exec_module(module)
             found += module.EFFECTS
         except (OSError, ImportError, SyntaxError, AttributeError, DeclarationError) as error:

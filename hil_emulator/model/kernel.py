@@ -79,8 +79,10 @@ def sources_digest(effects: Iterable[Effect]) -> str:
     digest = hashlib.sha256(f"{numba.__version__} {np.__version__}".encode())
     files = {Path(inspect.getfile(law.function)) for e in effects for law in e.laws}
     files |= set(Path(__file__).parent.rglob("*.py"))
+    # machine code knows the modules it was made of by name
+    for name in sorted({law.function.__module__ for e in effects for law in e.laws}):
+        digest.update(name.encode())
     for file in sorted(files):
-        # machine code knows the modules it was made of by name
         digest.update(file.name.encode() + file.read_bytes())
     return digest.hexdigest()[:16]
 
