@@ -80,7 +80,7 @@ def sources_digest(effects: Iterable[Effect]) -> str:
     files = {Path(inspect.getfile(law.function)) for e in effects for law in e.laws}
     files |= set(Path(__file__).parent.rglob("*.py"))
     # machine code knows the modules it was made of by name
-    for name in sorted({law.function.__module__ for e in effects for law in e.laws}):
+    for name in sorted({str(law.function.__module__) for e in effects for law in e.laws}):
         digest.update(name.encode())
     for file in sorted(files):
         digest.update(file.name.encode() + file.read_bytes())
