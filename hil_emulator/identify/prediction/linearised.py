@@ -50,10 +50,13 @@ def congruence(a: Any, b: Any, work: Any, out: Any) -> None:
             out[j, i] = total
 
 
-def update(cov: Any, slope: Any, noise: Any, present: Any, gain: Any, whitening: Any) -> None:
+def update(
+    cov: Any, slope: Any, noise: Any, present: Any, held: int, gain: Any, whitening: Any
+) -> None:
     """Update the covariance by a measurement; fills gain and whitening.
 
-    The covariance takes the form that rounding cannot make negative (Joseph).
+    The covariance takes the form that rounding cannot make negative, and that holds for any gain
+    (Joseph): element `held` of z, -1 for none, counts as uncertain but is not corrected (Schmidt).
     """
     m, n = slope.shape
     h, s, hp = slope.copy(), np.zeros((m, m)), np.zeros((m, n))
@@ -66,6 +69,8 @@ def update(cov: Any, slope: Any, noise: Any, present: Any, gain: Any, whitening:
     root_of_inverse(s, whitening)
     multiply(whitening.T, hp, h)
     multiply(h.T, whitening.T, gain)
+    if held >= 0:
+        gain[held, :] = 0.0
     keep, before, work = np.zeros((n, n)), cov.copy(), np.zeros((n, n))
     for i in range(m):
         for j in range(n):
@@ -85,22 +90,25 @@ def linearise(
     tick: Any, sense: Any, start: Any, z0: Any, cov0: Any, scales: Any, active: Any, par: Any,
     drift: int, supply: int, probes: Any, probe_sizes: Any, chan: Any, remembered: Any,
     sources: Any, chosen: Any, slope: Any, signal_count: int, current: Any, measured: Any,
-    noise: Any, diffusion: Any, decay: Any, settling: int, period: float, step: float, steps: int,
-    gains: Any, whitening: Any, maps: Any, senses: Any, drives: Any, feeds: Any,
+    noise: Any, diffusion: Any, decay: Any, settling: int, burn_in: int, period: float, step: float,
+    steps: int, gains: Any, whitening: Any, maps: Any, senses: Any, drives: Any, feeds: Any,
 ) -> None:  # fmt: skip
     """Run the extended Kalman filter with a Jacobian by forward differences.
 
     Arguments as in `filter.predict`, and:
         cov0: covariance of z0.
-        scales: step of the differences, by element of z.
+        scales: smallest and largest step of the differences, by element of z, shape (2, z); in
+            between it is the deviation of z, so that a bent law counts by its secant.
         probes: parameters whose effect on the next state is wanted.
         probe_sizes: step of their differences.
         slope: reading per signal of each chosen channel.
         signal_count: number of the model's signals.
         noise: variance of each chosen channel.
         diffusion: variance that z gains in a sample.
-        settling: samples for which z is as uncertain as at first: what a dead time still held when
-            the recording began is not known.
+        settling: samples for which the spool, the first two of z, is as uncertain as at first:
+            what a dead time still held when the recording began is not known.
+        burn_in: samples that count for nothing: the null, which they would teach, waits for those
+            that do.
         gains, whitening: the result; see `filter.predict`.
         maps, senses: Jacobians of the next z and the next reading by z, per sample.
         drives, feeds: the same by the probes.
@@ -126,6 +134,7 @@ def linearise(
     present = np.ones(m, np.bool_)
     reading_slope = np.zeros((m, n))
     error = np.zeros(m)
+    widths = scales[0].copy()
     still = np.ones(2)
     moved = z.copy()
     other = memory.copy()
@@ -150,9 +159,12 @@ def linearise(
     for k in range(len(current)):
         sense(signals, sources, chan, trace, history, normal, period, reading, overrange)
         before = current[max(0, k - 1)]
+        for j in range(n):
+            spread = np.sqrt(max(cov[j, j], 0.0))
+            widths[j] = min(max(scales[0, j], spread), scales[1, j])
         for j in range(n):  # Jacobian of the reading
             moved[:] = z
-            moved[j] += scales[j]
+            moved[j] += widths[j]
             other[:] = memory
             past_other[:] = past
             advance(
@@ -162,12 +174,13 @@ def linearise(
             for i in range(m):
                 source = sources[chosen[i]]
                 reading_slope[i, j] = (
-                    slope[i] * (signals_moved[source] - signals[source]) / scales[j]
+                    slope[i] * (signals_moved[source] - signals[source]) / widths[j]
                 )
         for i in range(m):
             present[i] = np.isfinite(measured[k, i])
             error[i] = measured[k, i] - reading[chosen[i]] if present[i] else 0.0
-        update(cov, reading_slope, noise, present, gains[k], whitening[k])
+        held = n - 2 if k < burn_in else -1
+        update(cov, reading_slope, noise, present, held, gains[k], whitening[k])
         for i in range(n):
             for j in range(m):
                 z[i] += gains[k, i, j] * error[j]
@@ -180,7 +193,7 @@ def linearise(
         )  # fmt: skip
         for j in range(n):  # Jacobian of the next state and reading
             moved[:] = posterior
-            moved[j] += scales[j]
+            moved[j] += widths[j]
             other[:] = old
             past_other[:] = past_before
             advance(
@@ -188,10 +201,10 @@ def linearise(
                 current[k], decay, signals_moved, step, steps,
             )  # fmt: skip
             for i in range(n):
-                maps[k, i, j] = (moved[i] - z[i]) / scales[j]
+                maps[k, i, j] = (moved[i] - z[i]) / widths[j]
             for i in range(m):
                 source = sources[chosen[i]]
-                senses[k, i, j] = slope[i] * (signals_moved[source] - signals[source]) / scales[j]
+                senses[k, i, j] = slope[i] * (signals_moved[source] - signals[source]) / widths[j]
         for j in range(len(probes)):
             moved[:] = posterior
             other[:] = old
@@ -214,7 +227,8 @@ def linearise(
         for i in range(n):
             cov[i, i] += diffusion[i]
         if k < settling:
-            cov[:, :] = cov0
+            for i in range(2):
+                cov[i, i] += cov0[i, i]
 
 
 def propagate(

@@ -30,8 +30,11 @@ FORCE_DISTURBANCE = 2e-3
 """Unmodelled force over area times supply pressure (assumed)."""
 
 SLIP = 1e-3
-"""Step of the derivative by velocity [m/s] (assumed): the secant of friction over as much as the
-velocity is uncertain at rest, where its tangent would make the filter trust no force."""
+"""Least step of the derivative by velocity [m/s] (assumed): the secant of friction over as much as
+the velocity is uncertain at rest, where its tangent would make the filter trust no force."""
+
+FASTEST_SLIP = 1e-2
+"""Largest step [m/s] (assumed), while the velocity is less certain."""
 
 DISTURBANCE_TIME = 0.01
 """Time over which both are correlated [s] (assumed)."""
@@ -120,6 +123,7 @@ class Observer:
         self.channels = channels
         self.largest_step = step
         self.chosen = np.array([twin.names.index(c) for c in channels])
+        self._last = (b"", step)
 
     @property
     def memory(self) -> float:
@@ -128,8 +132,13 @@ class Observer:
 
     def step(self, par: Array) -> float:
         """Return an integration step that is stable for these parameters [s]."""
-        fastest = max(self.twin.fastest(par), 1.0)
-        return min(self.largest_step, max(SMALLEST_STEP, STABLE / fastest))
+        key, last = par.tobytes(), self._last
+        if key != last[0]:
+            fastest = max(self.twin.fastest(par), 1.0)
+            last = key, min(self.largest_step, max(SMALLEST_STEP, STABLE / fastest))
+            # as a whole: other threads predict as well
+            self._last = last
+        return last[1]
 
     def cost(self, par: Array) -> float:
         """Return how much longer a prediction takes than one with the largest step."""
@@ -158,8 +167,8 @@ class Observer:
             start, z0, cov0, scales, active, par, twin.drift, twin.supply,
             twin.probes, twin.probe_sizes, chan, twin.remembered, twin.sources, self.chosen,
             np.ones(n_m), len(twin.signal_names), experiment.current, measured, noise**2, diffusion,
-            decay, round(SETTLING / experiment.period), experiment.period,
-            experiment.period / steps, steps, *arrays,
+            decay, round(SETTLING / experiment.period), round(BURN_IN / experiment.period),
+            experiment.period, experiment.period / steps, steps, *arrays,
         )  # fmt: skip
         gains, whitening, maps, senses, drives, feeds = arrays
         return Frozen(
@@ -277,7 +286,7 @@ class Observer:
         wander: float,
         period: float,
     ) -> tuple[Array, Array, Array, Array]:
-        """Return initial covariance, diffusion per sample, decay, and steps of differences."""
+        """Return initial covariance, diffusion per sample, decay, and limits of the differences."""
         p = dict(zip(self.twin.kernel.parameters.names or (), par.tolist(), strict=True))
         area, supply = p["cylinder_piston_area"], p["supply_pressure"]
         flow = FLOW_DISTURBANCE * p["valve_gain"] * top * np.sqrt(supply / 2.0)
@@ -303,8 +312,9 @@ class Observer:
         spread = np.array([r[0] for r in rows] + [drift, SUPPLY_DRIFT])
         growth = np.array([r[1] for r in rows]) ** 2 * period
         diffusion = np.concatenate([growth, levels**2 * (1.0 - decay**2)])
-        scales = np.array([r[2] for r in rows] + [1e-6, 1e4])
-        return np.diag(spread**2), diffusion, decay, scales
+        least = np.array([r[2] for r in rows] + [1e-6, 1e4])
+        most = np.where([n == "velocity" for n in [*names, "", ""]], FASTEST_SLIP, least)
+        return np.diag(spread**2), diffusion, decay, np.array([least, most])
 
 
 def _quiet_rms(values: Array, length: int) -> float:
