@@ -78,7 +78,7 @@ def summary(result: Result) -> str:
     for finding in result.effects:
         lines.append(f"missing   {finding}, {100 * finding.explained:.0f} % of the gap")
         if finding.form_differs:
-            lines.append("          its law differs from the catalogue's form")
+            lines.append(f"          its law differs from the catalogue's form: {finding.form}")
         if finding.group:
             lines.append(f"          not to be told from {', '.join(finding.group)}")
         lines += [f"          rival {r.name}: {r.lost}" for r in finding.rivals[:3]]

@@ -41,6 +41,8 @@ def conclude(searcher: Searcher, search: Search, forecast: bool = True) -> Resul
         result.verdict = "unknown_effect"
         u = unknown[0]
         result.reason = f"something acts on the {u.balance}, depending on {u.driver}: {u.shape}"
+        result.reason += f"; nearest in the catalogue: {search.nearest}" if search.nearest else ""
+    result.nearest = search.nearest
     ambiguous = [f for f in findings if f.group]
     if ambiguous:
         f = ambiguous[0]
@@ -101,7 +103,7 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
         value=float(coordinate.value(at)), unit=coordinate.unit, shown=coordinate.shown,
         interval=(float(ends[0]), float(ends[1])), explained=0.0, gain=best.evidence.gain,
         held_out=_or_none(best.evidence.held_out), group=tuple(group),
-        form_differs=coordinate.name in search.form_differs,
+        form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
         rivals=tuple(_rival(t, best) for t in weaker), separating_size=size,
     )  # fmt: skip
 

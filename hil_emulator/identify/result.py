@@ -61,6 +61,7 @@ class Finding:
         held_out: the same on the validation data; None without any.
         group: effects that these data cannot tell from it.
         form_differs: whether its law is of another form than the catalogue's.
+        form: what says so, in words.
         rivals: what else was weighed.
         separating_size: size [unit] at which the nearest rival would separate; None without rivals.
 
@@ -79,6 +80,7 @@ class Finding:
     form_differs: bool
     rivals: tuple[Rival, ...]
     separating_size: float | None = None
+    form: str = ""
 
     def __str__(self) -> str:
         low, high = (rounded(v, self.unit, self.shown) for v in self.interval)
@@ -119,6 +121,7 @@ class Result:
         reason: the verdict in a sentence.
         effects: the missing effects, the first found first.
         unknown: what remains and is not explained.
+        nearest: the effect that explains a part of it, but by another law; "" without one.
         gap: by channel, {"training": {"before", "after", "floor", ...}, "validation": ...}, root
             mean square in `measure` and in percent of the channel's spread, one step ahead and
             (prefix `free_`) in free runs of 500 ms; see `gap.measure`.
@@ -147,6 +150,7 @@ class Result:
     reason: str
     effects: list[Finding] = field(default_factory=list)
     unknown: list[Unexplained] = field(default_factory=list)
+    nearest: str = ""
     gap: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     measure: str = ""
     parameters: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -173,6 +177,7 @@ class Result:
             "reason": self.reason,
             "effects": [_finding(f) for f in self.effects],
             "unknown": [vars(u) for u in self.unknown],
+            "nearest": self.nearest,
             "gap": self.gap,
             "gap_measure": self.measure,
             "free_run_by_motion": self.motion,

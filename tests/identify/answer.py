@@ -97,6 +97,8 @@ def _named(f: Finding) -> Named:
 
 
 def _nearest(result: Result) -> str:
+    if result.nearest:
+        return result.nearest
     if result.search is None or not result.search.rounds:
         return ""
     trials = result.search.rounds[-1].trials

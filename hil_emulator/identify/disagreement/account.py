@@ -85,7 +85,8 @@ def _where(
 
 def _mapped(first: Round, where: Sequence[Disagreement]) -> list[BlockScore]:
     """Return the blocks worth a map: where it disagrees, or else where it might most."""
-    known = {(b.balance.name, b.driver): b for b in first.blocks if not b.balance.channel}
+    known = {(b.balance.name, b.driver): b for b in first.blocks
+             if b.columns.shape[1] and not b.balance.channel}  # fmt: skip
     wanted = [known[d.balance, d.driver] for d in where if (d.balance, d.driver) in known]
     found: list[BlockScore] = []
     for block in [*wanted, *known.values()]:

@@ -111,6 +111,8 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
     decay = float(np.exp(-frozen.experiment.period / LASTING))
     size = STRONG * _largest(predictor, frozen, par, what)
     term = np.zeros(len(residual))
+    if not (np.isfinite(residual).all() and np.isfinite(frozen.maps).all()):
+        return np.full(len(residual), np.nan)
     predictor.twin.loops.smooth(
         frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, frozen.weights,
         residual, decay, size**2, term,

@@ -32,6 +32,9 @@ SLOW = 200.0
 VACUUM = -10e5
 """Pressure that no fluid has, an error of the sensor included [Pa] (assumed)."""
 
+NEGATIVE = 0.1
+"""Part of the readings that may fall below it all the same: a ringing line swings (assumed)."""
+
 CREEP = 2e-3
 """Change of speed that leakage or a load may cause with the valve closed [m/s] (assumed)."""
 
@@ -65,7 +68,7 @@ def _far(name: str, values: Array) -> str:
 
 
 def _pressure(name: str, values: Array) -> str:
-    low = float(np.nanquantile(values, 0.01))
+    low = float(np.nanquantile(values, NEGATIVE))
     if low >= VACUUM:
         return ""
     return f"{name} falls to {show(low, *_SHOWN[name])}, below vacuum; is it a pressure?"

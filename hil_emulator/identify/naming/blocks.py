@@ -6,7 +6,7 @@ that the law is another one, or that the effect is unknown.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +19,12 @@ if TYPE_CHECKING:
 
 HATS = 6
 """Hat functions of a block."""
+
+FINE = 24
+"""The same over the place along the stroke: a tight spot is as long as a seal."""
+
+CHANCE = 2.5
+"""Gain in chi-square that a hat function may have by chance alone."""
 
 Drivers = dict[str, Array]
 
@@ -66,7 +72,8 @@ BLOCKS: tuple[tuple[Balance, str], ...] = (
     (PISTON, "pressure difference with the sign of velocity"),
     (PISTON, "pressure sum with the sign of velocity"), (PISTON, "time"),
     (LOAD, "velocity"), (LOAD, "position"), (LOAD, "time"),
-    (SUPPLY, "supply flow"), (CELL, "time"), (RULER, "velocity"),
+    (SUPPLY, "supply flow"), (CELL, "time"), (CELL, "pressure sum"), (RULER, "velocity"),
+    (RULER, "acceleration"),
 )  # fmt: skip
 """Balance and driver of every block. The spool over time is missing: drift of the null, which every
 valve has, is a state of the predictor."""
@@ -83,7 +90,8 @@ class BlockScore:
         limit: what chance reaches in one of ten thousand, residuals serially correlated.
         knots: values of the driver.
         curve: the term there, in the balance's unit.
-        columns: derivative of the residual by each hat.
+        columns: derivative of the residual by each hat; none of a term that is not significant, but
+            for the best of those that are no error of a sensor.
 
     """
 
@@ -105,6 +113,11 @@ class BlockScore:
         """Whether chance hardly explains it."""
         return self.statistic > self.limit
 
+    @property
+    def surplus(self) -> float:
+        """Gain in chi-square beyond what so many hat functions have by chance alone."""
+        return self.statistic - CHANCE * len(self.knots)
+
 
 def drivers(track: Array, names: Sequence[str], period: float) -> Drivers:
     """Return the drivers along a predicted trajectory."""
@@ -123,9 +136,11 @@ def drivers(track: Array, names: Sequence[str], period: float) -> Drivers:
         "pressure difference": drop,
         "position times pressure difference": np.asarray(x * drop),
         "velocity": v,
+        "acceleration": np.asarray(np.gradient(v, period)),
         "position with the sign of velocity": x * sign,
         "pressure difference with the sign of velocity": np.abs(drop) * sign,
         "pressure sum with the sign of velocity": (get["pressure_a"] + get["pressure_b"]) * sign,
+        "pressure sum": get["pressure_a"] + get["pressure_b"],
         "supply flow": get["supply_flow"],
     }
 
@@ -136,12 +151,12 @@ def hats(values: Array, knots: Array) -> Array:
     return np.column_stack([np.interp(clipped, knots, row) for row in np.eye(len(knots))])
 
 
-def _knots(values: Array) -> Array | None:
+def _knots(values: Array, count: int) -> Array | None:
     """Return knots at the quantiles of a driver; None for one that stands still."""
-    spread = np.quantile(values, np.linspace(0.01, 0.99, HATS))
+    spread = np.quantile(values, np.linspace(0.01, 0.99, count))
     if spread[-1] - spread[0] < 1e-12:
         return None
-    even = np.linspace(spread[0], spread[-1], HATS)
+    even = np.linspace(spread[0], spread[-1], count)
     return np.asarray(0.5 * (spread + even))
 
 
@@ -168,15 +183,20 @@ def score_blocks(
     wanted = [b for b in BLOCKS if b[0] in predictor.balances]
     found = []
     for balance, driver in wanted:
-        knots = _knots(np.concatenate([d[driver] for d in driven]))
+        count = FINE if balance is PISTON and driver.startswith("position") else HATS
+        knots = _knots(np.concatenate([d[driver] for d in driven]), count)
         if knots is None:
             continue
         terms = [hats(d[driver], knots) for d in driven]
-        columns = np.column_stack([_column(fitter, balance, terms, i) for i in range(HATS)])
+        columns = np.column_stack([_column(fitter, balance, terms, i) for i in range(count)])
         found.append(
             _score(balance, driver, knots, columns, project, residual, seed, fitter.stretch)
         )
-    return sorted(found, key=lambda b: b.limit - b.statistic)
+    found.sort(key=lambda b: b.limit - b.statistic)
+    best = next((b for b in found if not b.balance.channel), None)
+    # columns of a long recording are large
+    return [b if b.significant or b is best else replace(b, columns=b.columns[:, :0].copy())
+            for b in found]  # fmt: skip
 
 
 def _column(fitter: "Fitter", balance: Balance, terms: Sequence[Array], hat: int) -> Array:
@@ -199,16 +219,10 @@ def _score(
     basis = projected @ (vectors[:, keep] / np.sqrt(values[keep]))
     gain = basis.T @ residual
     curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ gain * balance.scale
-    return BlockScore(
-        balance,
-        driver,
-        float(gain @ gain),
-        # what the term explains is no measure of chance
-        chance(basis, residual - basis @ gain, seed, 2 * stretch),
-        knots,
-        curve,
-        columns,
-    )
+    statistic = float(gain @ gain)
+    # what the term explains is no measure of chance
+    limit = chance(basis, residual - basis @ gain, seed, 2 * stretch)
+    return BlockScore(balance, driver, statistic, limit, knots, curve, columns.astype(np.float32))
 
 
 def chance(basis: Array, residual: Array, seed: int, length: int) -> float:

@@ -10,7 +10,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.naming.scan import Projection, Score, score_of
 
-WORTHLESS = 4.0
+WORTHLESS = 8.0
 """Expected gain in chi-square below which a candidate is not looked at."""
 
 KEPT = 0.5
@@ -18,6 +18,9 @@ KEPT = 0.5
 
 SIZES = (0.1, 0.3, 1.0, 3.0)
 """Typical sizes at which an effect is tried that its slope leads astray (assumed)."""
+
+SECANTS = 2
+"""Most of their secants that are followed."""
 
 LOOKS = 16
 """Most candidates that are tried at several sizes."""
@@ -93,12 +96,21 @@ class Confirmation:
         return fit.chi2 - self._fitter.chi2(free, at)
 
     def _sounding(self, score: Score) -> Iterator[Score]:
-        """Yield scores by secants: between sizes that explain something, all may be worse."""
-        sense = 1.0 if score.estimate > 0.0 else -1.0
-        free = [*self._fit.coordinates, score.coordinate]
-        for at in self._tries(score, self._fit.at, (score.estimate, *(sense * k for k in SIZES))):
-            change = (self._fitter.residual(free, at) - self._fit.residual) / at[-1]
-            secant = score_of(score.coordinate, change, self._project)
+        """Yield starts at several sizes, and where the most promising secants to them lead.
+
+        Between sizes that explain something, all may be worse.
+        """
+        sense = -1.0 if score.estimate < 0.0 else 1.0
+        fit = self._fit
+        free = [*fit.coordinates, score.coordinate]
+        secants = []
+        for at in self._tries(score, fit.at, (score.estimate, *(sense * k for k in SIZES))):
+            residual = self._fitter.residual(free, at)
+            gained = fit.chi2 - self._fitter.loss(free, at, residual)
+            yield replace(score, statistic=gained, estimate=float(at[-1]), start=at)
+            change = (residual - fit.residual) / at[-1]
+            secants.append(score_of(score.coordinate, change, self._project))
+        for secant in sorted(secants, key=lambda s: -s.statistic)[:SECANTS]:
             yield replace(secant, statistic=self._gained(secant))
 
     def _returning(self, score: Score) -> Iterator[Score]:

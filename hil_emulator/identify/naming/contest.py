@@ -1,6 +1,6 @@
 """Joint refits of the likeliest candidates, and which of them comes first."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,12 +23,15 @@ WORTH = 0.01
 PROMISING = 0.2
 """Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
 
+RIVALLING = 0.5
+"""The same below which it is not tried from further starts (assumed)."""
+
 CONTENDERS = 0.75
 """Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
 
 NEAR = 0.9
-"""Of effects that gain at least this part of the best on held-out data, the one with the fewest
-assumed shape parameters is named (assumed)."""
+"""Of effects that gain at least this part of the best on held-out and on training data, the one
+with the fewest assumed shape parameters is named (assumed)."""
 
 
 @dataclass
@@ -65,14 +68,18 @@ class Contest:
 
     def enter(self, likely: Sequence[Score]) -> list[Trial]:
         """Refit candidates, all roughly and the better ones to the end; the best comes first."""
-        rough = [self._rough(score) for score in likely]
-        gains = [self._base.chi2 - fit.chi2 for fit in rough]
-        level = max([self._needed, *(PROMISING * gain for gain in gains)])
-        fits = [
-            self._complete(fit, score.coordinate) if gain > level else fit
-            for fit, score, gain in zip(rough, likely, gains, strict=True)
-        ]
+        fits = [self._rough(score) for score in likely]
+        self._improve(fits, PROMISING, lambda i: self._complete(fits[i], likely[i].coordinate))
+        self._improve(fits, RIVALLING, lambda i: self._pushed(fits[i]))
         return ranked([self._weighed(s, f) for s, f in zip(likely, fits, strict=True)])
+
+    def _improve(self, fits: list[Fit], part: float, better: Callable[[int], Fit]) -> None:
+        """Put a better fit in the place of each that gains at least this part of the best."""
+        gains = [self._base.chi2 - fit.chi2 for fit in fits]
+        level = max([self._needed, *(part * gain for gain in gains)])
+        for i, gain in enumerate(gains):
+            if gain > level:
+                fits[i] = better(i)
 
     def _rough(self, score: Score) -> Fit:
         base = self._base
@@ -86,9 +93,6 @@ class Contest:
     def _complete(self, fit: Fit, coordinate: Coordinate) -> Fit:
         """Refit with all that the effect's law holds: what is usual need not be what is there."""
         fit = self._converged(fit)
-        nudged = self._fitter.nudged(fit, len(fit.at) - 1)
-        if nudged is not fit:
-            fit = self._converged(nudged)
         shapes = self._fitter.predictor.twin.shapes(coordinate)
         if not shapes:
             return fit
@@ -100,6 +104,10 @@ class Contest:
         ]
         slopes = np.insert(fit.jacobian, [last], np.column_stack(columns), axis=1)
         return self._converged(Fit(free, at, fit.residual, slopes, fit.chi2))
+
+    def _pushed(self, fit: Fit) -> Fit:
+        nudged = self._fitter.nudged(fit, len(fit.at) - 1)
+        return fit if nudged is fit else self._converged(nudged)
 
     def _converged(self, fit: Fit) -> Fit:
         for _ in range(MORE):
@@ -148,10 +156,11 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
     contenders = [t for t in by_gain if t.evidence.gain >= level]
     if all(np.isfinite(t.evidence.held_out) for t in contenders):
         contenders.sort(key=lambda t: -t.evidence.held_out)
-        near = NEAR * contenders[0].evidence.held_out
-        equals = [t for t in contenders if t.evidence.held_out >= near]
-        equals.sort(key=lambda t: _assumed(t.score.coordinate))
-        contenders = equals + [t for t in contenders if t.evidence.held_out < near]
+        first = contenders[0].evidence
+        equals = [t for t in contenders if t.evidence.held_out >= NEAR * first.held_out
+                  and t.evidence.gain >= NEAR * first.gain]  # fmt: skip
+        contenders = [*sorted(equals, key=lambda t: _assumed(t.score.coordinate)),
+                      *(t for t in contenders if t not in equals)]  # fmt: skip
     return contenders + [t for t in by_gain if t.evidence.gain < level]
 
 

@@ -113,7 +113,10 @@ class Fitter:
 
     def chi2(self, coordinates: Sequence[Coordinate], at: Array) -> float:
         """Return the sum of squares at a point, priors included."""
-        residual = self.residual(coordinates, at)
+        return self.loss(coordinates, at, self.residual(coordinates, at))
+
+    def loss(self, coordinates: Sequence[Coordinate], at: Array, residual: Array) -> float:
+        """Return the sum of squares of a residual, priors included."""
         return float(residual @ residual + np.sum((prior_rows(coordinates) * at) ** 2))
 
     def cost(self, coordinates: Sequence[Coordinate], at: Array) -> float:
@@ -220,7 +223,10 @@ class Fitter:
 
 def _learn(slope: Array, moved: Array, changed: Array) -> None:
     """Correct a Jacobian by what a step has shown (Broyden 1965)."""
-    slope += np.outer(changed - slope @ moved, moved / max(float(moved @ moved), 1e-12))
+    surprise = changed - slope @ moved
+    # column by column: the outer product of a long recording is large
+    for j, part in enumerate(moved / max(float(moved @ moved), 1e-12)):
+        slope[:, j] += part * surprise
 
 
 def _step(slope: Array, residual: Array, weights: Array, at: Array, damping: float) -> Array:

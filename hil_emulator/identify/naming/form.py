@@ -13,10 +13,14 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.blocks import BlockScore
 from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.nearest import acts_in
 from hil_emulator.identify.naming.scan import Projection, Score
 
 OWN = 0.6
 """Part of an effect's trace that a block must reproduce to be where its law lives (assumed)."""
+
+THERE = 0.3
+"""The same where the catalogue says that the law acts in the block's balance (assumed)."""
 
 
 def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -> dict[str, str]:
@@ -34,12 +38,14 @@ def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -
     names = [c.name for c in fit.coordinates]
     owners: dict[str, tuple[float, str]] = {}
     for block in blocks:
-        basis = np.linalg.qr(block.columns)[0]
+        basis = np.linalg.qr(block.columns.astype(np.float64))[0]
         for effect in effects:
-            trace = fit.jacobian[:, names.index(effect)]
+            i = names.index(effect)
+            trace = fit.jacobian[:, i]
             power = float(trace @ trace)
             share = float(np.sum((basis.T @ trace) ** 2)) / power if power > 0.0 else 0.0
-            if share > max(OWN, owners.get(block.title, (0.0, ""))[0]):
+            least = THERE if acts_in(fit.coordinates[i], block.balance) else OWN
+            if share > max(least, owners.get(block.title, (0.0, ""))[0]):
                 owners[block.title] = (share, effect)
     return {title: effect for title, (_, effect) in owners.items()}
 

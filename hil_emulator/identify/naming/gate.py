@@ -19,7 +19,7 @@ SMALLEST_HELD_OUT = 5.0
 """Gain in chi-square on data that took no part in the fit."""
 
 
-CONFIRMED = 0.25
+CONFIRMED = 0.4
 """Part of the gain which an effect of the estimated size would have on held-out data, that it must
 have there (assumed)."""
 

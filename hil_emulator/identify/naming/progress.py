@@ -1,19 +1,20 @@
 """Where a search stands: its rounds, and the effects that are in the model."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.naming.blocks import BlockScore
+from hil_emulator.identify.naming.blocks import HATS, BlockScore
 from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.scan import Score
 from hil_emulator.identify.prediction.twin import Coordinate
 
 NOTICEABLE = 0.01
-"""Share of the innovations' variance below which an unexplained term is not worth a word: ripple
-of friction and supply, which every machine has, is there and significant (assumed)."""
+"""Share of the innovations' variance below which an unexplained term is not worth a word: ripple of
+friction and supply, which every machine has, is there and significant (assumed). A term of many
+hat functions follows it, and needs in proportion more."""
 
 
 @dataclass
@@ -37,11 +38,30 @@ class Round:
     accepted: bool = False
     unknown: bool = False
 
+    def slim(self) -> None:
+        """Forget the slopes of what was not named: long recordings would fill the memory."""
+        nothing = np.zeros(0)
+        self.scores = [
+            replace(s, slope=nothing, column=s.column if self.accepted else nothing)
+            for s in self.scores
+        ]
+        for trial in self.trials:
+            trial.score = replace(trial.score, slope=nothing)
+        for trial in self.trials[1:]:
+            trial.fit = replace(trial.fit, jacobian=np.zeros((0, len(trial.fit.at))))
+
+    @property
+    def significant(self) -> list[BlockScore]:
+        """Terms that are hardly chance."""
+        return [b for b in self.blocks if b.significant]
+
     @property
     def worthwhile(self) -> list[BlockScore]:
         """Terms that are neither chance nor too small for a word."""
         least = NOTICEABLE * len(self.base.residual)
-        return [b for b in self.blocks if b.significant and b.statistic > least]
+        return [
+            b for b in self.significant if b.statistic > least * max(1.0, len(b.knots) / HATS / 2)
+        ]
 
 
 @dataclass
@@ -54,7 +74,8 @@ class Search:
         effects: knobs of the effects in the model.
         at: coordinates of all of them, in this order.
         rounds: so far.
-        form_differs: effects whose law is another one than the catalogue's.
+        forms: why the law of an effect in the model is another one than the catalogue's, by name.
+        nearest: the catalogued effect that what remains unexplained resembles most, or "".
         final: the last fit.
 
     """
@@ -64,7 +85,8 @@ class Search:
     effects: list[Coordinate] = field(default_factory=list)
     at: Array = field(default_factory=lambda: np.zeros(0))
     rounds: list[Round] = field(default_factory=list)
-    form_differs: set[str] = field(default_factory=set)
+    forms: dict[str, str] = field(default_factory=dict)
+    nearest: str = ""
     final: Fit | None = None
 
     @property
@@ -101,4 +123,4 @@ class Search:
         self.shapes = [c for c in self.shapes if c.name in kept]
         self.effects = [c for c in self.effects if c.name in kept]
         self.at = np.array([values[c.name] for c in self.free])
-        self.form_differs.discard(name)
+        self.forms.pop(name, None)

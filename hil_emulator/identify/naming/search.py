@@ -9,8 +9,10 @@ from hil_emulator.identify.naming import gate
 from hil_emulator.identify.naming.blocks import BlockScore, score_blocks
 from hil_emulator.identify.naming.confirm import Confirmation
 from hil_emulator.identify.naming.contest import Contest
+from hil_emulator.identify.naming.doubts import outdone, strained
 from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.form import beyond, own_blocks
+from hil_emulator.identify.naming.nearest import nearest
 from hil_emulator.identify.naming.progress import Round, Search
 from hil_emulator.identify.naming.scan import Projection, scan
 from hil_emulator.identify.prediction.predictor import Predictor
@@ -29,14 +31,26 @@ must gain to be named in its place (assumed)."""
 SETTLED = 0.3
 """Change in posterior standard deviations below which a fit has settled (assumed)."""
 
-CHANCE = 15.0
-"""Gain in chi-square that six hat functions have over one effect by chance alone."""
+LITTLE = 0.03
+"""Prior standard deviations that are added to them: long recordings leave next to none, and the
+filter does not notice (assumed)."""
 
-DIFFERENT = 0.1
+BESIDE = 0.5
+"""Part of its gain that a candidate must have beside a free shape of that law (assumed)."""
+
+OUTSHONE = 3.0
+"""How many times as much as the best effect a free term may explain for it to be the one (assumed;
+laws of another form stay below two)."""
+
+OTHER_LAW = 2.0
+"""The same from which an effect that still leaves something in the end is not the one that acts
+(assumed)."""
+
+DIFFERENT = 0.05
 """Part of what the model would lose without an effect that a free shape of its law may still gain
 before its form differs (assumed)."""
 
-UNKNOWN = 0.6
+UNKNOWN = 1.0
 """The same, from which on the effect is not the one that acts (assumed)."""
 
 
@@ -67,6 +81,7 @@ class Searcher:
         self.nuisances = list(nuisances)
         self.tell = tell
         self._search = Search(self.nuisances)
+        self._outdone: dict[str, float] = {}
 
     def stopped(self) -> Search:
         """Return a search that was interrupted, with the effects that were accepted and fitted."""
@@ -87,9 +102,14 @@ class Searcher:
             found = self._round(search)
             search.rounds.append(found)
             self._judge(search, found)
+            found.slim()
             if not found.accepted:
                 break
+            times, doubt = outdone(found.trials[0], found)
             search.add(found.trials[0])
+            if doubt:
+                search.forms[search.effects[-1].name] = doubt
+                self._outdone[search.effects[-1].name] = times
             self._re_examine(search)
         self._conclude(search)
         return search
@@ -108,25 +128,30 @@ class Searcher:
     def _begin(self) -> Search:
         self._search = Search(self.nuisances)
         self._search.at = np.zeros(len(self.nuisances))
+        self._outdone.clear()
         return self._search
 
     def settle(self, search: Search, passes: int = 8) -> Fit:
-        """Refit everything in the model, with gains refreshed, until it hardly moves."""
+        """Refit everything in the model, with gains refreshed, until it hardly moves.
+
+        Slopes are kept from one pass to the next; it has settled when fresh ones hardly move it.
+        """
         nudging = bool(search.effects)
+        slope = None
         for _ in range(passes):
             self.fitter.freeze(search.free, search.at)
-            fit = self.fitter.fit(search.free, search.at, 2)
-            spread = np.sqrt(np.diag(fit.covariance()))
-            moved = float(np.max(np.abs(fit.at - search.at) / spread, initial=0.0))
+            fit = self.fitter.fit(search.free, search.at, 2, jacobian=slope)
+            priors = np.array([c.prior if np.isfinite(c.prior) else 0.0 for c in search.free])
+            spread = np.sqrt(np.diag(fit.covariance()) + (LITTLE * priors) ** 2 + 1e-30)
+            settled = float(np.max(np.abs(fit.at - search.at) / spread, initial=0.0)) < SETTLED
             search.at = fit.at
-            if moved < SETTLED and not nudging:
+            if settled and slope is None and not nudging:
                 break
-            if moved < SETTLED:
+            if settled and slope is None:
                 nudging = False
                 search.at = self._nudged(search, fit).at
-        self.fitter.freeze(search.free, search.at)
-        fit = self.fitter.fit(search.free, search.at, 1)
-        search.at = fit.at
+            else:
+                slope = None if settled else fit.jacobian
         search.final = fit
         return fit
 
@@ -160,17 +185,23 @@ class Searcher:
     def _judge(self, search: Search, found: Round) -> None:
         """Accept the best candidate, or say that none is justified.
 
-        Where the law of an effect in the model explains what remains better than any candidate
-        does, only a candidate that gains beside a free shape of that law is accepted.
+        Where a free term explains far more, none is. Where the law of an effect in the model
+        explains what remains better than any candidate does, only a candidate that gains beside a
+        free shape of that law is accepted.
         """
         best = found.trials[0].evidence.gain if found.trials else 0.0
-        owners = own_blocks(found.base, [c.name for c in search.effects], found.worthwhile)
-        own = [b for b in found.worthwhile if b.title in owners]
-        if any(best < PARSIMONIOUS * (b.statistic - CHANCE) for b in own):
+        owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
+        own = [b for b in found.significant if b.title in owners]
+        if any(b.surplus > OUTSHONE * best for b in found.worthwhile):
+            found.accepted = False
+        elif any(best < PARSIMONIOUS * b.surplus or _of_one_sensor(found, b) for b in own):
             gains = {t.score.coordinate.name: beyond(t.score, own, found.base)
                      for t in found.trials}  # fmt: skip
             least = gate.needed_gain(len(found.base.residual))
-            beside = [t for t in found.trials if gains[t.score.coordinate.name] > least]
+            beside = [
+                t for t in found.trials
+                if gains[t.score.coordinate.name] > max(least, BESIDE * t.score.statistic)
+            ]  # fmt: skip
             found.trials.sort(key=lambda t: t not in beside)
             found.accepted = bool(beside) and beside[0].evidence.passed
         else:
@@ -181,15 +212,33 @@ class Searcher:
         """Say of each effect in the model whether its law fits what it was named for."""
         last = search.rounds[-1]
         names = [c.name for c in search.effects]
-        owners = own_blocks(last.base, names, last.worthwhile)
+        owners = own_blocks(last.base, names, last.significant)
+        strains = strained(last.base, names)
         for name in names:
-            gain = _standing(last.base, name)
-            left = max((b.statistic - CHANCE for b in last.worthwhile
-                        if owners.get(b.title) == name), default=0.0)  # fmt: skip
-            if left > UNKNOWN * gain:
+            own = [b for b in last.significant if owners.get(b.title) == name]
+            block = max(own, key=lambda b: b.statistic, default=None)
+            left = block.surplus if block else 0.0
+            standing = self._standing(last.base, name) if block else 0.0
+            differs = block is not None and left > DIFFERENT * standing
+            outshone = self._outdone.get(name, 1.0) > OTHER_LAW
+            if left > UNKNOWN * standing or (differs and outshone):
                 self._reject(search, name)
-            elif left > DIFFERENT * gain:
-                search.form_differs.add(name)
+            elif block and differs:
+                part = 100.0 * left / (left + standing)
+                search.forms[name] = f"a free term in the {block.title} explains {part:.0f} % more"
+            elif name in strains:
+                search.forms.setdefault(name, strains[name])
+        last = search.rounds[-1]
+        if last.unknown:
+            search.nearest = nearest(last.worthwhile[0], last.scores) if last.worthwhile else ""
+
+    def _standing(self, fit: Fit, name: str) -> float:
+        """Return what the model loses in chi-square without one of its effects."""
+        kept = {c.name for c in self._search.without(name)}
+        stay = [i for i, c in enumerate(fit.coordinates) if c.name in kept]
+        rest = [fit.coordinates[i] for i in stay]
+        without = self.fitter.fit(rest, fit.at[stay], 3, jacobian=fit.jacobian[:, stay])
+        return without.chi2 - fit.chi2
 
     def _reject(self, search: Search, name: str) -> None:
         """Take out an effect that leaves most of what it was named for."""
@@ -223,7 +272,7 @@ class Searcher:
                 return
 
 
-def _standing(fit: Fit, name: str) -> float:
-    """Return what the model would lose in chi-square without one of its effects, linearly."""
-    i = [c.name for c in fit.coordinates].index(name)
-    return float(fit.at[i] ** 2 / fit.covariance()[i, i])
+def _of_one_sensor(found: Round, block: BlockScore) -> bool:
+    """Tell whether the best candidate is another error of the sensor that a term is about."""
+    channel = found.trials[0].score.coordinate.channel if found.trials else ""
+    return bool(channel) and channel == block.balance.channel

@@ -37,7 +37,7 @@ def effects(result: Result) -> str:
     rows: list[Row] = []
     for f in result.effects:
         low, high = (rounded(v, f.unit, f.shown) for v in f.interval)
-        flags = ["its form differs"] if f.form_differs else []
+        flags = [f"its form differs: {f.form}"] if f.form_differs else []
         flags += [f"or {', '.join(f.group)}"] if f.group else []
         rows.append(
             (f.name, f.knob, rounded(f.value, f.unit, f.shown), f"{low} ... {high}",

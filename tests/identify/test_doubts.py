@@ -1,0 +1,78 @@
+"""When the law of a named effect is another one than the catalogue's, and which it resembles."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.naming.blocks import LOAD, PISTON, Balance, BlockScore
+from hil_emulator.identify.naming.contest import Trial
+from hil_emulator.identify.naming.doubts import outdone, strained
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.gate import Evidence
+from hil_emulator.identify.naming.nearest import nearest
+from hil_emulator.identify.naming.progress import Round
+from hil_emulator.identify.naming.scan import Score
+from hil_emulator.identify.prediction.parameters import candidates, ordinary
+from hil_emulator.identify.prediction.twin import Coordinate
+from tests.identify.rig_data import INSTRUMENTS, knee_twin
+
+N = 1000
+
+
+def effect(name: str) -> Coordinate:
+    """Return an effect of the catalogue."""
+    return next(c for c in candidates(knee_twin(), INSTRUMENTS) if c.name == name)
+
+
+def trace() -> np.ndarray:
+    """Return what a term does to the innovations."""
+    return np.sin(np.linspace(0.0, 20.0, N))
+
+
+def block(balance: Balance, driver: str, statistic: float) -> BlockScore:
+    """Return a term that explains so much, with a limit of 50."""
+    columns = np.column_stack([trace(), np.cos(np.linspace(0.0, 20.0, N))])
+    return BlockScore(balance, driver, statistic, 50.0, np.zeros(2), np.zeros(2), columns)
+
+
+def score(name: str, statistic: float) -> Score:
+    """Return the score of an effect."""
+    return Score(effect(name), statistic, 1.0, statistic, trace(), trace(), np.zeros(0))
+
+
+def named(name: str, gain: float, blocks: list[BlockScore]) -> tuple[Trial, Round]:
+    """Return an accepted effect with such a gain, and its round."""
+    found = score(name, gain)
+    fit = Fit([found.coordinate], np.ones(1), np.zeros(N), trace()[:, None], 0.0)
+    trial = Trial(found, fit, Evidence(gain, gain, gain, 20.0), 1.0)
+    return trial, Round(fit, [found], [trial], blocks, accepted=True)
+
+
+@pytest.mark.parametrize(("gain", "doubtful"), [(1000.0, False), (950.0, False), (700.0, True)])
+def test_a_free_shape_that_explains_clearly_more_is_a_doubt(gain: float, doubtful: bool) -> None:
+    """A law of the right form explains as much as a free term of its balance does."""
+    blocks = [block(PISTON, "velocity", 1000.0)]
+    times, words = outdone(*named("stribeck_friction", gain, blocks))
+    assert bool(words) is doubtful
+    assert (times > 1.0) is doubtful
+
+
+def test_a_parameter_that_nobody_believes_is_a_doubt() -> None:
+    """Friction at 2.6 times its configured value, to make room for an effect, tells against it."""
+    viscous = next(c for c in ordinary(knee_twin()) if c.name == "viscous_friction")
+    other = trace() + 0.3 * np.cos(np.linspace(0.0, 20.0, N))
+    slope = np.column_stack([trace(), other])
+    free = [viscous, effect("stribeck_friction")]
+    far = strained(Fit(free, np.array([3.2, 1.0]), np.zeros(N), slope, 0.0), ["stribeck_friction"])
+    assert "viscous_friction would have to be 2.6 times" in far["stribeck_friction"]
+    near = Fit(free, np.array([1.0, 1.0]), np.zeros(N), slope, 0.0)
+    assert not strained(near, ["stribeck_friction"])
+
+
+def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
+    """Friction over the pressures resembles pressure friction, though another effect gains more."""
+    scores = [score("load_force.offset", 900.0), score("friction_asymmetry", 800.0),
+              score("pressure_friction", 500.0), score("load_spring", 50.0)]  # fmt: skip
+    term = block(PISTON, "pressure sum with the sign of velocity", 3000.0)
+    assert nearest(term, scores) == "pressure_friction"
+    assert nearest(block(LOAD, "position", 3000.0), scores) == "load_spring"
+    assert nearest(block(LOAD, "time", 3000.0), scores[:1]) == ""
