@@ -290,7 +290,15 @@ def effects(as_json: bool) -> None:
 def _recordings(function: Any) -> Any:
     """Add what `identify` and `gap` share."""
     for option in (
-        click.option("--jobs", type=click.IntRange(1, 64), default=1, show_default=True),
+        click.option(
+            "--cluster", default="",
+            help="Address of a Dask scheduler in place of threads: each log is a task of its own. "
+            "--jobs does not count then.",
+        ),
+        click.option(
+            "--jobs", type=click.IntRange(1, 64), default=1, show_default=True,
+            help="Threads of this process.",
+        ),
         click.option("--out", type=click.Path(path_type=Path), help="Folder for the report."),
         click.option(
             "--rated-current", type=_Quantity("A", "10 mA"),
@@ -337,23 +345,28 @@ def _meaning(said: dict[str, Any]) -> Any:
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not name these.")
 def identify(
     files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],
-    exclude: tuple[str, ...], out: Path | None, jobs: int, **said: Any,
+    exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, **said: Any,
 ) -> None:  # fmt: skip
     """Name the physical effects that a recording shows and the configuration lacks."""
     from hil_emulator.commands import identify as command
 
-    command.identify(files, validate, only, exclude, out, jobs, meaning=_meaning(said))
+    command.identify(
+        files, validate, only, exclude, out, jobs, meaning=_meaning(said), cluster=cluster
+    )
 
 
 @main.command()
 @_recordings
 def gap(
-    files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int, **said: Any
-) -> None:
+    files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int, cluster: str,
+    **said: Any,
+) -> None:  # fmt: skip
     """Measure where a recording and the configuration disagree."""
     from hil_emulator.commands import identify as command
 
-    command.identify(files, validate, (), (), out, jobs, search=False, meaning=_meaning(said))
+    command.identify(
+        files, validate, (), (), out, jobs, search=False, meaning=_meaning(said), cluster=cluster
+    )
 
 
 @main.command()

@@ -35,7 +35,7 @@ ALLOWED = {
     },
     "identify": {
         "numpy", "numba", "scipy", "matplotlib", f"{OWN}.model", f"{OWN}.config", f"{OWN}.units",
-        f"{OWN}.errors", f"{OWN}.record", f"{OWN}.places",
+        f"{OWN}.errors", f"{OWN}.record", f"{OWN}.places", f"{OWN}.cluster",
     },
     "characterise": {
         "numpy", "scipy", "matplotlib", f"{OWN}.model", f"{OWN}.units", f"{OWN}.errors",

@@ -32,6 +32,7 @@ _NOTHING_SAID = Meaning()
 def identify(
     files: Sequence[Path], validate: Sequence[Path], only: Sequence[str], exclude: Sequence[str],
     out: Path | None, jobs: int, search: bool = True, meaning: Meaning = _NOTHING_SAID,
+    cluster: str = "",
 ) -> None:  # fmt: skip
     """Compare configurations (.toml) with recordings.
 
@@ -44,6 +45,7 @@ def identify(
         jobs: threads.
         search: False only measures the gap.
         meaning: what the user says of the data.
+        cluster: address of a Dask scheduler in place of threads.
 
     Raises:
         UserError: for whatever the user can mend.
@@ -62,6 +64,7 @@ def identify(
     result = run_identification(
         config, learn, check, only, exclude, jobs,
         lambda text: click.echo(f"  {text}", err=True), cache_folder(), search,
+        cluster,
     )  # fmt: skip
     click.echo(summary(result))
     if out is not None:

@@ -1,9 +1,7 @@
 """From files to a `Configuration`, or to one message with every mistake in it."""
 
 import hashlib
-import importlib.util
 import json
-import sys
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,6 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from hil_emulator.config import datasheet
+from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.schema import plant_tables, schema
 from hil_emulator.config.table import Table
@@ -129,15 +128,7 @@ def _own_effects(file: Path, layer: dict[str, Any]) -> list[Effect]:
     for name in named if isinstance(named, list) else []:
         path = file.parent / str(name)
         try:
-            # kept machine code finds an effect again by its module's name
-            digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-            spec = importlib.util.spec_from_file_location(f"hil_emulator_effects_{digest}", path)
-            if spec is None or spec.loader is None:
-                raise ImportError("not a Python file")
-            module = importlib.util.module_from_spec(spec)
-            sys.modules[module.__name__] = module
-            spec.loader.exec_module(module)
-            found += module.EFFECTS
+            found += read_effects(path)
         except (OSError, ImportError, SyntaxError, AttributeError, DeclarationError) as error:
             raise UserError(
                 f"{file}: model.effects: {path}: {error}; an effect file is Python that declares "

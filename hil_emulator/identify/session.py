@@ -1,10 +1,13 @@
 """The whole workflow as one function: experiments and a configuration in, a result out."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from hil_emulator.cluster import connected
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion import conclude
@@ -12,12 +15,15 @@ from hil_emulator.identify.disagreement import account
 from hil_emulator.identify.measured import plausible
 from hil_emulator.identify.measured.copies import counted
 from hil_emulator.identify.measured.experiment import FLOW, Experiment
+from hil_emulator.identify.naming.progress import Search
 from hil_emulator.identify.naming.search import Searcher
 from hil_emulator.identify.prediction import parameters, static
+from hil_emulator.identify.prediction.cluster_pool import ClusterPool
 from hil_emulator.identify.prediction.flow_bench import PRIORS as FLOW_PRIORS
 from hil_emulator.identify.prediction.flow_bench import FlowBench, flow_bench
 from hil_emulator.identify.prediction.flow_bench import examinable as flow_examinable
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.pool import Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.twin import Coordinate, Twin
 from hil_emulator.identify.prediction.valve_bench import VOLUME_PRIORS, ValveBench, bench
@@ -31,12 +37,13 @@ SLOWEST = 5e-3
 """Longest sample period that shows a hydraulic mode of some 50 Hz [s]."""
 
 Tell = Callable[[str], None]
+Pools = Callable[[Predictor], Pool]
 
 
 def identify(
     config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment] = (),
     only: Sequence[str] = (), exclude: Sequence[str] = (), jobs: int = 1,
-    tell: Tell = lambda _: None, cache: Path | None = None, search: bool = True,
+    tell: Tell = lambda _: None, cache: Path | None = None, search: bool = True, cluster: str = "",
 ) -> Result:  # fmt: skip
     """Find what a configuration lacks.
 
@@ -51,11 +58,34 @@ def identify(
         tell: takes progress in words.
         cache: folder for compiled models.
         search: False measures the gap after refitting ordinary parameters, and names nothing.
+        cluster: address of a Dask scheduler, such as "tcp://127.0.0.1:8786", whose workers predict
+            in place of the threads, one experiment per task.
 
     Raises:
-        UserError: if an effect is unknown.
+        UserError: if an effect is unknown, or the cluster cannot be reached or is lost.
 
     """
+    with _pools(jobs, cluster) as pooled:
+        return _identified(
+            config, training, validation, only, exclude, pooled, tell, cache, search
+        )  # fmt: skip
+
+
+@contextmanager
+def _pools(jobs: int, cluster: str) -> Iterator[Pools]:
+    """Yield what makes a pool for a predictor."""
+    if not cluster:
+        yield lambda predictor: Threads(predictor, jobs)
+        return
+    with connected(cluster) as client:
+        yield partial(ClusterPool, client)
+
+
+def _identified(
+    config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment],
+    only: Sequence[str], exclude: Sequence[str], pooled: Pools, tell: Tell, cache: Path | None,
+    search: bool,
+) -> Result:  # fmt: skip
     twin = Twin(config, cache)
     learn, check = counted(*_split(training, validation))
     notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
@@ -66,10 +96,9 @@ def identify(
     twin = predictor.twin
     candidates = _chosen(_candidates(twin, predictor), only, exclude)
     nuisances = parameters.ordinary(twin, _priors(predictor))
-    searcher = Searcher(predictor, learn, check, candidates, nuisances, jobs, tell)
-    try:
-        found = searcher.run() if search else searcher.look()
-    except KeyboardInterrupt:
+    searcher = Searcher(predictor, learn, check, candidates, nuisances, pooled(predictor), tell)
+    found = _found(searcher, search)
+    if found is None:
         tell("interrupted: concluding from what is known so far")
         return _so_far(searcher, notes, {e.name: e.digest for e in (*learn, *check)})
     result = conclude(searcher, found)
@@ -83,6 +112,14 @@ def identify(
         barred = hidden - {c.name for c in candidates}
         result.unseen = [name for name in result.unseen if name not in barred]
     return result
+
+
+def _found(searcher: Searcher, search: bool) -> Search | None:
+    """Return a finished search, or None after Ctrl-C, with nothing of it left under way."""
+    try:
+        return searcher.run() if search else searcher.look()
+    except KeyboardInterrupt:
+        return None
 
 
 def _so_far(searcher: Searcher, notes: list[str], digests: dict[str, str]) -> Result:

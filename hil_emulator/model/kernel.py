@@ -82,8 +82,9 @@ def sources_digest(effects: Iterable[Effect]) -> str:
     # machine code knows the modules it was made of by name
     for name in sorted({str(law.function.__module__) for e in effects for law in e.laws}):
         digest.update(name.encode())
-    for file in sorted(files):
-        digest.update(file.name.encode() + file.read_bytes())
+    # the same wherever the files are
+    for content in sorted(file.name.encode() + file.read_bytes() for file in files):
+        digest.update(content)
     return digest.hexdigest()[:16]
 
 

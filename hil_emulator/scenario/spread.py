@@ -5,9 +5,8 @@ from concurrent.futures import Executor, ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
-from hil_emulator.errors import UserError
+from hil_emulator.cluster import connected
 from hil_emulator.scenario.outcome import Outcome
 from hil_emulator.scenario.perform import perform
 
@@ -46,15 +45,5 @@ def _on(executor: Executor, play: Play, paths: Sequence[Path]) -> list[Outcome]:
 
 
 def _on_cluster(play: Play, paths: Sequence[Path], address: str) -> list[Outcome]:
-    try:
-        from distributed import Client
-    except ImportError:
-        raise UserError(
-            "--cluster needs distributed, which is not installed; pip install 'hil-emulator[dask]'"
-        ) from None
-    try:
-        client: Any = Client(address, timeout="10s")  # type: ignore[no-untyped-call]
-    except (OSError, ValueError) as error:
-        raise UserError(f"--cluster {address}: cannot be reached: {error}") from None
-    with client:
+    with connected(address) as client:
         return _on(client.get_executor(pure=False), play, paths)

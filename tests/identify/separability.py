@@ -27,6 +27,7 @@ from hil_emulator.identify.practising.forecast import Explanation, Forecaster
 from hil_emulator.identify.practising.library import LIBRARY, Target, limits, target
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.pool import LocalBatch
 from hil_emulator.identify.prediction.twin import Twin
 from tests.identify.generator.bench import record
 from tests.identify.generator.cases import Case, machine, seed
@@ -94,7 +95,7 @@ class Bench:
 
     def scored(self) -> tuple[Fitter, Fit, list[Score]]:
         """Return what the first recording says without any effect."""
-        fitter = Fitter(self.observer, [self.recorded(self.first, 0)], 1)
+        fitter = Fitter(self.observer, [self.recorded(self.first, 0)])
         at = np.zeros(len(self.nuisances))
         for _ in range(2):
             fitter.freeze(self.nuisances, at)
@@ -180,8 +181,8 @@ def shown(
     """Return the difference in chi-square after an experiment has really been recorded."""
     kind = "steps" if played.stimulus.jumps else played.stimulus.name
     more = forecast.seen(bench.observer, bench.recorded(kind, 10 + number, played), truth)
-    both = Fitter(bench.observer, [*now.experiments, *more.experiments], 1)
-    both.frozen = [*now.frozen, *more.frozen]
+    both = Fitter(bench.observer, [*now.experiments, *more.experiments])
+    both.batch = LocalBatch(bench.observer, [*now.frozen, *more.frozen])
     left = [both.fit(e.coordinates, e.at, JOINT).chi2 for e in (rival, truth)]
     return left[0] - left[1]
 

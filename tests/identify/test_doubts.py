@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.blocks import LOAD, PISTON, Balance, BlockScore
+from hil_emulator.identify.naming.blocks import LOAD, PISTON, RULER, Balance, BlockScore
 from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.doubts import outdone, strained
 from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.gate import Evidence
+from hil_emulator.identify.naming.judgement import judge
 from hil_emulator.identify.naming.nearest import nearest
-from hil_emulator.identify.naming.progress import Round
+from hil_emulator.identify.naming.progress import Round, Search
 from hil_emulator.identify.naming.scan import Score
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.twin import Coordinate
@@ -36,7 +37,9 @@ def block(balance: Balance, driver: str, statistic: float) -> BlockScore:
 
 def score(name: str, statistic: float) -> Score:
     """Return the score of an effect."""
-    return Score(effect(name), statistic, 1.0, statistic, trace(), trace(), np.zeros(0))
+    # a projected column has a row more, for the prior
+    column = np.append(trace(), 0.0)
+    return Score(effect(name), statistic, 1.0, statistic, column, trace(), np.zeros(0))
 
 
 def named(name: str, gain: float, blocks: list[BlockScore]) -> tuple[Trial, Round]:
@@ -54,6 +57,26 @@ def test_a_free_shape_that_explains_clearly_more_is_a_doubt(gain: float, doubtfu
     times, words = outdone(*named("stribeck_friction", gain, blocks))
     assert bool(words) is doubtful
     assert (times > 1.0) is doubtful
+
+
+@pytest.mark.parametrize(("free", "accepted"), [(1100.0, True), (5000.0, False)])
+def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted: bool) -> None:
+    """Where an unknown term explains five times as much, the nearest name would be a wrong one."""
+    found = named("stribeck_friction", 1000.0, [block(LOAD, "velocity", free)])[1]
+    found.accepted = False
+    judge(Search([]), found)
+    assert found.accepted is accepted
+    assert found.unknown is not accepted
+
+
+def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_first() -> None:
+    """What a delay of another form leaves, looks like cross-talk of the same sensor."""
+    late, found = named("position.delay", 1000.0, [block(RULER, "acceleration", 900.0)])
+    search = Search([], effects=[late.score.coordinate])
+    other = named("position.crosstalk", 850.0, [])[0]
+    found.trials, found.accepted = [other], False
+    judge(search, found)
+    assert not found.accepted
 
 
 def test_a_parameter_that_nobody_believes_is_a_doubt() -> None:

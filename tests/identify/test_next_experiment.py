@@ -56,7 +56,7 @@ def forecaster() -> Forecaster:
     twin = knee_twin()
     data = recorded({"internal_leakage_conductance": 1e-14}, "triangles", 1)
     observer = Observer(twin, INSTRUMENTS)
-    fitter = Fitter(observer, [data], 1)
+    fitter = Fitter(observer, [data])
     free = parameters.ordinary(twin)
     known = {c.name: c for c in parameters.candidates(twin, INSTRUMENTS)}
     fitter.freeze(free, np.zeros(len(free)))

@@ -38,7 +38,7 @@ def configured() -> tuple[Fit, Fitter]:
     """Return the model without leakage, ordinary parameters refitted."""
     free = [c for c in parameters.ordinary(knee_twin())
             if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
-    fitter = Fitter(observer(), leaking(), 1)
+    fitter = Fitter(observer(), leaking())
     fitter.freeze(free, np.zeros(3))
     fit = fitter.fit(free, np.zeros(3), 2)
     fitter.freeze(free, fit.at)

@@ -9,6 +9,7 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.naming.scan import Projection, Score, score_of
+from hil_emulator.identify.prediction.twin import Coordinate
 
 WORTHLESS = 8.0
 """Expected gain in chi-square below which a candidate is not looked at."""
@@ -87,39 +88,49 @@ class Confirmation:
         return found
 
     def _gained(self, score: Score) -> float:
-        """Return what the model itself gains where a score puts the estimate."""
-        fit = self._fit
-        at = np.append(fit.at + score.estimate * score.response, score.estimate)
-        free = [*fit.coordinates, score.coordinate]
-        if abs(score.estimate) < SIZES[1] and self._fitter.cost(free, at) > DEAR:
-            return float("-inf")
-        return fit.chi2 - self._fitter.chi2(free, at)
+        return self._gains([score])[0]
 
-    def _sounding(self, score: Score) -> Iterator[Score]:
-        """Yield starts at several sizes, and where the most promising secants to them lead.
+    def _gains(self, scores: Sequence[Score]) -> list[float]:
+        """Return what the model itself gains where scores of one candidate put its estimate."""
+        fit, fitter = self._fit, self._fitter
+        free = [*fit.coordinates, scores[0].coordinate]
+        points = [np.append(fit.at + s.estimate * s.response, s.estimate) for s in scores]
+        dear = [abs(p[-1]) < SIZES[1] and fitter.cost(free, p) > DEAR for p in points]
+        tried = [p for p, costs in zip(points, dear, strict=True) if not costs]
+        gains = self._gains_at(free, tried)
+        return [float("-inf") if costs else next(gains) for costs in dear]
+
+    def _gains_at(self, free: Sequence[Coordinate], points: Sequence[Array]) -> Iterator[float]:
+        residuals = self._fitter.residuals(free, points)
+        for at, residual in zip(points, residuals, strict=True):
+            yield self._fit.chi2 - self._fitter.loss(free, at, residual)
+
+    def _sounding(self, score: Score) -> list[Score]:
+        """Return starts at several sizes, and where the most promising secants to them lead.
 
         Between sizes that explain something, all may be worse.
         """
         sense = -1.0 if score.estimate < 0.0 else 1.0
         fit = self._fit
         free = [*fit.coordinates, score.coordinate]
-        secants = []
-        for at in self._tries(score, fit.at, (score.estimate, *(sense * k for k in SIZES))):
-            residual = self._fitter.residual(free, at)
+        tries = list(self._tries(score, fit.at, (score.estimate, *(sense * k for k in SIZES))))
+        starts, secants = [], []
+        for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
             gained = fit.chi2 - self._fitter.loss(free, at, residual)
-            yield replace(score, statistic=gained, estimate=float(at[-1]), start=at)
-            change = (residual - fit.residual) / at[-1]
-            secants.append(score_of(score.coordinate, change, self._project))
-        for secant in sorted(secants, key=lambda s: -s.statistic)[:SECANTS]:
-            yield replace(secant, statistic=self._gained(secant))
+            starts.append(replace(score, statistic=gained, estimate=float(at[-1]), start=at))
+            slope = (residual - fit.residual) / at[-1]
+            secants.append(score_of(score.coordinate, slope, self._project))
+        secants = sorted(secants, key=lambda s: -s.statistic)[:SECANTS]
+        gains = self._gains(secants) if secants else []
+        return starts + [replace(s, statistic=g) for s, g in zip(secants, gains, strict=True)]
 
     def _returning(self, score: Score) -> Iterator[Score]:
         """Yield starts where parameters are as configured: those that the gap drove far, or all."""
         free = [*self._fit.coordinates, score.coordinate]
-        for returned in self._returned:
-            for at in self._tries(score, returned, (*SIZES, *(-k for k in SIZES))):
-                gained = self._fit.chi2 - self._fitter.chi2(free, at)
-                yield replace(score, statistic=gained, estimate=float(at[-1]), start=at)
+        sizes = (*SIZES, *(-k for k in SIZES))
+        tries = [at for start in self._returned for at in self._tries(score, start, sizes)]
+        for at, gained in zip(tries, self._gains_at(free, tries), strict=True):
+            yield replace(score, statistic=gained, estimate=float(at[-1]), start=at)
 
     def _tries(self, score: Score, at: Array, sizes: Sequence[float]) -> Iterator[Array]:
         low, high = score.coordinate.bounds

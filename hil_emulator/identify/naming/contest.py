@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from hil_emulator.identify.naming import gate
+from hil_emulator.identify.naming.derivative import Derivative
 from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.scan import Projection, Score
+from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.prediction.twin import Coordinate
 
 REFITS = 5
@@ -58,11 +59,11 @@ class Contest:
     Args:
         fitter: with the training data frozen.
         base: the fit without any of them.
-        held: frozen validation data.
+        held: frozen validation data, or None.
 
     """
 
-    def __init__(self, fitter: Fitter, base: Fit, held: Sequence[Any]) -> None:
+    def __init__(self, fitter: Fitter, base: Fit, held: Batch | None) -> None:
         self._fitter, self._base, self._held = fitter, base, held
         self._needed = gate.needed_gain(len(base.residual))
 
@@ -99,10 +100,9 @@ class Contest:
         free = [*fit.coordinates[:-1], *shapes, fit.coordinates[-1]]
         last = len(fit.at) - 1
         at = np.insert(fit.at, last, np.zeros(len(shapes)))
-        columns = [
-            self._fitter.column(free, at, fit.residual, last + i) for i in range(len(shapes))
-        ]
-        slopes = np.insert(fit.jacobian, [last], np.column_stack(columns), axis=1)
+        wanted = [Derivative(free, at, last + i) for i in range(len(shapes))]
+        columns = np.column_stack(list(self._fitter.columns(wanted, fit.residual)))
+        slopes = np.insert(fit.jacobian, [last], columns, axis=1)
         return self._converged(Fit(free, at, fit.residual, slopes, fit.chi2))
 
     def _pushed(self, fit: Fit) -> Fit:
@@ -128,7 +128,7 @@ class Contest:
         projected = project(fresh)[: len(fit.residual)]
         variance = gate.robust_variance(projected, fit.residual, self._fitter.stretch)
         held_out, expected = float("nan"), 0.0
-        if self._held:
+        if self._held is not None:
             before = self._fitter.residual(base.coordinates, base.at, self._held)
             after = self._fitter.residual(fit.coordinates, fit.at, self._held)
             held_out = float(before @ before - after @ after)

@@ -1,22 +1,16 @@
 """Maximum a posteriori Gauss-Newton on the frozen innovations."""
 
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.naming.derivative import Derivative, Steps
+from hil_emulator.identify.prediction.pool import Batch, LocalBatch, Point, Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.twin import Coordinate
-
-DIFFERENCE = 0.05
-"""Step of a derivative by an ordinary parameter, in prior standard deviations."""
-
-FINITE = 0.3
-"""Step of a derivative by an effect, in typical sizes: finite on purpose, since dead bands,
-hysteresis and stops have no slope at zero."""
 
 NUDGES = (0.7, 1.4)
 """Factors of an effect's size at which a refit is begun once more (assumed)."""
@@ -27,16 +21,6 @@ TOLERATED = 2.0
 DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 """Damping of a step over the diagonal of its normal equations, tried in turn until one helps: where
 two parameters nearly make up for each other, it is their common way that a step overdoes."""
-
-DISTINCT = 2.0
-"""Norm of the residual's change that a step of a derivative need not exceed."""
-
-OUTLIER = 3.0
-"""Whitened innovations beyond this count linearly, not squared (Huber): cavitation and knocks make
-a few large ones that would otherwise decide alone."""
-
-WORST = 100.0
-"""Whitened innovation of a prediction that ran away."""
 
 
 @dataclass
@@ -75,16 +59,18 @@ class Fitter:
     Args:
         predictor: computes innovations.
         experiments: the training data.
-        jobs: threads.
+        pool: where they are predicted; without one, in this thread.
 
     """
 
-    def __init__(self, predictor: Predictor, experiments: Sequence[Experiment], jobs: int) -> None:
+    def __init__(
+        self, predictor: Predictor, experiments: Sequence[Experiment], pool: Pool | None = None
+    ) -> None:
         self.predictor = predictor
         self.experiments = list(experiments)
-        self.frozen: list[Any] = []
-        self._jobs = jobs
-        self._sensitivity: dict[str, float] = {}
+        self.batch: Batch = LocalBatch(predictor, [])
+        self._pool = Threads(predictor) if pool is None else pool
+        self._steps = Steps()
 
     @property
     def stretch(self) -> int:
@@ -92,28 +78,34 @@ class Fitter:
         samples = round(self.predictor.memory / self.experiments[0].period)
         return max(1, samples) * len(self.predictor.channels)
 
+    @property
+    def frozen(self) -> Sequence[Any]:
+        """The frozen experiments, in this process."""
+        return self.batch.frozen
+
     def freeze(self, coordinates: Sequence[Coordinate], at: Array) -> None:
         """Compute the gains at a point, and weights that give each channel's innovations one."""
-        par, chan = self.predictor.twin.memory(coordinates, at)
-        self.frozen = [self.predictor.freeze(e, par, chan) for e in self.experiments]
-        for frozen in self.frozen:
-            self.predictor.weigh(frozen, par, chan)
+        self.batch = self.frozen_at(self.experiments, coordinates, at)
+
+    def frozen_at(
+        self, experiments: Sequence[Experiment], coordinates: Sequence[Coordinate], at: Array
+    ) -> Batch:
+        """Return other experiments with their gains and weights at a point."""
+        return self._pool.freeze(experiments, self._memory(coordinates, at))
 
     def residual(
         self, coordinates: Sequence[Coordinate], at: Array | Sequence[float],
-        frozen: Sequence[Any] | None = None,
+        batch: Batch | None = None,
     ) -> Array:  # fmt: skip
         """Return the weighted innovations at a point, flat, of all experiments."""
-        par, chan = self.predictor.twin.memory(coordinates, at)
-        chosen = self.frozen if frozen is None else frozen
-        parts = [self.predictor.innovations(f, par, chan)[0].ravel() for f in chosen]
-        flat = np.concatenate(parts)
-        np.nan_to_num(flat, copy=False, nan=WORST, posinf=WORST, neginf=-WORST)
-        return tamed(np.clip(flat, -WORST, WORST))
+        chosen = self.batch if batch is None else batch
+        return next(chosen.residuals([self._memory(coordinates, at)]))
 
-    def chi2(self, coordinates: Sequence[Coordinate], at: Array) -> float:
-        """Return the sum of squares at a point, priors included."""
-        return self.loss(coordinates, at, self.residual(coordinates, at))
+    def residuals(
+        self, coordinates: Sequence[Coordinate], points: Sequence[Array]
+    ) -> Iterator[Array]:
+        """Yield the residual at each of several points."""
+        yield from self.batch.residuals([self._memory(coordinates, at) for at in points])
 
     def loss(self, coordinates: Sequence[Coordinate], at: Array, residual: Array) -> float:
         """Return the sum of squares of a residual, priors included."""
@@ -121,39 +113,30 @@ class Fitter:
 
     def cost(self, coordinates: Sequence[Coordinate], at: Array) -> float:
         """Return how much longer a residual takes at a point than usually."""
-        return self.predictor.cost(self.predictor.twin.memory(coordinates, at)[0])
-
-    def map(self, function: Callable[[int], Array], items: Iterable[int]) -> list[Array]:
-        """Apply a function on threads: the compiled code does not hold the interpreter."""
-        if self._jobs <= 1:
-            return [function(i) for i in items]
-        with ThreadPoolExecutor(self._jobs) as pool:
-            return list(pool.map(function, items))
+        return self.predictor.cost(self._memory(coordinates, at)[0])
 
     def column(self, coordinates: Sequence[Coordinate], at: Array, base: Array, i: int) -> Array:
         """Return the derivative of the residual by one coordinate."""
-        coordinate = coordinates[i]
-        low, high = coordinate.bounds
-        size = DIFFERENCE if np.isfinite(coordinate.prior) else FINITE
-        if coordinate.inverse:
-            size = 1.0
-        elif not np.isfinite(coordinate.prior) and at[i] != 0.0:
-            size = max(0.05 * abs(float(at[i])), 0.01)
-        if at[i] != 0.0 or np.isfinite(coordinate.prior):
-            # far beyond its own uncertainty a parameter has another slope
-            size = min(size, DISTINCT / self._sensitivity.get(coordinate.name, 1e-9))
-        step = min(size, high - at[i]) if high - at[i] > at[i] - low else -min(size, at[i] - low)
-        if step == 0.0:
-            return np.zeros_like(base)
-        moved = np.array(at, dtype=np.float64)
-        moved[i] += step
-        slope = np.asarray((self.residual(coordinates, moved) - base) / step)
-        self._sensitivity[coordinate.name] = max(float(np.linalg.norm(slope)), 1e-9)
-        return slope
+        return next(self.columns([Derivative(coordinates, at, i)], base))
+
+    def columns(self, wanted: Sequence[Derivative], base: Array) -> Iterator[Array]:
+        """Yield derivatives of the residual, which is `base` where each is taken."""
+        steps = [self._steps.of(w) for w in wanted]
+        points = [self._memory(w.coordinates, w.moved(step))
+                  for w, step in zip(wanted, steps, strict=True) if step]  # fmt: skip
+        residuals = self.batch.residuals(points)
+        for one, step in zip(wanted, steps, strict=True):
+            if step == 0.0:
+                yield np.zeros_like(base)
+                continue
+            slope = np.asarray((next(residuals) - base) / step)
+            self._steps.learn(one, slope)
+            yield slope
 
     def jacobian(self, coordinates: Sequence[Coordinate], at: Array, base: Array) -> Array:
         """Return the derivative of the residual, shape (residuals, coordinates)."""
-        columns = self.map(lambda i: self.column(coordinates, at, base, i), range(len(coordinates)))
+        wanted = [Derivative(coordinates, at, i) for i in range(len(coordinates))]
+        columns = list(self.columns(wanted, base))
         return np.column_stack(columns) if columns else np.zeros((len(base), 0))
 
     def fit(
@@ -220,6 +203,9 @@ class Fitter:
                 best = min(best, other, key=lambda f: f.chi2)
         return best
 
+    def _memory(self, coordinates: Sequence[Coordinate], at: Array | Sequence[float]) -> Point:
+        return self.predictor.twin.memory(coordinates, at)
+
 
 def _learn(slope: Array, moved: Array, changed: Array) -> None:
     """Correct a Jacobian by what a step has shown (Broyden 1965)."""
@@ -236,10 +222,3 @@ def _step(slope: Array, residual: Array, weights: Array, at: Array, damping: flo
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
     scaled = normal / np.outer(scale, scale) + damping * np.eye(len(at))
     return -np.linalg.solve(scaled, gradient / scale) / scale
-
-
-def tamed(residual: Array) -> Array:
-    """Return residuals whose squares are Huber's loss of the given ones."""
-    size = np.abs(residual)
-    rooted = np.sqrt(np.maximum(2.0 * OUTLIER * size - OUTLIER**2, 0.0))
-    return np.asarray(np.where(size > OUTLIER, np.sign(residual) * rooted, residual))

@@ -75,6 +75,8 @@ class Search:
         at: coordinates of all of them, in this order.
         rounds: so far.
         forms: why the law of an effect in the model is another one than the catalogue's, by name.
+        outdone: how many times as much a free term explained than each effect when it was named,
+            and that in words where it is clearly more.
         nearest: the catalogued effect that what remains unexplained resembles most, or "".
         final: the last fit.
 
@@ -86,6 +88,7 @@ class Search:
     at: Array = field(default_factory=lambda: np.zeros(0))
     rounds: list[Round] = field(default_factory=list)
     forms: dict[str, str] = field(default_factory=dict)
+    outdone: dict[str, tuple[float, str]] = field(default_factory=dict)
     nearest: str = ""
     final: Fit | None = None
 

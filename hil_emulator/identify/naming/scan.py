@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.naming.derivative import Derivative
 from hil_emulator.identify.naming.fit import Fit, Fitter, prior_rows
 from hil_emulator.identify.prediction.twin import Coordinate
 
@@ -79,14 +80,13 @@ class Projection:
 def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Score]:
     """Return the candidates' scores, best first."""
     project = Projection(fit)
-
-    def column(i: int) -> Array:
-        free = [*fit.coordinates, candidates[i]]
-        at = np.append(fit.at, 0.0)
-        return fitter.column(free, at, fit.residual, len(fit.at)).astype(np.float32)
-
-    columns = fitter.map(column, range(len(candidates)))
-    scores = [score_of(c, s, project) for c, s in zip(candidates, columns, strict=True)]
+    at, last = np.append(fit.at, 0.0), len(fit.at)
+    wanted = [Derivative([*fit.coordinates, c], at, last) for c in candidates]
+    slopes = fitter.columns(wanted, fit.residual)
+    scores = [
+        score_of(c, slope.astype(np.float32), project)
+        for c, slope in zip(candidates, slopes, strict=True)
+    ]
     return sorted(scores, key=lambda s: -s.statistic)
 
 

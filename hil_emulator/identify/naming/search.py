@@ -9,12 +9,13 @@ from hil_emulator.identify.naming import gate
 from hil_emulator.identify.naming.blocks import BlockScore, score_blocks
 from hil_emulator.identify.naming.confirm import Confirmation
 from hil_emulator.identify.naming.contest import Contest
-from hil_emulator.identify.naming.doubts import outdone, strained
+from hil_emulator.identify.naming.doubts import outdone
 from hil_emulator.identify.naming.fit import Fit, Fitter
-from hil_emulator.identify.naming.form import beyond, own_blocks
+from hil_emulator.identify.naming.judgement import judge, laws
 from hil_emulator.identify.naming.nearest import nearest
 from hil_emulator.identify.naming.progress import Round, Search
 from hil_emulator.identify.naming.scan import Projection, scan
+from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.twin import Coordinate
 
@@ -24,34 +25,12 @@ REFITTED = 4
 SEVERAL = 5
 """Most effects that are looked for."""
 
-PARSIMONIOUS = 0.7
-"""Part of what a free shape of the law of an effect in the model would gain, that another effect
-must gain to be named in its place (assumed)."""
-
 SETTLED = 0.3
 """Change in posterior standard deviations below which a fit has settled (assumed)."""
 
 LITTLE = 0.03
 """Prior standard deviations that are added to them: long recordings leave next to none, and the
 filter does not notice (assumed)."""
-
-BESIDE = 0.5
-"""Part of its gain that a candidate must have beside a free shape of that law (assumed)."""
-
-OUTSHONE = 3.0
-"""How many times as much as the best effect a free term may explain for it to be the one (assumed;
-laws of another form stay below two)."""
-
-OTHER_LAW = 2.0
-"""The same from which an effect that still leaves something in the end is not the one that acts
-(assumed)."""
-
-DIFFERENT = 0.05
-"""Part of what the model would lose without an effect that a free shape of its law may still gain
-before its form differs (assumed)."""
-
-UNKNOWN = 1.0
-"""The same, from which on the effect is not the one that acts (assumed)."""
 
 
 class Searcher:
@@ -63,7 +42,7 @@ class Searcher:
         validation: experiments for the gate.
         candidates: effects that may be named.
         nuisances: ordinary parameters.
-        jobs: threads.
+        pool: where experiments are predicted; without one, in this thread.
         tell: takes progress in words.
 
     """
@@ -71,17 +50,16 @@ class Searcher:
     def __init__(
         self, predictor: Predictor, training: Sequence[Experiment],
         validation: Sequence[Experiment], candidates: Sequence[Coordinate],
-        nuisances: Sequence[Coordinate], jobs: int = 1,
+        nuisances: Sequence[Coordinate], pool: Pool | None = None,
         tell: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self.predictor = predictor
-        self.fitter = Fitter(predictor, training, jobs)
+        self.fitter = Fitter(predictor, training, pool)
         self.validation = list(validation)
         self.candidates = list(candidates)
         self.nuisances = list(nuisances)
         self.tell = tell
         self._search = Search(self.nuisances)
-        self._outdone: dict[str, float] = {}
 
     def stopped(self) -> Search:
         """Return a search that was interrupted, with the effects that were accepted and fitted."""
@@ -101,15 +79,12 @@ class Searcher:
         while True:
             found = self._round(search)
             search.rounds.append(found)
-            self._judge(search, found)
+            judge(search, found)
             found.slim()
             if not found.accepted:
                 break
-            times, doubt = outdone(found.trials[0], found)
             search.add(found.trials[0])
-            if doubt:
-                search.forms[search.effects[-1].name] = doubt
-                self._outdone[search.effects[-1].name] = times
+            search.outdone[search.effects[-1].name] = outdone(found.trials[0], found)
             self._re_examine(search)
         self._conclude(search)
         return search
@@ -128,7 +103,6 @@ class Searcher:
     def _begin(self) -> Search:
         self._search = Search(self.nuisances)
         self._search.at = np.zeros(len(self.nuisances))
-        self._outdone.clear()
         return self._search
 
     def settle(self, search: Search, passes: int = 8) -> Fit:
@@ -182,63 +156,14 @@ class Searcher:
         worthwhile = {b.title for b in Round(base, [], [], blocks).worthwhile}
         return sorted(blocks, key=lambda b: b.title not in worthwhile)
 
-    def _judge(self, search: Search, found: Round) -> None:
-        """Accept the best candidate, or say that none is justified.
-
-        Where a free term explains far more, none is. Where the law of an effect in the model
-        explains what remains better than any candidate does, only a candidate that gains beside a
-        free shape of that law is accepted.
-        """
-        best = found.trials[0].evidence.gain if found.trials else 0.0
-        owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
-        own = [b for b in found.significant if b.title in owners]
-        if any(b.surplus > OUTSHONE * best for b in found.worthwhile):
-            found.accepted = False
-        elif any(best < PARSIMONIOUS * b.surplus or _of_one_sensor(found, b) for b in own):
-            gains = {t.score.coordinate.name: beyond(t.score, own, found.base)
-                     for t in found.trials}  # fmt: skip
-            least = gate.needed_gain(len(found.base.residual))
-            beside = [
-                t for t in found.trials
-                if gains[t.score.coordinate.name] > max(least, BESIDE * t.score.statistic)
-            ]  # fmt: skip
-            found.trials.sort(key=lambda t: t not in beside)
-            found.accepted = bool(beside) and beside[0].evidence.passed
-        else:
-            found.accepted = bool(found.trials) and found.trials[0].evidence.passed
-        found.unknown = not found.accepted and any(b.title not in owners for b in found.worthwhile)
-
     def _conclude(self, search: Search) -> None:
         """Say of each effect in the model whether its law fits what it was named for."""
-        last = search.rounds[-1]
-        names = [c.name for c in search.effects]
-        owners = own_blocks(last.base, names, last.significant)
-        strains = strained(last.base, names)
-        for name in names:
-            own = [b for b in last.significant if owners.get(b.title) == name]
-            block = max(own, key=lambda b: b.statistic, default=None)
-            left = block.surplus if block else 0.0
-            standing = self._standing(last.base, name) if block else 0.0
-            differs = block is not None and left > DIFFERENT * standing
-            outshone = self._outdone.get(name, 1.0) > OTHER_LAW
-            if left > UNKNOWN * standing or (differs and outshone):
-                self._reject(search, name)
-            elif block and differs:
-                part = 100.0 * left / (left + standing)
-                search.forms[name] = f"a free term in the {block.title} explains {part:.0f} % more"
-            elif name in strains:
-                search.forms.setdefault(name, strains[name])
+        rejected, search.forms = laws(self.fitter, search)
+        for name in rejected:
+            self._reject(search, name)
         last = search.rounds[-1]
         if last.unknown:
             search.nearest = nearest(last.worthwhile[0], last.scores) if last.worthwhile else ""
-
-    def _standing(self, fit: Fit, name: str) -> float:
-        """Return what the model loses in chi-square without one of its effects."""
-        kept = {c.name for c in self._search.without(name)}
-        stay = [i for i, c in enumerate(fit.coordinates) if c.name in kept]
-        rest = [fit.coordinates[i] for i in stay]
-        without = self.fitter.fit(rest, fit.at[stay], 3, jacobian=fit.jacobian[:, stay])
-        return without.chi2 - fit.chi2
 
     def _reject(self, search: Search, name: str) -> None:
         """Take out an effect that leaves most of what it was named for."""
@@ -248,12 +173,10 @@ class Searcher:
         last = search.rounds[-1]
         search.rounds.append(Round(base, last.scores, [], self._blocks(base), unknown=True))
 
-    def _held_out(self, base: Fit) -> list[object]:
-        par, chan = self.predictor.twin.memory(base.coordinates, base.at)
-        held = [self.predictor.freeze(e, par, chan) for e in self.validation]
-        for frozen in held:
-            self.predictor.weigh(frozen, par, chan)
-        return held
+    def _held_out(self, base: Fit) -> Batch | None:
+        if not self.validation:
+            return None
+        return self.fitter.frozen_at(self.validation, base.coordinates, base.at)
 
     def _re_examine(self, search: Search) -> None:
         """Drop an earlier effect that a later one has made superfluous."""
@@ -270,9 +193,3 @@ class Searcher:
                 search.adopt(fit)
                 self.tell(f"{name} is no longer needed")
                 return
-
-
-def _of_one_sensor(found: Round, block: BlockScore) -> bool:
-    """Tell whether the best candidate is another error of the sensor that a term is about."""
-    channel = found.trials[0].score.coordinate.channel if found.trials else ""
-    return bool(channel) and channel == block.balance.channel

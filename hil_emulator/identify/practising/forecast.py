@@ -135,7 +135,7 @@ class Forecaster:
 
 def seen(observer: Observer, experiment: Experiment, truth: Explanation) -> Fitter:
     """Return a fitter with one recording, its gains and weights at a truth."""
-    fitter = Fitter(observer, [experiment], 1)
+    fitter = Fitter(observer, [experiment])
     fitter.freeze(truth.coordinates, truth.at)
     return fitter
 

@@ -181,7 +181,7 @@ def surprise(twin: Twin, size: str, seed: int) -> Hidden:
     projected out: what they could explain would not be fair to ask.
     """
     healthy = ground(twin, (), seed)
-    fitter = Fitter(Observer(twin, INSTRUMENTS), campaign(healthy, TRAINING), 1)
+    fitter = Fitter(Observer(twin, INSTRUMENTS), campaign(healthy, TRAINING))
     nuisances = parameters.ordinary(twin)
     fitter.freeze(nuisances, np.zeros(len(nuisances)))
     base = fitter.fit(nuisances, np.zeros(len(nuisances)), 2)

@@ -95,7 +95,7 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
     """
     parts = ["@compiled\n" + _bound(f) for f in _INNER] + ["@entry\n" + _bound(f) for f in _LOOPS]
     source = "\n\n\n".join(parts)
-    file = keep(source, cache / _digest(kernel), "hil_emulator_identify") if cache else None
+    file = keep(source, cache / digest(kernel), "hil_emulator_identify") if cache else None
     # numba finds the functions again through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_identify")
     sys.modules[module.__name__] = module
@@ -118,9 +118,9 @@ def _bound(loop: Callable[..., Any]) -> str:
     return ast.unparse(_Binding().visit(tree))
 
 
-def _digest(kernel: Kernel) -> str:
+def digest(kernel: Kernel) -> str:
     """Return a digest of the model's machine code and of what the loops are made of."""
-    digest = hashlib.sha256((sources_digest(kernel.effects) + kernel.source).encode())
+    found = hashlib.sha256((sources_digest(kernel.effects) + kernel.source).encode())
     for file in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(file.name.encode() + file.read_bytes())
-    return digest.hexdigest()[:16]
+        found.update(file.name.encode() + file.read_bytes())
+    return found.hexdigest()[:16]

@@ -79,7 +79,7 @@ class Coordinate:
 
 
 @lru_cache(maxsize=4)
-def _built(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
+def probed(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
     """Return the kernel with probes: one per catalogue, as what calls it is compiled for it."""
     return kernel.build((*effects, *PROBES, DRIFT), cache=folder)
 
@@ -96,7 +96,7 @@ class Twin:
     def __init__(self, config: Configuration, cache: Path | None) -> None:
         self.config = config
         self.effects = config.effects
-        self.kernel = _built(config.effects, cache)
+        self.kernel = probed(config.effects, cache)
         self.loops = bind(self.kernel, cache)
         self.plant_values = self._with_shapes(config.plant)
         self.par = fill(self.kernel.parameters, self.kernel.effects, self.plant_values)

@@ -1,0 +1,101 @@
+"""Whether the best candidate of a round is named, and whether the law of what was named fits."""
+
+from hil_emulator.identify.naming import gate
+from hil_emulator.identify.naming.blocks import BlockScore
+from hil_emulator.identify.naming.doubts import strained
+from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.form import beyond, own_blocks
+from hil_emulator.identify.naming.progress import Round, Search
+
+PARSIMONIOUS = 0.7
+"""Part of what a free shape of the law of an effect in the model would gain, that another effect
+must gain to be named in its place (assumed)."""
+
+BESIDE = 0.5
+"""Part of its gain that a candidate must have beside a free shape of that law (assumed)."""
+
+OUTSHONE = 3.0
+"""How many times as much as the best effect a free term may explain for it to be the one (assumed;
+laws of another form stay below two)."""
+
+OTHER_LAW = 2.0
+"""The same from which an effect that still leaves something in the end is not the one that acts
+(assumed)."""
+
+DIFFERENT = 0.05
+"""Part of what the model would lose without an effect that a free shape of its law may still gain
+before its form differs (assumed)."""
+
+UNKNOWN = 1.0
+"""The same, from which on the effect is not the one that acts (assumed)."""
+
+
+def judge(search: Search, found: Round) -> None:
+    """Accept the best candidate of a round, or say that none is justified.
+
+    Where a free term explains far more, none is. Where the law of an effect in the model explains
+    what remains better than any candidate does, only a candidate that gains beside a free shape of
+    that law is accepted.
+    """
+    best = found.trials[0].evidence.gain if found.trials else 0.0
+    owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
+    own = [b for b in found.significant if b.title in owners]
+    if any(b.surplus > OUTSHONE * best for b in found.worthwhile):
+        found.accepted = False
+    elif any(best < PARSIMONIOUS * b.surplus or _of_one_sensor(found, b) for b in own):
+        gains = {t.score.coordinate.name: beyond(t.score, own, found.base) for t in found.trials}
+        least = gate.needed_gain(len(found.base.residual))
+        beside = [
+            t for t in found.trials
+            if gains[t.score.coordinate.name] > max(least, BESIDE * t.score.statistic)
+        ]  # fmt: skip
+        found.trials.sort(key=lambda t: t not in beside)
+        found.accepted = bool(beside) and beside[0].evidence.passed
+    else:
+        found.accepted = bool(found.trials) and found.trials[0].evidence.passed
+    found.unknown = not found.accepted and any(b.title not in owners for b in found.worthwhile)
+
+
+def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
+    """Return the effects that are not the ones that act, and why the laws of others differ.
+
+    Args:
+        fitter: with the training data, frozen at the last round.
+        search: a finished one.
+
+    """
+    last = search.rounds[-1]
+    names = [c.name for c in search.effects]
+    owners = own_blocks(last.base, names, last.significant)
+    strains = strained(last.base, names)
+    rejected, forms = [], {}
+    for name in names:
+        own = [b for b in last.significant if owners.get(b.title) == name]
+        block = max(own, key=lambda b: b.statistic, default=None)
+        left = block.surplus if block else 0.0
+        stands = standing(fitter, search, last.base, name) if block else 0.0
+        times, doubt = search.outdone.get(name, (1.0, ""))
+        differs = block is not None and left > DIFFERENT * stands
+        if left > UNKNOWN * stands or (differs and times > OTHER_LAW):
+            rejected.append(name)
+        elif block and differs:
+            part = 100.0 * left / (left + stands)
+            forms[name] = f"a free term in the {block.title} explains {part:.0f} % more"
+        elif doubt or name in strains:
+            forms[name] = doubt or strains[name]
+    return rejected, forms
+
+
+def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
+    """Return what the model loses in chi-square without one of its effects, refitted."""
+    kept = {c.name for c in search.without(name)}
+    stay = [i for i, c in enumerate(fit.coordinates) if c.name in kept]
+    rest = [fit.coordinates[i] for i in stay]
+    without = fitter.fit(rest, fit.at[stay], 3, jacobian=fit.jacobian[:, stay])
+    return without.chi2 - fit.chi2
+
+
+def _of_one_sensor(found: Round, block: BlockScore) -> bool:
+    """Tell whether the best candidate is another error of the sensor that a term is about."""
+    channel = found.trials[0].score.coordinate.channel if found.trials else ""
+    return bool(channel) and channel == block.balance.channel

@@ -1,0 +1,127 @@
+"""An identification on the workers of a Dask cluster is the one of this process."""
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hil_emulator import cluster
+from hil_emulator.__main__ import main
+from hil_emulator.cluster import connected
+from hil_emulator.config.effect_files import effect_files, read_effects, restored
+from hil_emulator.identify.prediction.cluster_pool import ClusterPool
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.pool import Point, Threads
+from hil_emulator.identify.session import identify
+from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee, knee_twin, recorded
+
+RIG = Path(__file__).parent / "data" / "friction_rig.toml"
+LOG = RIG.parent / "oring_1bar.csv"
+OWN = '''"""An effect of the user."""
+from hil_emulator.model.declare import Param, effect
+from hil_emulator.model.stages import friction
+
+@effect(
+    stage=friction, knob=Param("excess", "N", "force", typical=1.0, low=0.0, high=9.0),
+    source="assumed", signature="none",
+)
+def dry_drag(velocity, excess):
+    """F = F_x sgn(v)."""
+    return excess if velocity > 0.0 else -excess
+
+EFFECTS = (dry_drag,)
+'''
+
+
+@pytest.fixture
+def workers(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """Yield the address of a cluster of two processes."""
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(CACHE))
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+    ) as local:
+        yield local.scheduler_address
+
+
+def points() -> list[Point]:
+    """Return the configured machine, and ones with less oil stiffness."""
+    twin = knee_twin()
+    place = (twin.kernel.parameters.names or ()).index("oil_bulk_modulus")
+    found = []
+    for factor in (1.0, 0.9, 0.8, 0.7):
+        par = twin.par.copy()
+        par[place] *= factor
+        found.append((par, twin.chan.copy()))
+    return found
+
+
+def test_threads_do_not_change_a_residual() -> None:
+    """One thread or three: the same numbers in the same order, all experiments in theirs."""
+    observer = Observer(knee_twin(), INSTRUMENTS)
+    logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine")]
+    one, three = (Threads(observer, jobs).freeze(logs, points()[0]) for jobs in (1, 3))
+    together = list(one.residuals(points()))
+    assert all(map(np.array_equal, together, three.residuals(points())))
+    alone = [next(Threads(observer).freeze([e], points()[0]).residuals(points())) for e in logs]
+    assert np.array_equal(np.concatenate(alone), together[0])
+
+
+def test_an_effect_of_the_user_travels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the file is not, its content gives the same effect in a module of the same name."""
+    (tmp_path / "drag.py").write_text(OWN)
+    (original,) = read_effects(tmp_path / "drag.py")
+    files = effect_files([original])
+    monkeypatch.delitem(sys.modules, original.law.__module__)
+    (found,) = restored(files, tmp_path)
+    assert found.name == original.name == "dry_drag"
+    assert found.law is not original.law
+    assert found.law.__module__ == original.law.__module__
+
+
+@pytest.mark.parametrize("command", ["identify", "gap"])
+def test_an_address_without_a_scheduler(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One message with address and way out, exit code 2, no traceback."""
+    monkeypatch.setattr(cluster, "CONNECTING", 0.3)
+    done = CliRunner().invoke(main, [command, str(RIG), str(LOG), "--cluster=tcp://127.0.0.1:1"])
+    assert done.exit_code == 2
+    assert "tcp://127.0.0.1:1: cannot be reached" in done.output
+    assert "leave --cluster out" in done.output
+    assert "Traceback" not in done.output
+
+
+@pytest.mark.slow
+def test_the_result_is_the_same_on_a_cluster(workers: str) -> None:
+    """Names, values, chi-square and all else: as without a cluster."""
+    train, other = campaign({"internal_leakage_conductance": 1e-13})
+    only = ["internal_leakage", "external_leakage"]
+    here = identify(knee(), train, other, only, cache=CACHE)
+    there = identify(knee(), train, other, only, cache=CACHE, cluster=workers)
+    assert [f.name for f in here.effects] == ["internal_leakage"]
+    assert there.to_dict() == here.to_dict()
+    assert here.search is not None
+    assert there.search is not None
+    assert here.search.final is not None
+    assert there.search.final is not None
+    assert there.search.final.chi2 == here.search.final.chi2
+    assert np.array_equal(there.search.final.at, here.search.final.at)
+
+
+@pytest.mark.slow
+def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
+    """What a dead worker had frozen is frozen again; the residuals are the same."""
+    observer = Observer(knee_twin(), INSTRUMENTS)
+    logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine", "triangles")]
+    here = Threads(observer).freeze(logs, points()[0])
+    with connected(workers) as client:
+        there = ClusterPool(client, observer).freeze(logs, points()[0])
+        assert all(map(np.array_equal, here.residuals(points()), there.residuals(points())))
+        os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
+        assert all(map(np.array_equal, here.residuals(points()), there.residuals(points())))
+        for mine, fetched in zip(here.frozen, there.frozen, strict=True):
+            assert np.array_equal(mine.gains, fetched.gains)
