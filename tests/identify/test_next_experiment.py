@@ -82,7 +82,7 @@ def test_the_better_experiment_is_known_beforehand() -> None:
 def test_forecasts_come_true() -> None:
     """Over experiments that say little and much, refits to new recordings rank as forecast.
 
-    Motion below 1 mm is not among them: there the forecast is several times too low.
+    Motion below 1 mm is not among them: what it tells apart hangs on the noise of the day.
     """
     asked = forecaster()
     truth = asked.explanations[0]

@@ -85,7 +85,7 @@ def test_neither_pressures_nor_spool_is_too_little() -> None:
 @pytest.mark.parametrize(
     ("changes", "name", "value"),
     [
-        ({"null_bias_bias": 6e-5}, "null_bias", 6e-5),
+        ({"null_bias_bias": 3e-5}, "null_bias", 3e-5),
         ({"overlap_lap": 1e-4}, "overlap", 1e-4),
     ],
 )

@@ -8,6 +8,7 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.fit import TOLERATED, Fit, Fitter
+from hil_emulator.identify.naming.gate import SMALLEST_GAIN
 from hil_emulator.identify.naming.scan import Projection, Score, score_of
 from hil_emulator.identify.prediction.twin import Coordinate
 
@@ -85,7 +86,20 @@ class Confirmation:
             tried[i] = score
             if options and best.sensible and best.statistic > WORTHLESS:
                 heapq.heappush(queue, (-best.statistic, i, best))
-        return found
+        return found + self._kin(found, [s for i, s in enumerate(scores) if i not in tried])
+
+    def _kin(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
+        """Return effects that act at the place in the model at which the best one does.
+
+        Of two that do the same, the slope of one may lead somewhere and that of the other nowhere.
+        """
+        best = max(found, key=lambda s: s.statistic, default=None)
+        if best is None or best.coordinate.channel or best.statistic < SMALLEST_GAIN:
+            return []
+        known = {s.coordinate.name for s in found}
+        kin = [s for s in rest if s.coordinate.name not in known and _stage(s) == _stage(best)]
+        starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
+        return [s for s in starts if s.statistic > KEPT * best.statistic]
 
     def _gained(self, score: Score) -> float:
         return self._gains([score])[0]
@@ -140,6 +154,12 @@ class Confirmation:
             dear = abs(size) != 1.0 and self._fitter.cost(free, tried) > DEAR
             if low <= size <= high and not dear:
                 yield tried
+
+
+def _stage(score: Score) -> str:
+    """Return the stage of the model at which an effect acts."""
+    effect = score.coordinate.effect
+    return effect.stage.name if effect else ""
 
 
 def _alike(one: Score, other: Score) -> bool:
