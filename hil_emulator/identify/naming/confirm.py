@@ -152,7 +152,7 @@ class Confirmation:
         for size in sizes:
             tried = np.append(at, size)
             dear = abs(size) != 1.0 and self._fitter.cost(free, tried) > DEAR
-            if low <= size <= high and not dear:
+            if low <= size <= high and size != 0.0 and not dear:
                 yield tried
 
 
