@@ -2,7 +2,7 @@
 
 import inspect
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from hil_emulator.model import actuator, integrator, sensors
 from hil_emulator.model.declare import DeclarationError, Effect, Law, Stage
@@ -158,8 +158,12 @@ def _check_names(effects: Sequence[Effect], stages: Sequence[Stage]) -> None:
                 raise DeclarationError(f"effect '{effect.name}': no stage '{law.stage.name}'")
 
 
-def module_source(effects: Sequence[Effect]) -> str:
+def module_source(effects: Sequence[Effect], constants: Mapping[str, float] | None = None) -> str:
     """Return the text of the whole module.
+
+    Args:
+        effects: the effects to know, in the order in which they act.
+        constants: what takes the place of constants of `model.constants`.
 
     Raises:
         DeclarationError: if an effect asks for something its stage does not offer.
@@ -168,7 +172,7 @@ def module_source(effects: Sequence[Effect]) -> str:
     stages = (*TICKED, *CONTINUOUS, *SAMPLED)
     _check_names(effects, stages)
     base = frozenset(base_fields())
-    parts = [_HEADER]
+    parts = [_HEADER, *(f"{name} = {value!r}" for name, value in (constants or {}).items())]
     parts += [f"@compiled\n{stage_source(s, effects, base)}" for s in stages]
     parts += [f"@compiled\n{acts_source(a.stage, effects)}" for a in ACTS]
     parts += [f"@compiled\n{inspect.getsource(f)}" for f in BALANCES]

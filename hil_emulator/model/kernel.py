@@ -10,7 +10,7 @@ import inspect
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -118,20 +118,22 @@ def _compilers(compiled: bool, cached: bool) -> dict[str, Callable[[Any], Any]]:
 
 
 def build(
-    effects: Sequence[Effect] = CATALOGUE, cache: Path | None = None, compiled: bool = True
-) -> Kernel:
+    effects: Sequence[Effect] = CATALOGUE, cache: Path | None = None, compiled: bool = True,
+    constants: Mapping[str, float] | None = None,
+) -> Kernel:  # fmt: skip
     """Compose and compile the model.
 
     Args:
         effects: the effects to know, in the order in which they act.
         cache: folder that keeps the machine code for the next start.
         compiled: False runs the same module as plain Python, some hundred times slower.
+        constants: what takes the place of constants of `model.constants`.
 
     Raises:
         DeclarationError: if an effect asks for something its stage does not offer.
 
     """
-    source = module_source(effects)
+    source = module_source(effects, constants)
     file = keep(source, cache / sources_digest(effects)) if cache and compiled else None
     # numba finds the functions again through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_kernel")

@@ -51,6 +51,20 @@ def test_compiled_and_interpreted_sensors_agree(model: kernel.Kernel) -> None:
     assert readings[0] == pytest.approx(readings[1], rel=1e-9)
 
 
+def test_a_kernel_may_divide_its_steps_another_way() -> None:
+    """Where the rod hits its stop, steps in eight pieces are ten times as exact as whole ones."""
+
+    def run(pieces: int, step: float) -> float:
+        own = kernel.build(compiled=False, constants={"PIECES": pieces})
+        plant = Plant(own, machine(), step)
+        plant.state.position, plant.state.velocity = plant.parameters.cylinder_stroke - 2e-3, 0.5
+        plant.step(round(8e-3 / step))
+        return float(plant.state.velocity)
+
+    exact = run(8, 2e-5)
+    assert abs(run(8, 2.5e-4) - exact) < 0.1 * abs(run(1, 2.5e-4) - exact)
+
+
 def test_signals_belong_to_the_state_reached(make_plant: Callable[..., Plant]) -> None:
     """After a step the signals are those of the new state, not of a trial inside the step."""
     plant = make_plant(machine())

@@ -78,10 +78,16 @@ class Coordinate:
         return (self.low - self.neutral) / self.scale, (self.high - self.neutral) / self.scale
 
 
+DIVISION = {"PIECES": 4, "VELOCITY_DOUBT": 3e-5}
+"""How a step is divided in which something hits. A prediction reaches one sample ahead and readings
+correct it: chi-square changes by less than one in a million, a stiff coupling takes half as long.
+"""
+
+
 @lru_cache(maxsize=4)
 def probed(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
     """Return the kernel with probes: one per catalogue, as what calls it is compiled for it."""
-    return kernel.build((*effects, *PROBES, DRIFT), cache=folder)
+    return kernel.build((*effects, *PROBES, DRIFT), cache=folder, constants=DIVISION)
 
 
 class Twin:
