@@ -106,7 +106,7 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
         return np.asarray(np.where(frozen.present, -residual[:, 0] / frozen.weights[0], np.nan))
     assert isinstance(frozen, Frozen)
     assert isinstance(predictor, Observer)
-    drives, feeds = _entries(frozen, what)
+    drives, feeds = _entries(predictor, frozen, what)
     feeds = np.where(np.isfinite(frozen.measured), feeds, 0.0)
     decay = float(np.exp(-frozen.experiment.period / LASTING))
     size = STRONG * _largest(predictor, frozen, par, what)
@@ -120,7 +120,7 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
     return term
 
 
-def _entries(frozen: Frozen, what: Balance) -> tuple[Array, Array]:
+def _entries(observer: Observer, frozen: Frozen, what: Balance) -> tuple[Array, Array]:
     """Return what a term in a balance adds to the next z and the next reading."""
     if what is SUPPLY:
         return (np.ascontiguousarray(frozen.maps[:, :, -1]),
@@ -128,7 +128,8 @@ def _entries(frozen: Frozen, what: Balance) -> tuple[Array, Array]:
     weights = np.zeros(len(PROBES))
     for name, weight in what.probes:
         weights[[p.name for p in PROBES].index(name)] = weight
-    return np.asarray(frozen.drives @ weights), np.asarray(frozen.feeds @ weights)
+    drives, feeds = observer.probed(frozen)
+    return np.asarray(drives @ weights), np.asarray(feeds @ weights)
 
 
 def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> float:

@@ -1,4 +1,4 @@
-"""The extended Kalman filter that finds the gains, and what it leaves for linear columns."""
+"""The extended Kalman filter that finds the gains."""
 
 from typing import Any
 
@@ -88,10 +88,10 @@ def update(
 
 def linearise(
     tick: Any, sense: Any, start: Any, z0: Any, cov0: Any, scales: Any, active: Any, par: Any,
-    drift: int, supply: int, probes: Any, probe_sizes: Any, chan: Any, remembered: Any,
-    sources: Any, chosen: Any, slope: Any, signal_count: int, current: Any, measured: Any,
-    noise: Any, diffusion: Any, decay: Any, settling: int, burn_in: int, period: float, step: float,
-    steps: int, gains: Any, whitening: Any, maps: Any, senses: Any, drives: Any, feeds: Any,
+    drift: int, supply: int, chan: Any, remembered: Any, sources: Any, chosen: Any, slope: Any,
+    signal_count: int, current: Any, measured: Any, noise: Any, diffusion: Any, decay: Any,
+    settling: int, burn_in: int, period: float, step: float, steps: int, gains: Any,
+    whitening: Any, maps: Any, senses: Any,
 ) -> None:  # fmt: skip
     """Run the extended Kalman filter with a Jacobian by forward differences.
 
@@ -99,8 +99,6 @@ def linearise(
         cov0: covariance of z0.
         scales: smallest and largest step of the differences, by element of z, shape (2, z); in
             between it is the deviation of z, so that a bent law counts by its secant.
-        probes: parameters whose effect on the next state is wanted.
-        probe_sizes: step of their differences.
         slope: reading per signal of each chosen channel.
         signal_count: number of the model's signals.
         noise: variance of each chosen channel.
@@ -111,7 +109,6 @@ def linearise(
             that do.
         gains, whitening: the result; see `filter.predict`.
         maps, senses: Jacobians of the next z and the next reading by z, per sample.
-        drives, feeds: the same by the probes.
 
     """
     par = par.copy()
@@ -205,23 +202,6 @@ def linearise(
             for i in range(m):
                 source = sources[chosen[i]]
                 senses[k, i, j] = slope[i] * (signals_moved[source] - signals[source]) / widths[j]
-        for j in range(len(probes)):
-            moved[:] = posterior
-            other[:] = old
-            past_other[:] = past_before
-            par[probes[j]] += probe_sizes[j]
-            advance(
-                tick, other, past_other, moved, active, par, drift, supply, nominal, inputs,
-                current[k], decay, signals_moved, step, steps,
-            )  # fmt: skip
-            par[probes[j]] -= probe_sizes[j]
-            for i in range(n):
-                drives[k, i, j] = (moved[i] - z[i]) / probe_sizes[j]
-            for i in range(m):
-                source = sources[chosen[i]]
-                feeds[k, i, j] = (
-                    slope[i] * (signals_moved[source] - signals[source]) / probe_sizes[j]
-                )
         before_step[:, :] = cov
         congruence(maps[k], before_step, work, cov)
         for i in range(n):
@@ -229,50 +209,3 @@ def linearise(
         if k < settling:
             for i in range(2):
                 cov[i, i] += cov0[i, i]
-
-
-def propagate(
-    gains: Any, whitening: Any, maps: Any, senses: Any, drives: Any, feeds: Any, inputs: Any,
-    outputs: Any, column: Any,
-) -> None:  # fmt: skip
-    """Fill a residual's derivative by a small term that acts along the base trajectory.
-
-    Args:
-        gains: from `linearise`, as the next five.
-        whitening: see there.
-        maps: see there.
-        senses: see there.
-        drives: see there.
-        feeds: see there.
-        inputs: what the term adds to each probe, shape (samples, probes).
-        outputs: what it adds to each reading, shape (samples, chosen).
-        column: derivative of the whitened innovations, shape (samples, chosen); overwritten.
-
-    """
-    n, m = gains.shape[1], gains.shape[2]
-    dz = np.zeros(n)
-    after = np.zeros(n)
-    dy = np.zeros(m)
-    for k in range(len(column)):
-        for i in range(m):
-            dy[i] += outputs[k, i]
-        for i in range(m):
-            column[k, i] = 0.0
-            for j in range(m):
-                column[k, i] -= whitening[k, j, i] * dy[j]
-        for i in range(n):
-            for j in range(m):
-                dz[i] -= gains[k, i, j] * dy[j]
-        after[:] = 0.0
-        for i in range(n):
-            for j in range(n):
-                after[i] += maps[k, i, j] * dz[j]
-            for j in range(inputs.shape[1]):
-                after[i] += drives[k, i, j] * inputs[k, j]
-        for i in range(m):
-            dy[i] = 0.0
-            for j in range(n):
-                dy[i] += senses[k, i, j] * dz[j]
-            for j in range(inputs.shape[1]):
-                dy[i] += feeds[k, i, j] * inputs[k, j]
-        dz[:] = after

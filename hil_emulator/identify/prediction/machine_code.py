@@ -21,7 +21,13 @@ import numba
 import numpy as np
 
 from hil_emulator.identify.prediction import filter as predictor
-from hil_emulator.identify.prediction import free_loops, linearised, smoothing, static_forces
+from hil_emulator.identify.prediction import (
+    free_loops,
+    linearised,
+    probing,
+    smoothing,
+    static_forces,
+)
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MODEL = ("tick", "rate", "sense")
@@ -37,7 +43,7 @@ _INNER: tuple[Callable[..., Any], ...] = (
     smoothing.proceed,
 )
 _LOOPS: tuple[Callable[..., None], ...] = (
-    predictor.predict, linearised.linearise, linearised.propagate, static_forces.forces,
+    predictor.predict, linearised.linearise, probing.probe, probing.propagate, static_forces.forces,
     free_loops.run_freely, free_loops.carry, smoothing.smooth,
 )  # fmt: skip
 
@@ -49,7 +55,8 @@ class Loops:
     Attributes:
         predict: see `filter.predict`.
         linearise: see `linearised.linearise`.
-        propagate: see `linearised.propagate`.
+        probe: see `probing.probe`.
+        propagate: see `probing.propagate`.
         forces: see `static_forces.forces`.
         run_freely: see `free_loops.run_freely`.
         carry: see `free_loops.carry`.
@@ -59,6 +66,7 @@ class Loops:
 
     predict: Callable[..., None]
     linearise: Callable[..., None]
+    probe: Callable[..., None]
     propagate: Callable[..., None]
     forces: Callable[..., None]
     run_freely: Callable[..., None]
@@ -107,8 +115,8 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
     return Loops(
-        module.predict, module.linearise, module.propagate, module.forces, module.run_freely,
-        module.carry, module.smooth,
+        module.predict, module.linearise, module.probe, module.propagate, module.forces,
+        module.run_freely, module.carry, module.smooth,
     )  # fmt: skip
 
 

@@ -80,10 +80,12 @@ class Frozen:
         z0: augmented state at the start.
         active: indices of the states in z.
         decay: what remains of the disturbances after a sample.
-        gains, whitening, maps, senses, drives, feeds: see `linearised.linearise`.
+        gains, whitening, maps, senses: see `linearised.linearise`.
         weights: one over the standard deviation of each channel's whitened innovations.
         noise: standard deviation of each channel.
         diffusion: variance that the disturbances give each element of z in a sample.
+        par, chan: the parameters at which it was frozen.
+        probed: drives and feeds, see `probing.probe`; None as long as nobody has asked.
 
     """
 
@@ -99,11 +101,12 @@ class Frozen:
     whitening: Array
     maps: Array
     senses: Array
-    drives: Array
-    feeds: Array
     weights: Array
     noise: Array
     diffusion: Array
+    par: Array
+    chan: Array
+    probed: tuple[Array, Array] | None = None
 
 
 class Observer:
@@ -159,23 +162,41 @@ class Observer:
             par, active_names, start[active], top, wander, experiment.period
         )
         z0 = np.concatenate([start[active], [0.0, 0.0]])
-        count, n, q = len(measured), len(z0), len(PROBES)
-        arrays = [np.zeros((count, *s)) for s in
-                  ((n, n_m), (n_m, n_m), (n, n), (n_m, n), (n, q), (n_m, q))]  # fmt: skip
-        steps = int(np.ceil(experiment.period / self.step(par) - 1e-9))
+        count, n = len(measured), len(z0)
+        shapes = ((n, n_m), (n_m, n_m), (n, n), (n_m, n))
+        arrays = [np.zeros((count, *shape)) for shape in shapes]
+        steps = self._steps(experiment, par)
         twin.loops.linearise(
-            start, z0, cov0, scales, active, par, twin.drift, twin.supply,
-            twin.probes, twin.probe_sizes, chan, twin.remembered, twin.sources, self.chosen,
-            np.ones(n_m), len(twin.signal_names), experiment.current, measured, noise**2, diffusion,
-            decay, round(SETTLING / experiment.period), round(BURN_IN / experiment.period),
-            experiment.period, experiment.period / steps, steps, *arrays,
+            start, z0, cov0, scales, active, par, twin.drift, twin.supply, chan, twin.remembered,
+            twin.sources, self.chosen, np.ones(n_m), len(twin.signal_names), experiment.current,
+            measured, noise**2, diffusion, decay, round(SETTLING / experiment.period),
+            round(BURN_IN / experiment.period), experiment.period, experiment.period / steps, steps,
+            *arrays,
         )  # fmt: skip
-        gains, whitening, maps, senses, drives, feeds = arrays
+        gains, whitening, maps, senses = arrays
         return Frozen(
             experiment, self.channels, self.chosen, measured, start, z0, active, decay,
-            gains, whitening, maps, senses, drives, feeds, np.ones(n_m), noise,
-            diffusion,
+            gains, whitening, maps, senses, np.ones(n_m), noise, diffusion, par, chan,
         )  # fmt: skip
+
+    def probed(self, frozen: Frozen) -> tuple[Array, Array]:
+        """Return what each probe adds to the next z and reading, see `probing.probe`."""
+        if frozen.probed is None:
+            twin, e = self.twin, frozen.experiment
+            (count, m), n, steps = frozen.measured.shape, len(frozen.z0), self._steps(e, frozen.par)
+            drives, feeds = (np.zeros((count, rows, len(PROBES))) for rows in (n, m))
+            twin.loops.probe(
+                frozen.start, frozen.z0, frozen.active, frozen.par, twin.drift, twin.supply,
+                twin.probes, twin.probe_sizes, frozen.chan, twin.remembered, twin.sources,
+                frozen.chosen, len(twin.signal_names), e.current, frozen.measured, frozen.gains,
+                frozen.decay, e.period, e.period / steps, steps, drives, feeds,
+            )  # fmt: skip
+            frozen.probed = drives, feeds
+        return frozen.probed
+
+    def _steps(self, experiment: Experiment, par: Array) -> int:
+        """Return the integration steps of a sample."""
+        return max(1, int(np.ceil(experiment.period / self.step(par) - 1e-9)))
 
     def innovations(
         self, frozen: Frozen, par: Array, chan: Array, track: bool = False
@@ -184,15 +205,15 @@ class Observer:
         rows = len(frozen.measured) if track else 1
         path = np.empty((rows, len(self.twin.signal_names)))
         residual = np.empty_like(frozen.measured)
-        self._predict(frozen, par, chan, self.step(par), residual, path)
+        self._predict(frozen, par, chan, residual, path)
         residual[: round(BURN_IN / frozen.experiment.period)] = 0.0
         return residual * frozen.weights, path
 
     def _predict(
-        self, frozen: Frozen, par: Array, chan: Array, step: float, residual: Array, path: Array
+        self, frozen: Frozen, par: Array, chan: Array, residual: Array, path: Array
     ) -> None:
         twin, experiment = self.twin, frozen.experiment
-        steps = max(1, int(np.ceil(experiment.period / step - 1e-9)))
+        steps = self._steps(experiment, par)
         twin.loops.predict(
             frozen.start, frozen.z0, frozen.active, par, twin.drift, twin.supply, chan,
             twin.remembered, twin.sources, frozen.chosen, experiment.current, frozen.measured,
@@ -244,7 +265,7 @@ class Observer:
     def through(self, frozen: Frozen, balance: Balance, term: Array) -> Array:
         """Return the change of the weighted innovations that a term along the track makes."""
         count, m = frozen.measured.shape
-        drives, feeds = frozen.drives, frozen.feeds
+        drives, feeds = self.probed(frozen)
         inputs = np.zeros((count, drives.shape[2]))
         outputs = np.zeros((count, m))
         for probe, weight in balance.probes:
