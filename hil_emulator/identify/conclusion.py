@@ -5,8 +5,10 @@ import math
 import numpy as np
 
 from hil_emulator.identify.disagreement import account
+from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.confusion import confirmed, rivals_of, weighed
 from hil_emulator.identify.naming.contest import Trial
+from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.progress import Search
 from hil_emulator.identify.naming.search import Searcher
 from hil_emulator.identify.practising.next_experiment import recommend
@@ -62,7 +64,7 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     if final is None:
         return
     account.fill(searcher, search, result)
-    deviations = np.sqrt(np.diag(final.covariance()))
+    deviations = np.hypot(np.sqrt(np.diag(final.covariance())), _doubts(search, final))
     result.parameters = {
         c.name: {
             "configured": c.neutral, "refitted": float(c.value(float(a))),
@@ -91,7 +93,7 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     assert final is not None
     i = [c.name for c in final.coordinates].index(coordinate.name)
     at, spread = float(final.at[i]), float(np.sqrt(final.covariance()[i, i]))
-    spread = max(spread, best.deviation)
+    spread = math.hypot(max(spread, best.deviation), _doubts(search, final)[i])
     ends = sorted(coordinate.value(at + k * spread) for k in (-1.96, 1.96))
     group, size = rivals_of(best, round_.scores, round_.trials, searcher.fitter.stretch)
     alike = [weighed(round_, name) for name in group]
@@ -106,6 +108,19 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
         form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
         rivals=tuple(_rival(t, best) for t in weaker), separating_size=size,
     )  # fmt: skip
+
+
+def _doubts(search: Search, final: Fit) -> Array:
+    """Return the deviation of each coordinate that comes from what no law explains.
+
+    Friction that changes along the stroke, say, is taken for something else in part: how much, its
+    strength tells, while its shape is anyone's.
+    """
+    last = search.rounds[-1]
+    names = [c.name for c in last.base.coordinates]
+    doubts = [dict(zip(names, b.doubt, strict=True)) for b in last.blocks if len(b.doubt)]
+    return np.array([np.linalg.norm([d.get(c.name, 0.0) for d in doubts])
+                     for c in final.coordinates])  # fmt: skip
 
 
 def _rival(trial: Trial, best: Trial) -> Rival:

@@ -8,13 +8,14 @@ import pytest
 from hil_emulator.identify.disagreement.regions import disagreements
 from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.naming.blocks import LEAKAGE, BlockScore, drivers, score_blocks
+from hil_emulator.identify.naming.blocks import LEAKAGE, BlockScore, drivers
 from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.free_terms import score_blocks
 from hil_emulator.identify.naming.progress import NOTICEABLE
 from hil_emulator.identify.naming.scan import Projection
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+from tests.identify.rig_data import INSTRUMENTS, OFF, knee_twin, recorded
 
 CONDUCTANCE = 1e-13
 """Of the leakage that the machine has and the configuration lacks [m^3/(s*Pa)]."""
@@ -50,7 +51,7 @@ def blocks() -> list[BlockScore]:
     """Return what every block explains of the leaking machine."""
     fit, fitter = configured()
     project = Projection(fit)
-    return score_blocks(fitter, fit.coordinates, fit.at, project, project.residual)
+    return score_blocks(fitter, fit.coordinates, fit.at, project)
 
 
 def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
@@ -101,3 +102,15 @@ def test_a_map_shows_the_leak_before_and_nothing_after() -> None:
     assert (drawn.unit, drawn.driver_unit) == ("l/min", "bar")
     assert np.nanstd(drawn.after.middle) < 0.3 * np.nanstd(drawn.before.middle)
     assert drawn.spectra[0][:5].sum() > drawn.spectra[1][:5].sum()
+
+
+def test_what_no_law_explains_casts_doubt_on_what_it_moves() -> None:
+    """The leak that is missing has moved the modulus about as far as its doubt says."""
+    fit, _ = configured()
+    names = [c.name for c in fit.coordinates]
+    i = names.index("oil_bulk_modulus")
+    true = (OFF["oil_bulk_modulus"] - 1.0) * fit.coordinates[i].neutral / fit.coordinates[i].scale
+    error = abs(float(fit.at[i]) - true)
+    doubt = float(np.linalg.norm([b.doubt[i] for b in blocks()]))
+    assert error > 5.0 * np.sqrt(fit.covariance()[i, i])
+    assert 0.5 * error < doubt < 5.0 * error

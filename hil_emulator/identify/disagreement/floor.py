@@ -55,7 +55,8 @@ def spread(observer: Observer, frozen: Frozen, replay: Replay) -> Floor:
         frozen.gains, frozen.maps, frozen.senses, frozen.noise**2, diffusion, first, window, one,
         free,
     )  # fmt: skip
-    return Floor(one, free)
+    # of a long recording these are large
+    return Floor(one.astype(np.float32), free.astype(np.float32))
 
 
 def strengths(floors: Sequence[Floor], replays: Sequence[Replay], period: float) -> Array:

@@ -124,9 +124,7 @@ def _chosen(blocks: Sequence[BlockScore], fit: Fit) -> list[tuple[BlockScore, fl
         chosen.append((block, gain, (residual**2 - after**2)[:count]))
         residual = after
         for other in rest:
-            bases[id(other)] = _orthonormal(
-                bases[id(other)] - basis @ (basis.T @ bases[id(other)])
-            )  # fmt: skip
+            bases[id(other)] = _beside(bases[id(other)], basis)
     return chosen
 
 
@@ -134,11 +132,19 @@ def _basis(block: BlockScore, project: Projection) -> Array:
     return _orthonormal(np.column_stack([project(c) for c in block.columns.T]))
 
 
+def _beside(basis: Array, other: Array) -> Array:
+    """Return a basis of what is not in another one."""
+    own = basis.astype(np.float64)
+    return _orthonormal(own - other @ (other.T @ own))
+
+
 def _orthonormal(columns: Array) -> Array:
     """Return an orthonormal basis, without directions that hardly exist."""
     values, vectors = np.linalg.eigh(columns.T @ columns)
     keep = values > max(1e-4 * values[-1], 1e-9)
-    return np.asarray(columns @ (vectors[:, keep] / np.sqrt(values[keep])))
+    # of a long recording the bases of all blocks are large
+    basis: Array = (columns @ (vectors[:, keep] / np.sqrt(values[keep]))).astype(np.float32)
+    return basis
 
 
 def _regions(gain: Array, states: Drivers) -> Iterator[Region]:

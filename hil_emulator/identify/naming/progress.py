@@ -40,13 +40,8 @@ class Round:
 
     def slim(self) -> None:
         """Forget the slopes of what was not named: long recordings would fill the memory."""
-        nothing = np.zeros(0)
-        self.scores = [
-            replace(s, slope=nothing, column=s.column if self.accepted else nothing)
-            for s in self.scores
-        ]
-        for trial in self.trials:
-            trial.score = replace(trial.score, slope=nothing)
+        if not self.accepted:
+            self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
         for trial in self.trials[1:]:
             trial.fit = replace(trial.fit, jacobian=np.zeros((0, len(trial.fit.at))))
 

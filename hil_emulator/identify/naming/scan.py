@@ -1,7 +1,7 @@
 """Score every candidate at once, with what ordinary parameters could explain projected out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,6 +51,10 @@ class Score:
     def sensible(self) -> bool:
         """Whether the estimate is a size in which the effect occurs, or the data show it well."""
         return self.visible or abs(self.estimate) < FAR
+
+    def lean(self) -> "Score":
+        """Return the score without its slope: long recordings would fill the memory."""
+        return replace(self, slope=np.zeros(0))
 
 
 class Projection:

@@ -6,15 +6,16 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.naming import gate
-from hil_emulator.identify.naming.blocks import BlockScore, score_blocks
+from hil_emulator.identify.naming.blocks import BlockScore
 from hil_emulator.identify.naming.confirm import Confirmation
-from hil_emulator.identify.naming.contest import Contest
+from hil_emulator.identify.naming.contest import Contest, Trial
 from hil_emulator.identify.naming.doubts import outdone
 from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.free_terms import score_blocks
 from hil_emulator.identify.naming.judgement import judge, laws
 from hil_emulator.identify.naming.nearest import nearest
 from hil_emulator.identify.naming.progress import Round, Search
-from hil_emulator.identify.naming.scan import Projection, scan
+from hil_emulator.identify.naming.scan import Projection, Score, scan
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.twin import Coordinate
@@ -142,17 +143,21 @@ class Searcher:
         if len(names) == SEVERAL:
             rest = []
         self.tell(f"screening {len(rest)} effects")
-        scores = scan(self.fitter, base, rest)
-        sensible = [s for s in scores if s.sensible]
-        likely = Confirmation(self.fitter, base).best(sensible, REFITTED)
-        trials = Contest(self.fitter, base, self._held_out(base)).enter(likely)
+        scores, trials = self._screened(base, rest)
         self.tell("looking for what no effect explains")
         return Round(base, scores, trials, self._blocks(base))
+
+    def _screened(self, base: Fit, rest: Sequence[Coordinate]) -> tuple[list[Score], list[Trial]]:
+        """Return the score of every candidate, and the likeliest, refitted."""
+        scores = scan(self.fitter, base, rest)
+        likely = Confirmation(self.fitter, base).best([s for s in scores if s.sensible], REFITTED)
+        scores = [s.lean() for s in scores]
+        return scores, Contest(self.fitter, base, self._held_out(base)).enter(likely)
 
     def _blocks(self, base: Fit) -> list[BlockScore]:
         """Return nonparametric terms, those that are worth a word first."""
         project = Projection(base)
-        blocks = score_blocks(self.fitter, base.coordinates, base.at, project, project.residual)
+        blocks = score_blocks(self.fitter, base.coordinates, base.at, project)
         worthwhile = {b.title for b in Round(base, [], [], blocks).worthwhile}
         return sorted(blocks, key=lambda b: b.title not in worthwhile)
 
