@@ -91,6 +91,18 @@ def test_a_parameter_that_nobody_believes_is_a_doubt() -> None:
     assert not strained(near, ["stribeck_friction"])
 
 
+def test_a_law_whose_own_parameter_runs_to_its_end_is_a_doubt() -> None:
+    """A relief valve that would have to be the stiffest there is does not explain the droop."""
+    pump = effect("fixed_pump")
+    override = next(c for c in knee_twin().shapes(pump) if c.name == "fixed_pump.override")
+    slope = np.column_stack([np.cos(np.linspace(0.0, 20.0, N)), trace()])
+    inside = Fit([override, pump], np.array([-0.5, 1.0]), np.zeros(N), slope, 0.0)
+    assert not strained(inside, ["fixed_pump"])
+    end = Fit([override, pump], np.array([override.bounds[0], 1.0]), np.zeros(N), slope, 0.0)
+    doubt = strained(end, ["fixed_pump"])["fixed_pump"]
+    assert doubt == "its override would have to be the lowest there is"
+
+
 def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
     """Friction over the pressures resembles pressure friction, though another effect gains more."""
     scores = [score("load_force.offset", 900.0), score("friction_asymmetry", 800.0),

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from hil_emulator.identify.naming.gate import Evidence, needed_gain, robust_variance
+from hil_emulator.identify.naming.gate import Evidence, inflation, needed_gain
 
 
 def evidence(gain: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
-             expected: float = 400.0) -> Evidence:  # fmt: skip
+             expected: float = 400.0, inflation: float = 1.0) -> Evidence:  # fmt: skip
     """Return evidence that passes unless told otherwise."""
-    return Evidence(gain, wald, held_out, needed_gain(40_000), expected)
+    return Evidence(gain, wald, held_out, needed_gain(40_000), expected, inflation)
 
 
 def test_all_evidence_together_passes() -> None:
@@ -34,11 +34,18 @@ def test_held_out_data_may_confirm_a_serially_correlated_estimate() -> None:
     assert evidence(wald=12.0, held_out=390.0).passed
 
 
+def test_a_serially_correlated_size_may_be_another_on_held_out_data() -> None:
+    """A quarter of the gain is too little, unless its deviation is as much as another quarter."""
+    assert not evidence(held_out=300.0, expected=1200.0).passed
+    assert evidence(held_out=300.0, expected=1200.0, inflation=25.0).passed
+    assert not evidence(held_out=10.0, expected=40.0, inflation=25.0).passed
+
+
 def test_serial_correlation_widens_the_variance() -> None:
     """Residuals that keep their sign for 100 samples count as some hundredth of as many."""
     random = np.random.default_rng(1)
     column = np.ones(20_000)
     white = random.standard_normal(20_000)
     slow = np.repeat(random.standard_normal(200), 100)
-    ratio = robust_variance(column, slow, 100) / robust_variance(column, white, 100)
-    assert 50.0 < ratio < 200.0
+    assert 50.0 < inflation(column, slow, 100) < 200.0
+    assert inflation(column, white, 100) < 1.5

@@ -13,7 +13,7 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.fit import Fit, Fitter
-from hil_emulator.identify.naming.gate import robust_variance
+from hil_emulator.identify.naming.gate import inflation
 from hil_emulator.identify.naming.progress import Round
 from hil_emulator.identify.naming.scan import Score
 from hil_emulator.identify.prediction.twin import Coordinate
@@ -44,19 +44,6 @@ def _difference(chosen: Score, rival: Score, size: float) -> Array:
         return np.asarray(size * mine)
     other = rival.column.astype(np.float64)
     return np.asarray(size * (mine - other * (float(mine @ other) / rival.information)))
-
-
-def inflation(difference: Array, residual: Array, stretch: int) -> float:
-    """Return the factor by which serial correlation widens a difference in chi-square, from 1.
-
-    Args:
-        difference: between the residuals of two explanations.
-        residual: of the better one.
-        stretch: successive residuals that may be correlated.
-
-    """
-    power = float(difference @ difference)
-    return max(1.0, robust_variance(difference, residual, stretch) * power) if power > 0.0 else 1.0
 
 
 def margin(best: Trial, rival: Trial, stretch: int) -> float:

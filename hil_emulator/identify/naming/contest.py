@@ -1,7 +1,8 @@
 """Joint refits of the likeliest candidates, and which of them comes first."""
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -72,7 +73,8 @@ class Contest:
         fits = [self._rough(score) for score in likely]
         self._improve(fits, PROMISING, lambda i: self._complete(fits[i], likely[i].coordinate))
         self._improve(fits, RIVALLING, lambda i: self._pushed(fits[i]))
-        return ranked([self._weighed(s, f) for s, f in zip(likely, fits, strict=True)])
+        fits.reverse()
+        return ranked([self._weighed(score, fits.pop()) for score in likely])
 
     def _improve(self, fits: list[Fit], part: float, better: Callable[[int], Fit]) -> None:
         """Put a better fit in the place of each that gains at least this part of the best."""
@@ -118,29 +120,39 @@ class Contest:
         return fit
 
     def _weighed(self, score: Score, fit: Fit) -> Trial:
-        base, last = self._base, len(fit.at) - 1
-        # an effect that is off has no shape: whether it is there does not hang on how it looks
-        own = f"{score.coordinate.name}."
-        rest = [i for i, c in enumerate(fit.coordinates[:-1]) if not c.name.startswith(own)]
-        others = [fit.coordinates[i] for i in rest]
-        project = Projection(Fit(others, fit.at[rest], fit.residual, fit.jacobian[:, rest], 0.0))
-        fresh = self._fitter.column(fit.coordinates, fit.at, fit.residual, last)
-        projected = project(fresh)[: len(fit.residual)]
-        variance = gate.robust_variance(projected, fit.residual, self._fitter.stretch)
+        wald, deviation, inflation = self._certainty(score.coordinate.name, fit)
         held_out, expected = float("nan"), 0.0
         if self._held is not None:
-            before = self._fitter.residual(base.coordinates, base.at, self._held)
+            before = self._fitter.residual(self._base.coordinates, self._base.at, self._held)
             after = self._fitter.residual(fit.coordinates, fit.at, self._held)
             held_out = float(before @ before - after @ after)
             expected = float((after - before) @ (after - before))
-        evidence = gate.Evidence(
-            base.chi2 - fit.chi2,
-            float(fit.at[-1] ** 2 / variance),
-            held_out,
-            self._needed,
-            expected,
-        )
-        return Trial(score, fit, evidence, float(np.sqrt(variance)))
+        gain = self._base.chi2 - fit.chi2
+        evidence = gate.Evidence(gain, wald, held_out, self._needed, expected, inflation)
+        # slopes of several fits of a long recording are large
+        lean = replace(fit, jacobian=fit.jacobian.astype(np.float32))
+        return Trial(score.lean(), lean, evidence, deviation)
+
+    def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float]:
+        """Return Wald statistic, standard deviation and inflation of the last coordinate."""
+        last = len(fit.at) - 1
+        # an effect that is off has no shape: whether it is there does not hang on how it looks
+        rest = [i for i, c in enumerate(fit.coordinates[:-1]) if not c.name.startswith(f"{name}.")]
+        others = [fit.coordinates[i] for i in rest]
+        project = Projection(Fit(others, fit.at[rest], fit.residual, fit.jacobian[:, rest], 0.0))
+        fresh = self._fitter.column(fit.coordinates, fit.at, fit.residual, last)
+        shown, believed = np.split(project(fresh), [len(fit.residual)])
+        information = float(shown @ shown + believed @ believed)
+        if believed @ believed < shown @ shown:
+            inflation = gate.inflation(shown, fit.residual, self._fitter.stretch)
+            variance = inflation / float(shown @ shown)
+            return float(fit.at[-1] ** 2) / variance, math.sqrt(variance), inflation
+        # all but what is believed of an ordinary parameter could stand in its place: slopes that
+        # nearly cancel show no serial correlation, what the effect has changed does
+        changed = self._base.residual - fit.residual
+        inflation = gate.inflation(changed, fit.residual, self._fitter.stretch)
+        gain = self._base.chi2 - fit.chi2
+        return gain / inflation, math.sqrt(inflation / max(information, 1e-9)), inflation
 
 
 def ranked(trials: Sequence[Trial]) -> list[Trial]:

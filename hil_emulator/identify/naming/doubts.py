@@ -39,17 +39,19 @@ def outdone(trial: Trial, found: Round) -> tuple[float, str]:
 
 
 def strained(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
-    """Return, by effect, an ordinary parameter that its law needs at a size hardly believed.
+    """Return, by effect, a parameter that its law needs at a size hardly believed.
+
+    An ordinary one far from what is configured, or one of its own at the end of its range.
 
     Args:
         fit: the finished model.
         effects: names of the effects in the model.
 
     """
+    found = _at_limits(fit, effects)
     names = [c.name for c in fit.coordinates]
     covariance = fit.covariance()
     spread = np.sqrt(np.diag(covariance))
-    found: dict[str, str] = {}
     for i, (coordinate, at) in enumerate(zip(fit.coordinates, fit.at, strict=True)):
         own = coordinate.name.partition(".")[0] in effects or not np.isfinite(coordinate.prior)
         if own or abs(at) < STRAINED * coordinate.prior:
@@ -62,4 +64,16 @@ def strained(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
                     effect,
                     f"{coordinate.name} would have to be {share:.2g} times its configured value",
                 )
+    return found
+
+
+def _at_limits(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
+    """Return, by effect, a shape parameter that has run to the end of its range."""
+    found: dict[str, str] = {}
+    for coordinate, at in zip(fit.coordinates, fit.at, strict=True):
+        effect, _, shape = coordinate.name.rpartition(".")
+        low, high = coordinate.bounds
+        if effect in effects and min(at - low, high - at) <= 1e-9 * max(1.0, abs(float(at))):
+            end = "lowest" if at - low < high - at else "largest"
+            found[effect] = f"its {shape.replace('_', ' ')} would have to be the {end} there is"
     return found

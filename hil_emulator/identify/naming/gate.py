@@ -37,6 +37,7 @@ class Evidence:
         held_out: gain in chi-square on the validation data; NaN without any.
         needed: gain that is needed.
         expected: gain on the validation data if the effect has the estimated size there too.
+        inflation: factor by which serial correlation widens a variance, from 1.
 
     """
 
@@ -45,6 +46,7 @@ class Evidence:
     held_out: float
     needed: float
     expected: float = 0.0
+    inflation: float = 1.0
 
     @property
     def passed(self) -> bool:
@@ -67,9 +69,16 @@ class Evidence:
             found.append(f"robust Wald statistic {self.wald:.1f} below {least:.0f}")
         if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
-        elif np.isfinite(self.held_out) and self.held_out < CONFIRMED * self.expected:
+        elif np.isfinite(self.held_out) and self.held_out < self._confirming:
             found.append(f"held-out gain {self.held_out:.0f}, expected {self.expected:.0f}")
         return found
+
+    @property
+    def _confirming(self) -> float:
+        """Gain on held-out data that confirms the size, or is evidence and less by chance."""
+        least = CONFIRMED * self.expected
+        spread = 2.0 * float(np.sqrt(self.inflation * self.expected))
+        return min(least, max(self.needed, least - spread))
 
 
 def needed_gain(residuals: int) -> float:
@@ -77,20 +86,18 @@ def needed_gain(residuals: int) -> float:
     return SMALLEST_GAIN + float(np.log(max(residuals, 1)))
 
 
-def robust_variance(column: Array, residual: Array, length: int) -> float:
-    """Return the variance of an estimate, in the presence of serial correlation.
+def inflation(difference: Array, residual: Array, stretch: int) -> float:
+    """Return the factor by which serial correlation widens a variance, from 1.
 
     Args:
-        column: projected derivative of the residual.
-        residual: after the fit.
-        length: residuals in a stretch of 100 ms, within which anything may be correlated.
+        difference: derivative of the residual, or between the residuals of two explanations.
+        residual: of the better one.
+        stretch: successive residuals that may be correlated.
 
     """
-    information = float(column @ column)
-    if information <= 0.0:
-        return float("inf")
-    products = column * residual
-    starts = np.arange(0, len(products), max(1, length))
-    stretches = np.add.reduceat(products, starts)
-    scatter = float(np.sum(stretches**2))
-    return max(scatter / information**2, 1.0 / information)
+    power = float(difference @ difference)
+    if power <= 0.0:
+        return 1.0
+    products = difference * residual
+    starts = np.arange(0, len(products), max(1, stretch))
+    return max(1.0, float(np.sum(np.add.reduceat(products, starts) ** 2)) / power)

@@ -15,8 +15,8 @@ BESIDE = 0.5
 """Part of its gain that a candidate must have beside a free shape of that law (assumed)."""
 
 OUTSHONE = 3.0
-"""How many times as much as the best effect a free term may explain for it to be the one (assumed;
-laws of another form stay below two)."""
+"""How many times as much as the best effect a free term may explain, chance set aside, for it to be
+the one (assumed; laws of another form stay below two)."""
 
 OTHER_LAW = 2.0
 """The same from which an effect that still leaves something in the end is not the one that acts
@@ -40,7 +40,7 @@ def judge(search: Search, found: Round) -> None:
     best = found.trials[0].evidence.gain if found.trials else 0.0
     owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
     own = [b for b in found.significant if b.title in owners]
-    if any(b.surplus > OUTSHONE * best for b in found.worthwhile):
+    if any(b.statistic - b.limit > OUTSHONE * best for b in found.worthwhile):
         found.accepted = False
     elif any(best < PARSIMONIOUS * b.surplus or _of_one_sensor(found, b) for b in own):
         gains = {t.score.coordinate.name: beyond(t.score, own, found.base) for t in found.trials}
