@@ -18,7 +18,7 @@ NUDGES = (0.7, 1.4)
 TOLERATED = 2.0
 """Prior standard deviations within which an ordinary parameter is believed (assumed)."""
 
-DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)
 """Damping of a step over the diagonal of its normal equations, tried in turn until one helps: where
 two parameters nearly make up for each other, it is their common way that a step overdoes."""
 
