@@ -1,40 +1,26 @@
 """The whole workflow as one function: experiments and a configuration in, a result out."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-
-import numpy as np
 
 from hil_emulator.cluster import connected
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion import conclude
 from hil_emulator.identify.disagreement import account
-from hil_emulator.identify.measured import plausible
+from hil_emulator.identify.instrumentation import examinable, predicting, priors
 from hil_emulator.identify.measured.copies import counted
-from hil_emulator.identify.measured.experiment import FLOW, Experiment
+from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.naming.progress import Search
 from hil_emulator.identify.naming.search import Searcher
-from hil_emulator.identify.prediction import parameters, static
+from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.cluster_pool import ClusterPool
-from hil_emulator.identify.prediction.flow_bench import PRIORS as FLOW_PRIORS
-from hil_emulator.identify.prediction.flow_bench import FlowBench, flow_bench
-from hil_emulator.identify.prediction.flow_bench import examinable as flow_examinable
-from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.pool import Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.twin import Coordinate, Twin
-from hil_emulator.identify.prediction.valve_bench import VOLUME_PRIORS, ValveBench, bench
 from hil_emulator.identify.result import Result
-from hil_emulator.model.sensors import CHANNELS
-
-DRIVEN = 0.2e-3
-"""Least travel of a rod that was moved at all [m] (assumed)."""
-
-SLOWEST = 5e-3
-"""Longest sample period that shows a hydraulic mode of some 50 Hz [s]."""
 
 Tell = Callable[[str], None]
 Pools = Callable[[Predictor], Pool]
@@ -89,13 +75,13 @@ def _identified(
     twin = Twin(config, cache)
     learn, check = counted(*_split(training, validation))
     notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
-    predictor, learn, check, why = _predictor(twin, learn, check)
+    predictor, learn, check, why = predicting(twin, learn, check)
     if predictor is None:
         return Result("cannot_examine", why, notes=notes)
     notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     twin = predictor.twin
-    candidates = _chosen(_candidates(twin, predictor), only, exclude)
-    nuisances = parameters.ordinary(twin, _priors(predictor))
+    candidates = _chosen(examinable(twin, predictor), only, exclude)
+    nuisances = parameters.ordinary(twin, priors(predictor))
     searcher = Searcher(predictor, learn, check, candidates, nuisances, pooled(predictor), tell)
     found = _found(searcher, search)
     if found is None:
@@ -141,77 +127,6 @@ def _split(
         return list(training), list(validation)
     held = max(1, len(training) // 3)
     return list(training[:-held]), list(training[-held:])
-
-
-def _predictor(
-    twin: Twin, learn: list[Experiment], check: list[Experiment]
-) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
-    """Choose what predicts by the channels that are there."""
-    everything = [*learn, *check]
-    names = tuple(
-        c.name for c in CHANNELS
-        if not c.differenced and all(c.name in e.readings for e in everything)
-    )  # fmt: skip
-    travels = [float(np.ptp(x[np.isfinite(x)])) for x in
-               (e.readings.get("position", np.zeros(1)) for e in everything)]  # fmt: skip
-    if any(FLOW in e.readings for e in everything) and max(travels) < DRIVEN:
-        metered, why = flow_bench(twin, everything)
-        return metered, learn, check, why
-    if max(travels) < DRIVEN:
-        valve, why = bench(twin, everything)
-        still = "the rod hardly moves; move it by some millimetres" if max(travels) > 0.0 else (
-            "no experiment shows a moving position"
-        )  # fmt: skip
-        why = f"{still}; {why}" if why else _slow(everything)
-        return None if why else valve, learn, check, why
-    if min(travels) < DRIVEN:
-        return None, learn, check, "the rod hardly moves in some; move it by some millimetres"
-    contrary = plausible.contradictions(everything, twin)
-    if contrary:
-        return None, learn, check, "; ".join(contrary)
-    if all(len(e.current) for e in everything):
-        why = _slow(everything)
-        return None if why else Observer(twin, names), learn, check, why
-    if "load_force" in names and {"pressure_a", "pressure_b"} & set(names):
-        turned = plausible.dissipative(everything, twin)
-        return (
-            static.StaticObserver(twin), turned[: len(learn)], turned[len(learn) :], ""
-        )  # fmt: skip
-    why = (
-        f"with {', '.join(names)} alone no balance can be examined; add valve_current, or a "
-        "chamber pressure and load_force"
-    )
-    return None, learn, check, why
-
-
-def _priors(predictor: Predictor) -> Mapping[str, float]:
-    """Return how well ordinary parameters are known."""
-    if isinstance(predictor, ValveBench):
-        return VOLUME_PRIORS
-    if isinstance(predictor, FlowBench):
-        return FLOW_PRIORS
-    return parameters.PRIORS if isinstance(predictor, Observer) else parameters.STATIC_PRIORS
-
-
-def _slow(experiments: Sequence[Experiment]) -> str:
-    """Return why experiments are sampled too slowly, or ""."""
-    slowest = max(e.period for e in experiments)
-    if slowest <= SLOWEST:
-        return ""
-    return (
-        f"sampled every {slowest * 1e3:.3g} ms: pressures move within that time; record at "
-        f"{SLOWEST * 1e3:g} ms or faster"
-    )
-
-
-def _candidates(twin: Twin, predictor: Predictor) -> list[Coordinate]:
-    sensors = tuple(c for c in predictor.channels if c in twin.names)
-    found = parameters.candidates(twin, sensors)
-    if isinstance(predictor, FlowBench):
-        return [c for c in found if flow_examinable(c)]
-    if isinstance(predictor, Observer):
-        return found
-    return [c for c in found if static.examinable(c)]
 
 
 def _chosen(

@@ -22,8 +22,9 @@ from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.naming.fit import Fitter, prior_rows
 from hil_emulator.identify.practising.closed_loop import Machine, World
 from hil_emulator.identify.practising.library import Target
-from hil_emulator.identify.prediction.observer import NULL_DRIFT, Observer
+from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.rating import largest_current
+from hil_emulator.identify.prediction.tuning import NULL_DRIFT
 from hil_emulator.identify.prediction.twin import Coordinate
 
 SETTLED = 0.03

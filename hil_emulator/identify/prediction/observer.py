@@ -1,6 +1,5 @@
 """Experiments seen through one model: gains frozen once, innovations for any parameters."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,36 +7,8 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment, noise_of
 from hil_emulator.identify.naming.blocks import BLOCKS, SUPPLY, Balance, Drivers, drivers
 from hil_emulator.identify.prediction.probes import PROBES
-from hil_emulator.identify.prediction.rating import largest_current
+from hil_emulator.identify.prediction.tuning import tuning
 from hil_emulator.identify.prediction.twin import Twin
-
-NULL_DRIFT = 1e-3
-"""Standard deviation of the null's drift over the rated current (assumed)."""
-
-NULL_TIME = 4.0
-"""Time over which the null drifts [s] (assumed)."""
-
-SUPPLY_DRIFT = 5e4
-"""Largest standard deviation of what moves the supply beside the model [Pa] (assumed)."""
-
-SUPPLY_TIME = 0.02
-"""Time over which it does [s] (assumed: pump ripple at some 10 Hz)."""
-
-FLOW_DISTURBANCE = 5e-4
-"""Unmodelled flow over the flow at the largest current (assumed)."""
-
-FORCE_DISTURBANCE = 2e-3
-"""Unmodelled force over area times supply pressure (assumed)."""
-
-SLIP = 1e-3
-"""Least step of the derivative by velocity [m/s] (assumed): the secant of friction over as much as
-the velocity is uncertain at rest, where its tangent would make the filter trust no force."""
-
-FASTEST_SLIP = 1e-2
-"""Largest step [m/s] (assumed), while the velocity is less certain."""
-
-DISTURBANCE_TIME = 0.01
-"""Time over which both are correlated [s] (assumed)."""
 
 LARGEST_STEP = 2.5e-4
 """Integration step of a prediction [s]; half of it moves no estimate by more than 1 %, and twice as
@@ -156,27 +127,23 @@ class Observer:
         active_names = twin.active(par)
         active = np.array([names.index(n) for n in active_names])
         start = self._start(par, measured)
-        top = max(float(np.nanmax(np.abs(experiment.current), initial=0.0)), 1e-6)
-        wander = self._supply_drift(experiment)
-        cov0, diffusion, decay, scales = self._tuning(
-            par, active_names, start[active], top, wander, experiment.period
-        )
+        tuned = tuning(twin, par, active_names, start[active], experiment)
         z0 = np.concatenate([start[active], [0.0, 0.0]])
         count, n = len(measured), len(z0)
         shapes = ((n, n_m), (n_m, n_m), (n, n), (n_m, n))
         arrays = [np.zeros((count, *shape)) for shape in shapes]
         steps = self._steps(experiment, par)
         twin.loops.linearise(
-            start, z0, cov0, scales, active, par, twin.drift, twin.supply, chan, twin.remembered,
-            twin.sources, self.chosen, np.ones(n_m), len(twin.signal_names), experiment.current,
-            measured, noise**2, diffusion, decay, round(SETTLING / experiment.period),
-            round(BURN_IN / experiment.period), experiment.period, experiment.period / steps, steps,
-            *arrays,
+            start, z0, tuned.covariance, tuned.scales, active, par, twin.drift, twin.supply, chan,
+            twin.remembered, twin.sources, self.chosen, np.ones(n_m), len(twin.signal_names),
+            experiment.current, measured, noise**2, tuned.diffusion, tuned.decay,
+            round(SETTLING / experiment.period), round(BURN_IN / experiment.period),
+            experiment.period, experiment.period / steps, steps, *arrays,
         )  # fmt: skip
         gains, whitening, maps, senses = arrays
         return Frozen(
-            experiment, self.channels, self.chosen, measured, start, z0, active, decay,
-            gains, whitening, maps, senses, np.ones(n_m), noise, diffusion, par, chan,
+            experiment, self.channels, self.chosen, measured, start, z0, active, tuned.decay,
+            gains, whitening, maps, senses, np.ones(n_m), noise, tuned.diffusion, par, chan,
         )  # fmt: skip
 
     def probed(self, frozen: Frozen) -> tuple[Array, Array]:
@@ -229,15 +196,6 @@ class Observer:
                 for c in self.channels
             ]
         )
-
-    def _supply_drift(self, experiment: Experiment) -> float:
-        """Return how far the supply wanders: what its reading shows beyond white noise [Pa]."""
-        readings = experiment.readings.get("supply_pressure")
-        if readings is None:
-            return SUPPLY_DRIFT
-        noise = noise_of(readings)
-        beyond = float(np.nanvar(readings)) - noise**2
-        return float(np.clip(np.sqrt(max(beyond, 0.0)), 0.03 * noise + 1.0, SUPPLY_DRIFT))
 
     def _start(self, par: Array, measured: Array) -> Array:
         """Return the state at rest with what was measured at first put in."""
@@ -297,45 +255,6 @@ class Observer:
         spread = [_quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])]
         scale = np.sqrt(frozen.experiment.copies)
         frozen.weights = 1.0 / (scale * np.maximum(spread, QUIETEST))
-
-    def _tuning(
-        self,
-        par: Array,
-        names: Sequence[str],
-        start: Array,
-        top: float,
-        wander: float,
-        period: float,
-    ) -> tuple[Array, Array, Array, Array]:
-        """Return initial covariance, diffusion per sample, decay, and limits of the differences."""
-        p = dict(zip(self.twin.kernel.parameters.names or (), par.tolist(), strict=True))
-        area, supply = p["cylinder_piston_area"], p["supply_pressure"]
-        flow = FLOW_DISTURBANCE * p["valve_gain"] * top * np.sqrt(supply / 2.0)
-        volume = p["cylinder_dead_volume_a"] + 0.5 * area * p["cylinder_stroke"]
-        colour = 2.0 * DISTURBANCE_TIME
-        force = FORCE_DISTURBANCE * area * supply / p["load_mass"]
-        pressure = p["oil_bulk_modulus"] / volume * flow
-        # (initial deviation, diffusion per square root of a second, step of the difference)
-        table = {
-            "spool_position": (0.01 * top, 0.0, 1e-6),
-            "spool_speed": (top, top, 1e-3),
-            "pressure_a": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
-            "pressure_b": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
-            "position": (1e-3, 0.0, 1e-6),
-            "velocity": (0.1, force * np.sqrt(colour), SLIP),
-        }
-        rows = [table.get(n, (1e-3 * abs(s), 0.0, 1e-4 * max(abs(s), 1e-3)))
-                for n, s in zip(names, start, strict=True)]  # fmt: skip
-        drift = NULL_DRIFT * max(top, largest_current(p))
-        times = np.array([NULL_TIME, SUPPLY_TIME])
-        levels = np.array([drift, wander])
-        decay = np.exp(-period / times)
-        spread = np.array([r[0] for r in rows] + [drift, SUPPLY_DRIFT])
-        growth = np.array([r[1] for r in rows]) ** 2 * period
-        diffusion = np.concatenate([growth, levels**2 * (1.0 - decay**2)])
-        least = np.array([r[2] for r in rows] + [1e-6, 1e4])
-        most = np.where([n == "velocity" for n in [*names, "", ""]], FASTEST_SLIP, least)
-        return np.diag(spread**2), diffusion, decay, np.array([least, most])
 
 
 def _quiet_rms(values: Array, length: int) -> float:

@@ -1,0 +1,110 @@
+"""How uncertain the model is that a Kalman filter follows: its start, and what disturbs it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array, Experiment, noise_of
+from hil_emulator.identify.prediction.rating import largest_current
+from hil_emulator.identify.prediction.twin import Twin
+
+NULL_DRIFT = 1e-3
+"""Standard deviation of the null's drift over the rated current (assumed)."""
+
+NULL_TIME = 4.0
+"""Time over which the null drifts [s] (assumed)."""
+
+SUPPLY_DRIFT = 5e4
+"""Largest standard deviation of what moves the supply beside the model [Pa] (assumed)."""
+
+SUPPLY_TIME = 0.02
+"""Time over which it does [s] (assumed: pump ripple at some 10 Hz)."""
+
+FLOW_DISTURBANCE = 5e-4
+"""Unmodelled flow over the flow at the largest current (assumed)."""
+
+FORCE_DISTURBANCE = 2e-3
+"""Unmodelled force over area times supply pressure (assumed)."""
+
+SLIP = 1e-3
+"""Least step of the derivative by velocity [m/s] (assumed): the secant of friction over as much as
+the velocity is uncertain at rest, where its tangent would make the filter trust no force."""
+
+FASTEST_SLIP = 1e-2
+"""Largest step [m/s] (assumed), while the velocity is less certain."""
+
+DISTURBANCE_TIME = 0.01
+"""Time over which both are correlated [s] (assumed)."""
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What a filter takes for granted about one experiment.
+
+    Attributes:
+        covariance: of the augmented state at the start.
+        diffusion: variance that each element of it gains in a sample.
+        decay: what remains of null drift and supply deviation after a sample.
+        scales: smallest and largest step of the differences by each element, shape (2, z).
+
+    """
+
+    covariance: Array
+    diffusion: Array
+    decay: Array
+    scales: Array
+
+
+def tuning(
+    twin: Twin, par: Array, names: Sequence[str], start: Array, experiment: Experiment
+) -> Tuning:
+    """Return the tuning for one experiment.
+
+    Args:
+        twin: the model.
+        par: its parameters.
+        names: the states that move.
+        start: their values at the start.
+        experiment: the data, whose largest current and supply ripple count.
+
+    """
+    top = max(float(np.nanmax(np.abs(experiment.current), initial=0.0)), 1e-6)
+    p = dict(zip(twin.kernel.parameters.names or (), par.tolist(), strict=True))
+    area, supply = p["cylinder_piston_area"], p["supply_pressure"]
+    flow = FLOW_DISTURBANCE * p["valve_gain"] * top * np.sqrt(supply / 2.0)
+    volume = p["cylinder_dead_volume_a"] + 0.5 * area * p["cylinder_stroke"]
+    colour = 2.0 * DISTURBANCE_TIME
+    force = FORCE_DISTURBANCE * area * supply / p["load_mass"]
+    pressure = p["oil_bulk_modulus"] / volume * flow
+    # (initial deviation, diffusion per square root of a second, step of the difference)
+    table = {
+        "spool_position": (0.01 * top, 0.0, 1e-6),
+        "spool_speed": (top, top, 1e-3),
+        "pressure_a": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
+        "pressure_b": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
+        "position": (1e-3, 0.0, 1e-6),
+        "velocity": (0.1, force * np.sqrt(colour), SLIP),
+    }
+    rows = [table.get(n, (1e-3 * abs(s), 0.0, 1e-4 * max(abs(s), 1e-3)))
+            for n, s in zip(names, start, strict=True)]  # fmt: skip
+    drift = NULL_DRIFT * max(top, largest_current(p))
+    times = np.array([NULL_TIME, SUPPLY_TIME])
+    levels = np.array([drift, _supply_drift(experiment)])
+    decay = np.exp(-experiment.period / times)
+    spread = np.array([r[0] for r in rows] + [drift, SUPPLY_DRIFT])
+    growth = np.array([r[1] for r in rows]) ** 2 * experiment.period
+    diffusion = np.concatenate([growth, levels**2 * (1.0 - decay**2)])
+    least = np.array([r[2] for r in rows] + [1e-6, 1e4])
+    most = np.where([n == "velocity" for n in [*names, "", ""]], FASTEST_SLIP, least)
+    return Tuning(np.diag(spread**2), diffusion, decay, np.array([least, most]))
+
+
+def _supply_drift(experiment: Experiment) -> float:
+    """Return how far the supply wanders: what its reading shows beyond white noise [Pa]."""
+    readings = experiment.readings.get("supply_pressure")
+    if readings is None:
+        return SUPPLY_DRIFT
+    noise = noise_of(readings)
+    beyond = float(np.nanvar(readings)) - noise**2
+    return float(np.clip(np.sqrt(max(beyond, 0.0)), 0.03 * noise + 1.0, SUPPLY_DRIFT))
