@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.naming.fit import TOLERATED, Fit, Fitter
+from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.gate import SMALLEST_GAIN
 from hil_emulator.identify.naming.scan import Projection, Score, score_of
+from hil_emulator.identify.naming.takeover import DEAR, SIZES, Takeover, tries_of
 from hil_emulator.identify.prediction.twin import Coordinate
 
 WORTHLESS = 8.0
@@ -18,25 +19,11 @@ WORTHLESS = 8.0
 KEPT = 0.5
 """Part of the gain that the linear model expects which the model itself must show (assumed)."""
 
-SIZES = (0.1, 0.3, 1.0, 3.0)
-"""Typical sizes at which an effect is tried that its slope leads astray (assumed)."""
-
 SECANTS = 2
 """Most of their secants that are followed."""
 
 LOOKS = 16
 """Most candidates that are tried at several sizes."""
-
-TAKEN_OVER = 0.5
-"""Part of what is lost with parameters as configured that a candidate must make up for, to be
-refitted there (assumed)."""
-
-RETURNS = 3
-"""Iterations of that refit."""
-
-DEAR = 3.0
-"""How much longer than usual a prediction may take for an effect to be tried at any size but its
-typical one: a coupling that hardly gives is stiff, and does nothing (assumed)."""
 
 SAME = 0.998
 """Squared cosine between the traces of effects above which they are the same (assumed)."""
@@ -54,7 +41,7 @@ class Confirmation:
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._fitter, self._fit = fitter, fit
         self._project = Projection(fit)
-        self._returned = _returned(fitter, fit)
+        self._takeover = Takeover(fitter, fit)
 
     def best(self, scores: Sequence[Score], wanted: int) -> list[Score]:
         """Return the best scores that hold where the linear model puts the estimate.
@@ -80,7 +67,7 @@ class Confirmation:
             holds = self._gained(score) >= KEPT * score.statistic
             options = [score] if holds else []
             if not any(_alike(score, other) for other in (*tried.values(), *found)):
-                options += self._returning(score)
+                options += self._takeover.starts(score)
                 options += [] if holds else self._sounding(score)
             best = max(options, key=lambda s: s.statistic, default=score)
             if best is score and holds:
@@ -130,7 +117,8 @@ class Confirmation:
         sense = -1.0 if score.estimate < 0.0 else 1.0
         fit = self._fit
         free = [*fit.coordinates, score.coordinate]
-        tries = list(self._tries(score, fit, (score.estimate, *(sense * k for k in SIZES))))
+        sizes = (score.estimate, *(sense * k for k in SIZES))
+        tries = list(tries_of(self._fitter, score, fit, sizes))
         starts, secants = [], []
         for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
             gained = fit.chi2 - self._fitter.loss(free, at, residual)
@@ -140,53 +128,6 @@ class Confirmation:
         secants = sorted(secants, key=lambda s: -s.statistic)[:SECANTS]
         gains = self._gains(secants) if secants else []
         return starts + [replace(s, statistic=g) for s, g in zip(secants, gains, strict=True)]
-
-    def _returning(self, score: Score) -> list[Score]:
-        """Return where a refit leads in which parameters stay as configured that the gap drove far.
-
-        There the candidate may take over what it was that drove them.
-        """
-        there = self._returned
-        if there is None:
-            return []
-        sizes = (*SIZES, *(-k for k in SIZES))
-        free = [*there.coordinates, score.coordinate]
-        tries = list(self._tries(score, there, sizes))
-        residuals = self._fitter.residuals(free, tries)
-        losses = [(self._fitter.loss(free, at, r), at, r)
-                  for at, r in zip(tries, residuals, strict=True)]  # fmt: skip
-        loss, at, residual = min(losses, key=lambda t: t[0], default=(np.inf, there.at, None))
-        if residual is None or there.chi2 - loss < TAKEN_OVER * (there.chi2 - self._fit.chi2):
-            return []
-        slopes = np.column_stack([there.jacobian, (residual - there.residual) / at[-1]])
-        found = self._fitter.fit(free, at, RETURNS, jacobian=slopes)
-        values = {c.name: a for c, a in zip(free, found.at, strict=True)}
-        names = [c.name for c in (*self._fit.coordinates, score.coordinate)]
-        start = np.array([values.get(name, 0.0) for name in names])
-        whole = self._fitter.fit([*self._fit.coordinates, score.coordinate], start, RETURNS)
-        gained = self._fit.chi2 - whole.chi2
-        return [replace(score, statistic=gained, estimate=float(whole.at[-1]), start=whole.at)]
-
-    def _tries(self, score: Score, fit: Fit, sizes: Sequence[float]) -> Iterator[Array]:
-        low, high = score.coordinate.bounds
-        free = [*fit.coordinates, score.coordinate]
-        for size in sizes:
-            tried = np.append(fit.at, size)
-            dear = abs(size) != 1.0 and self._fitter.cost(free, tried) > DEAR
-            if low <= size <= high and size != 0.0 and not dear:
-                yield tried
-
-
-def _returned(fitter: Fitter, fit: Fit) -> Fit | None:
-    """Return a fit with the parameters as configured that the gap drove far; None without any."""
-    far = [np.isfinite(c.prior) and abs(a) > TOLERATED * c.prior
-           for c, a in zip(fit.coordinates, fit.at, strict=True)]  # fmt: skip
-    if not any(far):
-        return None
-    kept = [i for i, driven in enumerate(far) if not driven]
-    free, at = [fit.coordinates[i] for i in kept], fit.at[kept]
-    residual = fitter.residual(free, at)
-    return Fit(free, at, residual, fit.jacobian[:, kept], fitter.loss(free, at, residual))
 
 
 def _stage(score: Score) -> str:
