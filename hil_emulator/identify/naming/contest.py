@@ -36,6 +36,11 @@ NEAR = 0.9
 with the fewest assumed shape parameters is named (assumed)."""
 
 
+UNBELIEVED = 5.0
+"""Prior standard deviations beyond which no ordinary parameter is believed to be, unless it was so
+without the candidate (assumed)."""
+
+
 @dataclass
 class Trial:
     """One candidate, refitted.
@@ -128,7 +133,10 @@ class Contest:
             held_out = float(before @ before - after @ after)
             expected = float((after - before) @ (after - before))
         gain = self._base.chi2 - fit.chi2
-        evidence = gate.Evidence(gain, wald, held_out, self._needed, expected, inflation)
+        strange = unbelieved(self._base, fit)
+        evidence = gate.Evidence(
+            gain, wald, held_out, self._needed, expected, inflation, strange
+        )  # fmt: skip
         # slopes of several fits of a long recording are large
         lean = replace(fit, jacobian=fit.jacobian.astype(np.float32))
         return Trial(score.lean(), lean, evidence, deviation)
@@ -153,6 +161,17 @@ class Contest:
         inflation = gate.inflation(changed, fit.residual, self._fitter.stretch)
         gain = self._base.chi2 - fit.chi2
         return gain / inflation, math.sqrt(inflation / max(information, 1e-9)), inflation
+
+
+def unbelieved(base: Fit, fit: Fit) -> str:
+    """Say which ordinary parameter a candidate drives where nobody believes it, or ""."""
+    before = {c.name: float(at) for c, at in zip(base.coordinates, base.at, strict=True)}
+    for coordinate, at in zip(fit.coordinates, fit.at, strict=True):
+        most = UNBELIEVED * coordinate.prior
+        if coordinate.name in before and abs(before[coordinate.name]) < most < abs(at):
+            share = float(coordinate.value(float(at))) / coordinate.neutral
+            return f"{coordinate.name} would have to be {share:.2g} times its configured value"
+    return ""
 
 
 def ranked(trials: Sequence[Trial]) -> list[Trial]:

@@ -18,9 +18,13 @@ NUDGES = (0.7, 1.4)
 TOLERATED = 2.0
 """Prior standard deviations within which an ordinary parameter is believed (assumed)."""
 
-DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)
+DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 """Damping of a step over the diagonal of its normal equations, tried in turn until one helps: where
 two parameters nearly make up for each other, it is their common way that a step overdoes."""
+
+STUCK = (10.0, 100.0)
+"""The same for a first step that none of them mends; later on they would only creep along valleys
+that lead out of what anyone believes."""
 
 
 @dataclass
@@ -164,7 +168,8 @@ class Fitter:
                 slope = self.jacobian(free, at, residual)
             elif i and jacobian is not None and len(free):
                 slope[:, -1] = self.column(free, at, residual, len(free) - 1)
-            for damping in DAMPINGS:
+            fresh = i == 0 and jacobian is None
+            for damping in (*DAMPINGS, *(STUCK if fresh else ())):
                 step = _step(slope, residual, weights, at, damping)
                 trial = np.clip(at + step, bounds[:, 0], bounds[:, 1])
                 r = self.residual(free, trial)

@@ -38,6 +38,7 @@ class Evidence:
         needed: gain that is needed.
         expected: gain on the validation data if the effect has the estimated size there too.
         inflation: factor by which serial correlation widens a variance, from 1.
+        unbelieved: what nobody would believe of an ordinary parameter beside it, in words.
 
     """
 
@@ -47,6 +48,7 @@ class Evidence:
     needed: float
     expected: float = 0.0
     inflation: float = 1.0
+    unbelieved: str = ""
 
     @property
     def passed(self) -> bool:
@@ -61,7 +63,7 @@ class Evidence:
     @property
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
-        found = []
+        found = [self.unbelieved] if self.unbelieved else []
         if self.gain <= self.needed:
             found.append(f"gain {self.gain:.0f} below {self.needed:.0f}")
         least = CONFIRMED_WALD if self.well_confirmed else SMALLEST_WALD
