@@ -127,7 +127,8 @@ class Searcher:
                 search.at = self._nudged(search, fit).at
             else:
                 slope = None if settled else fit.jacobian
-        search.final = fit
+        search.final = fit = self.fitter.relaxed(fit)
+        search.at = fit.at
         return fit
 
     def _nudged(self, search: Search, fit: Fit) -> Fit:
