@@ -15,6 +15,10 @@ OUTDONE = 0.1
 STRAINED = 2.5
 """Prior standard deviations that a data sheet is believed to be off by at most (assumed)."""
 
+AT_END = 0.05
+"""Prior standard deviations from the end of its range that a shape parameter counts as there
+(assumed)."""
+
 TIED = 0.5
 """Correlation from which a parameter and an effect make up for each other (assumed)."""
 
@@ -73,7 +77,7 @@ def _at_limits(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
     for coordinate, at in zip(fit.coordinates, fit.at, strict=True):
         effect, _, shape = coordinate.name.rpartition(".")
         low, high = coordinate.bounds
-        if effect in effects and min(at - low, high - at) <= 1e-9 * max(1.0, abs(float(at))):
+        if effect in effects and min(at - low, high - at) <= AT_END * coordinate.prior:
             end = "lowest" if at - low < high - at else "largest"
             found[effect] = f"its {shape.replace('_', ' ')} would have to be the {end} there is"
     return found
