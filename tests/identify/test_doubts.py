@@ -46,7 +46,7 @@ def named(name: str, gain: float, blocks: list[BlockScore]) -> tuple[Trial, Roun
     """Return an accepted effect with such a gain, and its round."""
     found = score(name, gain)
     fit = Fit([found.coordinate], np.ones(1), np.zeros(N), trace()[:, None], 0.0)
-    trial = Trial(found, fit, Evidence(gain, gain, gain, 20.0), 1.0)
+    trial = Trial(found, fit, Evidence(gain, gain, gain, 20.0, gain), 1.0)
     return trial, Round(fit, [found], [trial], blocks, accepted=True)
 
 

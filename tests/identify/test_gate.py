@@ -32,6 +32,12 @@ def test_held_out_data_must_show_what_training_promised() -> None:
     assert not evidence(held_out=40.0).passed
 
 
+def test_held_out_data_must_not_show_far_more_than_training_promised() -> None:
+    """What gains six times as much as its size explains is not what gains."""
+    assert not evidence(held_out=280.0, expected=46.0, inflation=9.0).passed
+    assert evidence(held_out=115.0, expected=56.0).passed
+
+
 def test_held_out_data_may_confirm_a_serially_correlated_estimate() -> None:
     """A Wald statistic of 12 does not do alone, and does with a full gain on held-out data."""
     assert not evidence(wald=12.0, held_out=150.0).passed

@@ -175,12 +175,17 @@ def unbelieved(base: Fit, fit: Fit) -> str:
 
 
 def ranked(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the candidates in the order of what they explain.
+    """Return the candidates in the order of what they explain, the strange ones last.
 
     Where several explain the training data about equally well, held-out data decide: a law that
     holds elsewhere beats one that bends to its data.
     """
     by_gain = sorted(trials, key=lambda t: -t.evidence.gain)
+    sound = [t for t in by_gain if not t.evidence.strange]
+    return _ranked(sound) + [t for t in by_gain if t.evidence.strange]
+
+
+def _ranked(by_gain: list[Trial]) -> list[Trial]:
     if not by_gain:
         return by_gain
     level = CONTENDERS * by_gain[0].evidence.gain

@@ -23,6 +23,10 @@ CONFIRMED = 0.4
 """Part of the gain which an effect of the estimated size would have on held-out data, that it must
 have there (assumed)."""
 
+SURPASSED = 3.0
+"""The same that it may have there at most: what gains more than its size explains is a way out for
+ordinary parameters (assumed)."""
+
 WELL_CONFIRMED = 0.5
 """The same to count as a confirmation by itself (assumed)."""
 
@@ -71,16 +75,30 @@ class Evidence:
             found.append(f"robust Wald statistic {self.wald:.1f} below {least:.0f}")
         if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
-        elif np.isfinite(self.held_out) and self.held_out < self._confirming:
+        elif self._surpassing or self.held_out < self._least:
             found.append(f"held-out gain {self.held_out:.0f}, expected {self.expected:.0f}")
         return found
 
     @property
-    def _confirming(self) -> float:
+    def strange(self) -> bool:
+        """Whether it is a way out for ordinary parameters, whatever it gains."""
+        return bool(self.unbelieved) or self._surpassing
+
+    @property
+    def _surpassing(self) -> bool:
+        """Whether held-out data gain more than the size explains."""
+        return self.held_out > SURPASSED * self.expected + self._spread
+
+    @property
+    def _spread(self) -> float:
+        """Standard deviation of the gain on held-out data."""
+        return 2.0 * float(np.sqrt(self.inflation * self.expected))
+
+    @property
+    def _least(self) -> float:
         """Gain on held-out data that confirms the size, or is evidence and less by chance."""
         least = CONFIRMED * self.expected
-        spread = 2.0 * float(np.sqrt(self.inflation * self.expected))
-        return min(least, max(self.needed, least - spread))
+        return min(least, max(self.needed, least - self._spread))
 
 
 def needed_gain(residuals: int) -> float:
