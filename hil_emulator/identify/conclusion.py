@@ -54,6 +54,9 @@ def conclude(searcher: Searcher, search: Search, forecast: bool = True) -> Resul
             f"{f.name} and {', '.join(f.group)} look alike here; record other motions: slower, "
             "faster, over the whole stroke"
         )
+    searcher.fitter.release()
+    for found in search.rounds:
+        found.forget()
     _measure(searcher, search, result)
     return result
 

@@ -90,6 +90,10 @@ class Fitter:
         """The frozen experiments, in this process."""
         return self.batch.frozen
 
+    def release(self) -> None:
+        """Let go of the frozen experiments, which of long recordings are large."""
+        self.batch = LocalBatch(self.predictor, [])
+
     def freeze(self, coordinates: Sequence[Coordinate], at: Array) -> None:
         """Compute the gains at a point, and weights that give each channel's innovations one."""
         self.batch = self.frozen_at(self.experiments, coordinates, at)

@@ -41,9 +41,13 @@ class Round:
     def slim(self) -> None:
         """Forget the slopes of what was not named: long recordings would fill the memory."""
         if not self.accepted:
-            self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
+            self.forget()
         for trial in self.trials[1:]:
             trial.fit = replace(trial.fit, jacobian=np.zeros((0, len(trial.fit.at))))
+
+    def forget(self) -> None:
+        """Forget the traces of the candidates."""
+        self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
 
     @property
     def significant(self) -> list[BlockScore]:
