@@ -26,8 +26,8 @@ class Score:
         statistic: gain in chi-square that the linear model expects.
         estimate: its linear estimate, in typical sizes.
         information: squared norm of its projected column: the gain of the effect at typical size.
-        column: derivative of the residual, ordinary parameters projected out.
-        slope: the same, nothing projected out.
+        column: derivative of the residual, ordinary parameters projected out; empty once forgotten.
+        slope: the same, nothing projected out; empty in a lean score.
         response: change of the ordinary parameters with the candidate.
         start: where a refit begins; None for where the linear model puts it.
 
