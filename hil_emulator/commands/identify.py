@@ -16,6 +16,7 @@ from hil_emulator.identify.presentation.layer import EFFECT_FILE, layer
 from hil_emulator.identify.presentation.report import report
 from hil_emulator.identify.result import Result
 from hil_emulator.identify.session import identify as run_identification
+from hil_emulator.memory import map_large_arrays
 from hil_emulator.places import cache_folder, near
 
 CONFIGURATIONS = {".toml"}
@@ -58,6 +59,7 @@ def identify(
             "name at least one configuration (.toml) and one recording (.csv, .mf4, "
             ".parquet, .blf, ...)"
         )
+    map_large_arrays()
     config = load(configs)
     learn, check = experiments(recordings, config, meaning), experiments(validate, config, meaning)
     click.echo("Preparing the model (a quarter of a minute) ...", err=True)

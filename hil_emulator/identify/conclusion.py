@@ -6,7 +6,7 @@ import numpy as np
 
 from hil_emulator.identify.disagreement import account
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.naming.confusion import confirmed, rivals_of, weighed
+from hil_emulator.identify.naming.confusion import confirmed, weighed
 from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.progress import Search
@@ -55,8 +55,6 @@ def conclude(searcher: Searcher, search: Search, forecast: bool = True) -> Resul
             "faster, over the whole stroke"
         )
     searcher.fitter.release()
-    for found in search.rounds:
-        found.forget()
     _measure(searcher, search, result)
     return result
 
@@ -98,8 +96,7 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     at, spread = float(final.at[i]), float(np.sqrt(final.covariance()[i, i]))
     spread = math.hypot(max(spread, best.deviation), _doubts(search, final)[i])
     ends = sorted(coordinate.value(at + k * spread) for k in (-1.96, 1.96))
-    group, size = rivals_of(best, round_.scores, round_.trials, searcher.fitter.stretch)
-    alike = [weighed(round_, name) for name in group]
+    alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
     return Finding(
@@ -109,7 +106,7 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
         interval=(float(ends[0]), float(ends[1])), explained=0.0, gain=best.evidence.gain,
         held_out=_or_none(best.evidence.held_out), group=tuple(group),
         form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
-        rivals=tuple(_rival(t, best) for t in weaker), separating_size=size,
+        rivals=tuple(_rival(t, best) for t in weaker), separating_size=round_.separating,
     )  # fmt: skip
 
 

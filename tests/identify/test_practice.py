@@ -1,6 +1,7 @@
 """The practice ground: what is hidden, how it looks, and what opening it tells."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from hil_emulator.identify.measured.plausible import contradictions
 from hil_emulator.identify.practising import practice, sealed
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.rig import nodes
+from tests.identify.generator import cases
+from tests.identify.generator.bench import record
 from tests.identify.rig_data import knee_twin
 
 
@@ -175,3 +178,16 @@ def test_a_chirp_is_no_drift_of_a_clock() -> None:
     leak = practice.hide(knee_twin(), "internal_leakage", "medium")
     made = practice.ground(knee_twin(), [leak], 1)
     assert contradictions(practice.campaign(made, ["chirp"]), knee_twin()) == []
+
+
+def test_steps_of_a_healthy_rod_are_on_one_clock() -> None:
+    """Its lag behind the valve changes by 5 ms with the motion; a clock 3 % faster shows."""
+    made = cases.case("small", 16, 2.0)
+    steps = record(
+        cases.machine(made), dict(made.effects), "steps", (cases.seed(made.name), 1), 2.0, False
+    )
+    assert contradictions([steps], knee_twin()) == []
+    rod = steps.readings["position"]
+    later = np.interp(1.03 * np.arange(len(rod)), np.arange(len(rod)), rod)
+    faster = replace(steps, readings={**steps.readings, "position": later})
+    assert "two clocks" in contradictions([faster], knee_twin())[0]

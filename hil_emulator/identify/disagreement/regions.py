@@ -88,7 +88,8 @@ def disagreements(
         least: gain in chi-square below which a term is not worth a word.
 
     """
-    chosen = _chosen([b for b in blocks if b.significant and b.statistic > least], fit)
+    told = [b for b in blocks if b.significant and b.statistic > least and b.columns.size]
+    chosen = _chosen(told, fit)
     total = sum(gain for _, gain, _ in chosen)
     found: dict[str, Disagreement] = {}
     for block, gain, local in chosen:

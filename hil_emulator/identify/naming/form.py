@@ -38,12 +38,14 @@ def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -
     names = [c.name for c in fit.coordinates]
     owners: dict[str, tuple[float, str]] = {}
     for block in blocks:
-        basis = np.linalg.qr(block.columns.astype(np.float64))[0]
+        columns = block.columns.astype(np.float64)
+        basis = _directions(columns)
         for effect in effects:
             i = names.index(effect)
             trace = fit.jacobian[:, i]
             power = float(trace @ trace)
-            share = float(np.sum((basis.T @ trace) ** 2)) / power if power > 0.0 else 0.0
+            shown = basis.T @ (columns.T @ trace)
+            share = float(shown @ shown) / power if power > 0.0 else 0.0
             least = THERE if acts_in(fit.coordinates[i], block.balance) else OWN
             if share > max(least, owners.get(block.title, (0.0, ""))[0]):
                 owners[block.title] = (share, effect)
@@ -61,18 +63,22 @@ def beyond(score: Score, blocks: Sequence[BlockScore], fit: Fit) -> float:
     """
     project = Projection(fit)
     columns = np.column_stack([project(c) for b in blocks for c in b.columns.T])
-    basis = _orthonormal(columns)
+    basis = _directions(columns)
     own = score.column.astype(np.float64)
-    rest = own - basis @ (basis.T @ own)
-    information = float(rest @ rest)
+    mine, rest = basis.T @ (columns.T @ own), basis.T @ (columns.T @ project.residual)
+    information = float(own @ own - mine @ mine)
     if information < 1e-6 * score.information:
         return 0.0
-    return float(rest @ project.residual) ** 2 / information
+    return float(own @ project.residual - mine @ rest) ** 2 / information
 
 
-def _orthonormal(columns: Array) -> Array:
-    """Return a basis of the columns without directions that they hardly have."""
-    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
-    values, vectors = np.linalg.eigh((columns / scale).T @ (columns / scale))
-    keep = values > 1e-4 * values[-1]
-    return np.asarray((columns / scale) @ (vectors[:, keep] / np.sqrt(values[keep])))
+def _directions(columns: Array) -> Array:
+    """Return what makes columns orthonormal, without directions that they hardly have.
+
+    Of a long recording the columns are large: they are not multiplied out.
+    """
+    normal = columns.T @ columns
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-24))
+    values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
+    there = values > 1e-4 * values[-1]
+    return np.asarray(scale[:, None] * vectors[:, there] / np.sqrt(values[there]))

@@ -1,5 +1,6 @@
 """Where a search stands: its rounds, and the effects that are in the model."""
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -28,6 +29,8 @@ class Round:
         blocks: nonparametric terms, the worthwhile ones first.
         accepted: whether the first trial became part of the model.
         unknown: whether something remains that no effect explains.
+        alike: effects that the data of the accepted one cannot tell from it, the nearest first.
+        separating: size at which the nearest of them would separate; None without any.
 
     """
 
@@ -37,17 +40,23 @@ class Round:
     blocks: list[BlockScore]
     accepted: bool = False
     unknown: bool = False
+    alike: list[str] = field(default_factory=list)
+    separating: float | None = None
 
     def slim(self) -> None:
-        """Forget the slopes of what was not named: long recordings would fill the memory."""
-        if not self.accepted:
-            self.forget()
+        """Forget the candidates' traces and slopes: long recordings would fill the memory."""
+        self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
         for trial in self.trials[1:]:
             trial.fit = replace(trial.fit, jacobian=np.zeros((0, len(trial.fit.at))))
 
-    def forget(self) -> None:
-        """Forget the traces of the candidates."""
-        self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
+    def thin(self, kept: int) -> None:
+        """Forget the columns of all terms but the strongest of each balance."""
+        rank: Counter[str] = Counter()
+        for block in sorted(self.blocks, key=lambda b: -b.statistic):
+            if rank[block.balance.name] >= kept:
+                i = next(i for i, b in enumerate(self.blocks) if b is block)
+                self.blocks[i] = replace(block, columns=np.zeros((0, 0), np.float32))
+            rank[block.balance.name] += 1
 
     @property
     def significant(self) -> list[BlockScore]:

@@ -8,6 +8,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.naming import gate
 from hil_emulator.identify.naming.blocks import BlockScore
 from hil_emulator.identify.naming.confirm import Confirmation
+from hil_emulator.identify.naming.confusion import rivals_of
 from hil_emulator.identify.naming.contest import Contest, Trial
 from hil_emulator.identify.naming.doubts import outdone
 from hil_emulator.identify.naming.fit import Fit, Fitter
@@ -25,6 +26,9 @@ REFITTED = 4
 
 SEVERAL = 5
 """Most effects that are looked for."""
+
+KEPT = 2
+"""Terms of each balance whose traces are kept of the first round, for the account of the gap."""
 
 SETTLED = 0.3
 """Change in posterior standard deviations below which a fit has settled (assumed)."""
@@ -81,14 +85,24 @@ class Searcher:
             found = self._round(search)
             search.rounds.append(found)
             judge(search, found)
+            if found.accepted:
+                self._name(search, found)
             found.slim()
             if not found.accepted:
                 break
-            search.add(found.trials[0])
-            search.outdone[search.effects[-1].name] = outdone(found.trials[0], found)
             self._re_examine(search)
         self._conclude(search)
         return search
+
+    def _name(self, search: Search, found: Round) -> None:
+        """Take the best candidate of a round into the model."""
+        named = found.trials[0]
+        found.alike, found.separating = rivals_of(
+            named, found.scores, found.trials, self.fitter.stretch
+        )
+        search.add(named)
+        search.outdone[search.effects[-1].name] = outdone(named, found)
+        found.thin(KEPT if found is search.rounds[0] else 0)
 
     def look(self) -> Search:
         """Look for terms alone: no effect is screened, and none accepted."""
