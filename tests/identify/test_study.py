@@ -36,6 +36,12 @@ def test_a_healthy_foreign_simulator_lacks_nothing() -> None:
 
 
 @pytest.mark.slow
+def test_effects_that_hide_each_other_are_all_named() -> None:
+    """Friction that is larger one way, a pressure that reads high, a null that is off."""
+    assert asked("triples", 11, SHORTEST).exact
+
+
+@pytest.mark.slow
 def test_what_no_catalogue_has_is_flagged_where_it_is() -> None:
     """A leak that opens at 20 bar is a leak of another form."""
     outcome = asked("outside", 1)

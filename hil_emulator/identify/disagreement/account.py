@@ -8,7 +8,7 @@ import numpy as np
 from hil_emulator.identify.disagreement.gap import Compared, compare, measure, traces
 from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
-from hil_emulator.identify.disagreement.residuals import bare, beside, draw, simplest
+from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
 from hil_emulator.identify.naming.blocks import BlockScore, drivers
 from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.progress import NOTICEABLE, Round, Search
@@ -39,9 +39,9 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
     result.where = _where(searcher, first, compared, old=True)
     if last is not first:
         result.remaining = _where(searcher, last, compared, old=False)
-    effects = search.effects
+    effects = [c.name for c in search.effects]
     for block in _mapped(first, result.where):
-        old = bare(after, effects) if effects else beside(before, block)
+        old = after.without(effects) if effects else beside(before, block)
         result.maps.append(draw(predictor, old, after, block, training))
     result.settled = after.at
     if result.unknown:

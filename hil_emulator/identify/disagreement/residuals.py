@@ -17,7 +17,6 @@ from hil_emulator.identify.prediction.observer import Frozen, Observer
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.static import Measured
-from hil_emulator.identify.prediction.twin import Coordinate
 
 STRONG = 0.03
 """Standard deviation of a term over the largest force, flow, current or pressure (assumed)."""
@@ -169,14 +168,6 @@ def beside(fit: Fit, block: BlockScore) -> Fit:
     moved = fit.at - np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ pull
     bounds = np.array([c.bounds for c in fit.coordinates]).reshape(-1, 2)
     return replace(fit, at=np.clip(moved, bounds[:, 0], bounds[:, 1]))
-
-
-def bare(fit: Fit, effects: Sequence[Coordinate]) -> Fit:
-    """Return a fit without some effects, everything else as it is."""
-    names = {c.name for c in effects}
-    kept = [i for i, c in enumerate(fit.coordinates) if c.name not in names]
-    free = [fit.coordinates[i] for i in kept]
-    return replace(fit, coordinates=free, at=fit.at[kept], jacobian=fit.jacobian[:, kept])
 
 
 def draw(

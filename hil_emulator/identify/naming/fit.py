@@ -1,6 +1,6 @@
 """Maximum a posteriori Gauss-Newton on the frozen innovations."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -48,6 +48,12 @@ class Fit:
     residual: Array
     jacobian: Array
     chi2: float
+
+    def without(self, names: Collection[str]) -> "Fit":
+        """Return the fit without some coordinates, everything else as it is."""
+        kept = [i for i, c in enumerate(self.coordinates) if c.name not in names]
+        free = [self.coordinates[i] for i in kept]
+        return replace(self, coordinates=free, at=self.at[kept], jacobian=self.jacobian[:, kept])
 
     def covariance(self) -> Array:
         """Return the covariance of the coordinates, priors included."""

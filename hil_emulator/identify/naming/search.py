@@ -14,6 +14,7 @@ from hil_emulator.identify.naming.doubts import outdone
 from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.free_terms import score_blocks
 from hil_emulator.identify.naming.judgement import judge, laws
+from hil_emulator.identify.naming.lookahead import Lookahead, pairs_of
 from hil_emulator.identify.naming.nearest import nearest
 from hil_emulator.identify.naming.progress import Round, Search
 from hil_emulator.identify.naming.scan import Projection, Score, scan
@@ -166,8 +167,15 @@ class Searcher:
         """Return the score of every candidate, and the likeliest, refitted."""
         scores = scan(self.fitter, base, rest)
         likely = Confirmation(self.fitter, base).best([s for s in scores if s.sensible], REFITTED)
-        scores = [s.lean() for s in scores]
-        return scores, Contest(self.fitter, base, self._held_out(base)).enter(likely)
+        scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
+        held = self._held_out(base)
+        trials = Contest(self.fitter, base, held).enter(likely)
+        alone = max((t.evidence.gain for t in trials), default=0.0)
+        leader = Lookahead(self.fitter, base, held).leader(pairs, alone)
+        if leader is not None:
+            others = [t for t in trials if t.score.coordinate != leader.score.coordinate]
+            trials = [leader, *others]
+        return scores, trials
 
     def _blocks(self, base: Fit) -> list[BlockScore]:
         """Return nonparametric terms, those that are worth a word first."""

@@ -1,0 +1,64 @@
+"""Candidates that hide each other, on problems whose answer is known by hand."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.lookahead import pairs_of
+from hil_emulator.identify.naming.scan import Projection, Score, score_of
+from hil_emulator.identify.prediction.twin import Coordinate
+
+N = 3000
+
+
+def coordinate(name: str, most: float = 1e9) -> Coordinate:
+    """Return an effect that only has a name, a typical size and a range."""
+    return Coordinate(name, name, "", "N", "N", 1.0, 0.0, False, -most, most, np.inf, None)
+
+
+def scanned(
+    residual: np.ndarray, traces: dict[str, np.ndarray], most: float = 1e9
+) -> tuple[list[Score], Fit]:
+    """Return linear scores of candidates in a model without parameters, best first."""
+    fit = Fit([], np.zeros(0), residual, np.zeros((N, 0)), float(residual @ residual))
+    scores = [score_of(coordinate(n, most), t, Projection(fit)) for n, t in traces.items()]
+    return sorted(scores, key=lambda s: -s.statistic), fit
+
+
+def orthogonal(count: int) -> list[np.ndarray]:
+    """Return orthogonal traces of squared norm 100."""
+    random = np.random.default_rng(3)
+    basis = np.linalg.qr(random.standard_normal((N, count)))[0]
+    return [10.0 * column for column in basis.T]
+
+
+def test_two_that_nearly_cancel_are_found_and_a_third_is_not() -> None:
+    """Both have size one, opposite senses, nine tenths in common; a third fits what is left."""
+    common, own, other, noise = orthogonal(4)
+    a, b = 0.95 * common + 0.31 * own, 0.95 * common - 0.31 * own
+    residual = -(a - b)
+    third = 0.7 * own + 0.714 * other
+    scores, fit = scanned(residual + 0.01 * noise, {"a": a, "b": b, "third": third})
+    assert scores[0].coordinate.name == "third"
+    found = pairs_of(scores, fit)
+    assert {s.coordinate.name for s in found[0].scores} == {"a", "b"}
+    sizes = {s.coordinate.name: x for s, x in zip(found[0].scores, found[0].sizes, strict=True)}
+    assert sizes["a"] == pytest.approx(1.0, rel=1e-3)
+    assert sizes["b"] == pytest.approx(-1.0, rel=1e-3)
+    assert found[0].gain == pytest.approx(float(residual @ residual), rel=1e-3)
+
+
+def test_effects_of_their_own_need_no_pair() -> None:
+    """Two orthogonal effects are found one after the other."""
+    a, b, c = orthogonal(3)
+    assert pairs_of(*scanned(-(a + 0.9 * b), {"a": a, "b": b, "c": c})) == []
+
+
+def test_a_pair_beyond_its_range_is_none() -> None:
+    """Two that cancel explain anything if they may be as large as they like."""
+    common, own, other = orthogonal(3)
+    a, b = 0.97 * common + 0.24 * own, 0.97 * common - 0.24 * own
+    traces = {"a": a, "b": b, "third": 0.7 * own + 0.7 * other}
+    residual = -5.0 * (a - b)
+    assert pairs_of(*scanned(residual, traces))
+    assert pairs_of(*scanned(residual, traces, most=3.0)) == []
