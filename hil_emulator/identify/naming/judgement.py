@@ -22,6 +22,10 @@ OTHER_LAW = 2.0
 """The same from which an effect that still leaves something in the end is not the one that acts
 (assumed)."""
 
+INEXACT = 0.01
+"""Part of what an effect gained when it was named that a further one must gain (assumed): no law is
+so exact that less could not be what it leaves."""
+
 DIFFERENT = 0.05
 """Part of what the model would lose without an effect that a free shape of its law may still gain
 before its form differs (assumed)."""
@@ -33,9 +37,9 @@ UNKNOWN = 1.0
 def judge(search: Search, found: Round) -> None:
     """Accept the best candidate of a round, or say that none is justified.
 
-    Where a free term explains far more, none is. Where the law of an effect in the model explains
-    what remains better than any candidate does, only a candidate that gains beside a free shape of
-    that law is accepted.
+    Where a free term explains far more, none is, nor where an earlier effect explained a hundred
+    times as much. Where the law of an effect in the model explains what remains better than any
+    candidate does, only a candidate that gains beside a free shape of that law is accepted.
     """
     best = found.trials[0].evidence.gain if found.trials else 0.0
     owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
@@ -53,6 +57,7 @@ def judge(search: Search, found: Round) -> None:
         found.accepted = bool(beside) and beside[0].evidence.passed
     else:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
+    found.accepted &= best > INEXACT * _named_for(search)
     found.unknown = not found.accepted and any(b.title not in owners for b in found.worthwhile)
 
 
@@ -93,6 +98,11 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
     rest = [fit.coordinates[i] for i in stay]
     without = fitter.fit(rest, fit.at[stay], 3, jacobian=fit.jacobian[:, stay])
     return without.chi2 - fit.chi2
+
+
+def _named_for(search: Search) -> float:
+    """Return the most that an effect gained when it was named."""
+    return max((r.trials[0].evidence.gain for r in search.rounds if r.accepted), default=0.0)
 
 
 def _of_one_sensor(found: Round, block: BlockScore) -> bool:
