@@ -79,6 +79,7 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
             result.ladder.append(
                 {
                     "effect": t.score.coordinate.name,
+                    "beside": t.beside,
                     "training": t.evidence.gain,
                     "validation": _or_none(t.evidence.held_out),
                 }
@@ -126,6 +127,7 @@ def _doubts(search: Search, final: Fit) -> Array:
 def _rival(trial: Trial, best: Trial) -> Rival:
     reasons = trial.evidence.objections or [
         f"gains {trial.evidence.gain:.0f}, {best.score.coordinate.name} {best.evidence.gain:.0f}"
+        + (f" beside {best.beside}" if best.beside else "")
     ]
     return Rival(
         trial.score.coordinate.name, trial.evidence.gain, _or_none(trial.evidence.held_out),

@@ -136,7 +136,8 @@ class Result:
         next_experiment: what to record next, in words; empty if nothing is needed.
         plan: the same with its numbers; None if nothing is needed or could be forecast.
         notes: what was found in the data.
-        ladder: per accepted effect: name, chi-square on training and on validation data.
+        ladder: per accepted effect: name, beside which other one it was judged if beside any,
+            gain in chi-square on training and on validation data.
         search: the search itself.
         traces: by experiment and channel, see `gap.traces`.
         interrupted: whether the user ended the search before it was complete.

@@ -50,6 +50,7 @@ class Trial:
         fit: with the effect's knob last, and before it what else its law holds.
         evidence: for and against it.
         deviation: standard deviation of the knob's coordinate, serial correlation counted.
+        beside: the candidate beside which it was judged, see `lookahead`; mostly "".
 
     """
 
@@ -57,6 +58,7 @@ class Trial:
     fit: Fit
     evidence: gate.Evidence
     deviation: float
+    beside: str = ""
 
 
 class Contest:

@@ -75,8 +75,7 @@ class Lookahead:
             gains = [self._base.chi2 - t.fit.chi2 for t in trials]
             if all(t.evidence.passed for t in trials) and min(gains) > FURTHER * alone:
                 best = max(trials, key=lambda t: t.evidence.gain)
-                partner = next(s for s in pair.scores if s.coordinate != best.score.coordinate)
-                return replace(best, fit=best.fit.without([partner.coordinate.name]))
+                return replace(best, fit=best.fit.without([best.beside]))
         return None
 
     def _gained(self, pair: Pair) -> float:
@@ -97,7 +96,7 @@ class Lookahead:
         )
         score = score_of(second.coordinate, slope, Projection(model))
         trial = Contest(self._fitter, model, self._held).enter([score])[0]
-        return replace(trial, score=second.lean())
+        return replace(trial, score=second.lean(), beside=first.coordinate.name)
 
 
 def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:

@@ -51,12 +51,12 @@ class Round:
 
     def thin(self, kept: int) -> None:
         """Forget the columns of all terms but the strongest of each balance."""
-        rank: Counter[str] = Counter()
-        for block in sorted(self.blocks, key=lambda b: -b.statistic):
-            if rank[block.balance.name] >= kept:
-                i = next(i for i, b in enumerate(self.blocks) if b is block)
+        seen: Counter[str] = Counter()
+        for i in sorted(range(len(self.blocks)), key=lambda i: -self.blocks[i].statistic):
+            block = self.blocks[i]
+            if seen[block.balance.name] >= kept:
                 self.blocks[i] = replace(block, columns=np.zeros((0, 0), np.float32))
-            rank[block.balance.name] += 1
+            seen[block.balance.name] += 1
 
     @property
     def significant(self) -> list[BlockScore]:

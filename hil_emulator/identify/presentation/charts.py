@@ -71,7 +71,8 @@ def ladder(result: Result) -> str:
         gains = [max(s[part], 1.0) if s[part] is not None else np.nan for s in steps]
         label = "training" if part == "training" else "held out"
         axes.barh(place + shift, gains, 0.34, color=colour, label=label)
-    axes.set_yticks(place, [s["effect"] for s in steps], fontsize=9)
+    names = [s["effect"] + (f"\nbeside {s['beside']}" if s["beside"] else "") for s in steps]
+    axes.set_yticks(place, names, fontsize=9)
     axes.set_xlim(left=1.0)
     logarithmic(axes.xaxis)
     axes.set_xlabel("gain in chi-square of the joint refit", fontsize=9)
