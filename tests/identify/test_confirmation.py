@@ -4,20 +4,24 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.naming.confirm import Confirmation
-from hil_emulator.identify.naming.fit import TOLERATED
+from hil_emulator.identify.naming.contest import Trial
+from hil_emulator.identify.naming.fit import TOLERATED, Fit, Fitter
+from hil_emulator.identify.naming.gate import Evidence
 from hil_emulator.identify.naming.progress import Search
 from hil_emulator.identify.naming.scan import scan
 from hil_emulator.identify.naming.search import Searcher
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.twin import Coordinate
 from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
 
 DELAY = 7e-4
 """Of the set point that the machine has and the configuration lacks [s]."""
 
 
-def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place() -> None:
-    """The search tries the delay where the valve is as fast as its data sheet says."""
+@pytest.fixture(scope="module")
+def slow() -> tuple[Fitter, Fit]:
+    """Return a fit in which a slow valve stands in the delay's place."""
     kinds = ("multisine", "steps")
     data = [recorded({"transport_delay_time": DELAY}, kind, 7 + i) for i, kind in enumerate(kinds)]
     twin = knee_twin()
@@ -25,11 +29,47 @@ def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place() -
             if c.name in ("valve_gain", "valve_natural_frequency", "oil_bulk_modulus")]  # fmt: skip
     search = Search(free, at=np.zeros(len(free)))
     searcher = Searcher(Observer(twin, INSTRUMENTS), data, [], [], free)
-    fit, fitter = searcher.settle(search), searcher.fitter
-    valve = [c.name for c in free].index("valve_natural_frequency")
+    return searcher.fitter, searcher.settle(search)
+
+
+def effect(name: str) -> Coordinate:
+    """Return a candidate."""
+    return next(c for c in parameters.candidates(knee_twin(), INSTRUMENTS) if c.name == name)
+
+
+def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place(
+    slow: tuple[Fitter, Fit],
+) -> None:
+    """The search tries the delay where the valve is as fast as its data sheet says."""
+    fitter, fit = slow
+    valve = [c.name for c in fit.coordinates].index("valve_natural_frequency")
     assert fit.at[valve] < -TOLERATED
-    delay = next(c for c in parameters.candidates(twin, INSTRUMENTS) if c.name == "transport_delay")
+    delay = effect("transport_delay")
     found = Confirmation(fitter, fit).best(scan(fitter, fit, [delay]), 1)[0]
     assert found.start is not None
     assert found.estimate * delay.scale == pytest.approx(DELAY, rel=0.05)
     assert abs(found.start[valve]) < 1.0
+
+
+def test_what_was_refitted_in_the_round_before_starts_where_it_ended(
+    slow: tuple[Fitter, Fit],
+) -> None:
+    """A delay and the fast valve that belongs to it come back; what explains nothing does not."""
+    fitter, fit = slow
+    delay, bias = effect("transport_delay"), effect("null_bias")
+    scores = {s.coordinate.name: s for s in scan(fitter, fit, [delay, bias])}
+
+    def ended(coordinate: Coordinate, size: float, valve: float) -> Trial:
+        names = [c.name for c in fit.coordinates]
+        at = np.append(fit.at, size / coordinate.scale)
+        at[names.index("valve_natural_frequency")] = valve
+        there = Fit([*fit.coordinates, coordinate], at, fit.residual, np.zeros((0, 0)), 0.0)
+        return Trial(scores[coordinate.name], there, Evidence(1.0, 1.0, 1.0, 1.0), 1.0)
+
+    before = [ended(delay, DELAY, 0.0), ended(bias, 1e-4, 0.0)]
+    found = Confirmation(fitter, fit).returning(list(scores.values()), [], before)
+    assert [s.coordinate.name for s in found] == ["transport_delay"]
+    assert found[0].start is not None
+    np.testing.assert_array_equal(found[0].start, before[0].fit.at)
+    known = Confirmation(fitter, fit).returning(list(scores.values()), found, before)
+    assert known == found

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.gate import SMALLEST_GAIN
 from hil_emulator.identify.naming.scan import Projection, Score, score_of
@@ -77,6 +78,35 @@ class Confirmation:
             if options and best.sensible and best.statistic > WORTHLESS:
                 heapq.heappush(queue, (-best.statistic, i, best))
         return found + self._kin(found, [s for i, s in enumerate(scores) if i not in tried])
+
+    def returning(
+        self, scores: Sequence[Score], likely: Sequence[Score], before: Sequence[Trial]
+    ) -> list[Score]:
+        """Return the likely candidates, with those of the round before where these ended.
+
+        What gained a lot at a far end of a curved valley is not found there again by its slope.
+
+        Args:
+            scores: of the linear model.
+            likely: the best of them.
+            before: what was refitted in the round before, and not named.
+
+        """
+        found = {s.coordinate.name: s for s in likely}
+        of = {s.coordinate.name: s for s in scores}
+        for trial in before:
+            name, ended = trial.score.coordinate.name, trial.fit
+            free = [*self._fit.coordinates, trial.score.coordinate]
+            values = dict(zip([c.name for c in free], np.append(self._fit.at, 0.0), strict=True))
+            values |= zip([c.name for c in ended.coordinates], ended.at, strict=True)
+            at = np.array([values[c.name] for c in free])
+            gained = next(self._gains_at(free, [at]))
+            known = found[name].statistic if name in found else WORTHLESS
+            if name in of and gained > known:
+                found[name] = replace(
+                    of[name], statistic=gained, estimate=float(at[-1]), start=at
+                )  # fmt: skip
+        return list(found.values())
 
     def _kin(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
         """Return effects that act at the place in the model at which the best one does.

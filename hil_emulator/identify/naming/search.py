@@ -159,14 +159,19 @@ class Searcher:
         if len(names) == SEVERAL:
             rest = []
         self.tell(f"screening {len(rest)} effects")
-        scores, trials = self._screened(base, rest)
+        scores, trials = self._screened(search, base, rest)
         self.tell("looking for what no effect explains")
         return Round(base, scores, trials, self._blocks(base))
 
-    def _screened(self, base: Fit, rest: Sequence[Coordinate]) -> tuple[list[Score], list[Trial]]:
+    def _screened(
+        self, search: Search, base: Fit, rest: Sequence[Coordinate]
+    ) -> tuple[list[Score], list[Trial]]:
         """Return the score of every candidate, and the likeliest, refitted."""
         scores = scan(self.fitter, base, rest)
-        likely = Confirmation(self.fitter, base).best([s for s in scores if s.sensible], REFITTED)
+        look = Confirmation(self.fitter, base)
+        likely = look.best([s for s in scores if s.sensible], REFITTED)
+        before = search.rounds[-1].trials[1:] if search.rounds else []
+        likely = look.returning(scores, likely, before)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
         held = self._held_out(base)
         trials = Contest(self.fitter, base, held).enter(likely)
