@@ -6,69 +6,18 @@ from typing import Any
 import click
 
 from hil_emulator import __version__
+from hil_emulator.arguments import FILES, Commands, Duration, Examination, Quantity, recordings
 from hil_emulator.errors import UserError
 
-_FILES = click.argument(
-    "files", metavar="CONFIG...", nargs=-1, required=True, type=click.Path(path_type=Path)
-)
 
-
-class _Commands(click.Group):
-    """A group that shows a `UserError` as one message and ends with exit code 2."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        try:
-            return super().invoke(ctx)
-        except UserError as error:
-            click.echo(f"hil-emulator: {error}", err=True)
-            ctx.exit(2)
-
-
-class _Duration(click.ParamType[float]):
-    """A time with its unit."""
-
-    name = "time"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        from hil_emulator.units import to_si
-
-        try:
-            seconds = to_si(value, "s", "60 s")
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
-        if not 0 < seconds < float("inf"):
-            self.fail(f'"{value}" is not a positive time', param, ctx)
-        return seconds
-
-
-class _Quantity(click.ParamType[float]):
-    """A number with a unit."""
-
-    def __init__(self, unit: str, example: str) -> None:
-        self.name = example
-        self._unit = unit
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        from hil_emulator.units import to_si
-
-        try:
-            return to_si(value, self._unit, self.name)
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
-
-
-@click.group(cls=_Commands)
+@click.group(cls=Commands)
 @click.version_option(__version__, prog_name="hil-emulator")
 def main() -> None:
     """Emulate a hydraulic actuator as a CANopen device."""
 
 
 @main.command()
-@_FILES
+@FILES
 @click.option("--bus", metavar="INTERFACE:CHANNEL", help="Another bus, such as socketcan:vcan0.")
 @click.option(
     "--clock",
@@ -76,7 +25,7 @@ def main() -> None:
     default="wall",
     show_default=True,
 )
-@click.option("--duration", type=_Duration(), help='Emulator time to run, such as "60 s".')
+@click.option("--duration", type=Duration(), help='Emulator time to run, such as "60 s".')
 @click.option(
     "--record",
     type=click.Path(path_type=Path),
@@ -84,8 +33,8 @@ def main() -> None:
     help="Write .rec (replay), .csv .npz .parquet .mf4 (signals), .blf .asc .log (frames).",
 )
 @click.option("--trigger", help='Record only around a condition, such as "position > 60 mm".')
-@click.option("--before", type=_Duration(), default="5 s", help="How long before the trigger.")
-@click.option("--after", type=_Duration(), default="1 s", help="How long after the trigger.")
+@click.option("--before", type=Duration(), default="5 s", help="How long before the trigger.")
+@click.option("--after", type=Duration(), default="1 s", help="How long after the trigger.")
 @click.option("--fault", "faults", multiple=True, help='TARGET KIND NAME=VALUE...; see "faults".')
 @click.option("--control", type=click.IntRange(0, 65535), help="Port of the remote control (ctl).")
 def run(
@@ -202,7 +151,7 @@ def demo(ctx: click.Context, picture: Path) -> None:
 
 
 @main.command()
-@_FILES
+@FILES
 def check(files: tuple[Path, ...]) -> None:
     """Validate a configuration; print its binding, PDO map and bus load."""
     from hil_emulator.commands import check as command
@@ -211,7 +160,7 @@ def check(files: tuple[Path, ...]) -> None:
 
 
 @main.command()
-@_FILES
+@FILES
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
@@ -228,7 +177,7 @@ def export(files: tuple[Path, ...], out: Path) -> None:
 
 @main.command()
 @click.argument("files", metavar="[CONFIG]...", nargs=-1, type=click.Path(path_type=Path))
-@click.option("--duration", type=_Duration(), default="10 s", help="Of the wall-clock part.")
+@click.option("--duration", type=Duration(), default="10 s", help="Of the wall-clock part.")
 @click.option("--json", "as_json", is_flag=True, help="For programs; microseconds.")
 def bench(files: tuple[Path, ...], duration: float, as_json: bool) -> None:
     """Measure the emulator's speed and punctuality on this machine."""
@@ -239,7 +188,7 @@ def bench(files: tuple[Path, ...], duration: float, as_json: bool) -> None:
 
 @main.command()
 @click.argument("test")
-@_FILES
+@FILES
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
@@ -256,9 +205,9 @@ def characterise(test: str, files: tuple[Path, ...], out: Path, seed: int | None
 
 
 @main.command()
-@_FILES
-@click.option("--position", type=_Quantity("m", "40 mm"), help='Such as "40 mm"; else the start.')
-@click.option("--current", type=_Quantity("A", "1 mA"), default="0 mA", help="0 mA: at rest.")
+@FILES
+@click.option("--position", type=Quantity("m", "40 mm"), help='Such as "40 mm"; else the start.')
+@click.option("--current", type=Quantity("A", "1 mA"), default="0 mA", help="0 mA: at rest.")
 @click.option("--json", "as_json", is_flag=True, help="For programs; SI.")
 @click.option(
     "--picture",
@@ -287,51 +236,6 @@ def effects(as_json: bool) -> None:
     command.effects(as_json)
 
 
-def _recordings(function: Any) -> Any:
-    """Add what `identify` and `gap` share."""
-    for option in (
-        click.option(
-            "--cluster", default="",
-            help="Address of a Dask scheduler in place of threads: each log is a task of its own. "
-            "--jobs does not count then.",
-        ),
-        click.option(
-            "--jobs", type=click.IntRange(1, 64), default=1, show_default=True,
-            help="Threads of this process.",
-        ),
-        click.option("--out", type=click.Path(path_type=Path), help="Folder for the report."),
-        click.option(
-            "--rated-current", type=_Quantity("A", "10 mA"),
-            help="What 100 % of a valve driver's set point are, where nothing states it.",
-        ),
-        click.option(
-            "--channel", "channels", multiple=True, metavar="CHANNEL=NAME",
-            help="What a channel is called in the data, such as position=CylPos.",
-        ),
-        click.option(
-            "--node", "node_ids", multiple=True, type=click.IntRange(1, 127),
-            help="Node-ID of an --eds file that states none.",
-        ),
-        click.option(
-            "--eds", "sheets", multiple=True, type=click.Path(path_type=Path),
-            help="EDS or DCF of a device in a CAN capture.",
-        ),
-        click.option(
-            "--dbc", "databases", multiple=True, type=click.Path(path_type=Path),
-            help="Database of the messages in a CAN capture; CONFIG's own nodes without it.",
-        ),
-        click.option(
-            "--validate", multiple=True, type=click.Path(path_type=Path), help="Held-out data."
-        ),
-        click.argument(
-            "files", metavar="CONFIG... DATA...", nargs=-1, required=True,
-            type=click.Path(path_type=Path),
-        ),
-    ):  # fmt: skip
-        function = option(function)
-    return function
-
-
 def _meaning(said: dict[str, Any]) -> Any:
     from hil_emulator.commands.recordings import Meaning, pairs
 
@@ -339,8 +243,8 @@ def _meaning(said: dict[str, Any]) -> Any:
     return Meaning(names=names, **said)
 
 
-@main.command()
-@_recordings
+@main.command(cls=Examination)
+@recordings
 @click.option("--only", multiple=True, metavar="EFFECT", help="Name none but these.")
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not name these.")
 def identify(
@@ -355,8 +259,8 @@ def identify(
     )
 
 
-@main.command()
-@_recordings
+@main.command(cls=Examination)
+@recordings
 def gap(
     files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int, cluster: str,
     **said: Any,
@@ -371,8 +275,8 @@ def gap(
 
 @main.command()
 @click.argument("name", required=False)
-@click.option("--amplitude", type=_Quantity("m", "12 mm"), help="Largest deviation: 12 mm.")
-@click.option("--duration", type=_Duration(), help='How long, such as "2 s".')
+@click.option("--amplitude", type=Quantity("m", "12 mm"), help="Largest deviation: 12 mm.")
+@click.option("--duration", type=Duration(), help='How long, such as "2 s".')
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option(
     "--config", "configs", multiple=True, type=click.Path(path_type=Path),
@@ -400,7 +304,7 @@ def experiment(
 @click.option("--config", "configs", multiple=True, type=click.Path(path_type=Path))
 @click.option("--seed", type=click.IntRange(min=0), help="The same machine again.")
 @click.option("--surprise", is_flag=True, help="Draw an effect, and do not tell.")
-@click.option("--duration", type=_Duration(), help='Of each experiment, such as "3 s".')
+@click.option("--duration", type=Duration(), help='Of each experiment, such as "3 s".')
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the practice ground.")
 @click.option("--play", type=click.Path(path_type=Path), help="Record a stimulus file in --out.")
 @click.option("--open", "opened", type=click.Path(path_type=Path), help="Reveal what is hidden.")

@@ -117,12 +117,10 @@ def reveal(out: Path) -> None:
 
 def _next(config: Configuration, out: Path) -> str:
     """Return the command that looks for what is hidden."""
-    held = " ".join(f"--validate {near(f)}" for f in sorted((out / "validation").glob("*.csv")))
     files = " ".join(near(f) for f in config.files)
     return (
         f"next      hil-emulator identify {files} {near(out / 'training')}/*.csv \\\n"
-        f"              {held} \\\n"
-        f"              --out {near(out / 'found')}\n"
+        f"              --validate {near(out / 'validation')}/*.csv --out {near(out / 'found')}\n"
         f"then      hil-emulator hide --open {near(out)}"
     )
 

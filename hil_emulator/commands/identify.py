@@ -57,7 +57,7 @@ def identify(
     if not configs or not recordings:
         raise UserError(
             "name at least one configuration (.toml) and one recording (.csv, .mf4, "
-            ".parquet, .blf, ...)"
+            ".parquet, .blf, ...); what follows --validate is held-out data"
         )
     map_large_arrays()
     config = load(configs)

@@ -49,6 +49,32 @@ def test_gap_names_nothing() -> None:
     assert "missing   " not in done.output
 
 
+@pytest.mark.parametrize(
+    ("words", "training", "held"),
+    [
+        (["c.toml", "a", "b", "--validate", "v", "w"], ["c.toml", "a", "b"], ["v", "w"]),
+        (["--validate", "v", "w", "--out", "f", "c.toml", "a"], ["c.toml", "a"], ["v", "w"]),
+        (["c.toml", "--validate=v", "a", "--validate", "w", "x"], ["c.toml", "a"], ["v", "w", "x"]),
+    ],
+)
+def test_held_out_data_go_up_to_the_next_option(
+    words: list[str], training: list[str], held: list[str]
+) -> None:
+    """A pattern that the shell expands behind --validate stays out of the training data."""
+    for name in ("identify", "gap"):
+        said = main.commands[name].make_context(name, list(words)).params
+        assert [str(f) for f in said["files"]] == training
+        assert [str(f) for f in said["validate"]] == held
+
+
+@pytest.mark.parametrize("rest", [[], ["--out", "f"]])
+def test_held_out_data_have_to_be_named(rest: list[str]) -> None:
+    """An option without a value is an error of usage."""
+    done = CliRunner().invoke(main, ["identify", RIG, *TRAIN, "--validate", *rest])
+    assert done.exit_code == 2
+    assert "--validate" in done.output
+
+
 def test_a_configuration_without_data_is_refused() -> None:
     """Without a recording there is one message and exit code 2."""
     done = CliRunner().invoke(main, ["identify", RIG])

@@ -1,0 +1,126 @@
+"""What the arguments of several commands share: kinds of values, and groups of options."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hil_emulator.errors import UserError
+
+FILES = click.argument(
+    "files", metavar="CONFIG...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+
+
+class Commands(click.Group):
+    """A group that shows a `UserError` as one message and ends with exit code 2."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Invoke a command."""
+        try:
+            return super().invoke(ctx)
+        except UserError as error:
+            click.echo(f"hil-emulator: {error}", err=True)
+            ctx.exit(2)
+
+
+class Duration(click.ParamType[float]):
+    """A time with its unit."""
+
+    name = "time"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the value in SI; fail where it is none."""
+        from hil_emulator.units import to_si
+
+        try:
+            seconds = to_si(value, "s", "60 s")
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+        if not 0 < seconds < float("inf"):
+            self.fail(f'"{value}" is not a positive time', param, ctx)
+        return seconds
+
+
+class Quantity(click.ParamType[float]):
+    """A number with a unit."""
+
+    def __init__(self, unit: str, example: str) -> None:
+        self.name = example
+        self._unit = unit
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the value in SI; fail where it is none."""
+        from hil_emulator.units import to_si
+
+        try:
+            return to_si(value, self._unit, self.name)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+class Examination(click.Command):
+    """A command whose `--validate` takes every file up to the next option."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse arguments: `--validate A B` is `--validate A --validate B`."""
+        spread, taking = [], False
+        for i, word in enumerate(args):
+            if word == "--validate":
+                taking = bool(args[i + 1 :]) and not args[i + 1].startswith("-")
+                if not taking:
+                    raise click.UsageError("--validate: name the held-out data behind it", ctx)
+                continue
+            taking &= not word.startswith("-")
+            spread += ["--validate", word] if taking else [word]
+        return super().parse_args(ctx, spread)
+
+
+def recordings(function: Any) -> Any:
+    """Add what `identify` and `gap` share."""
+    for option in (
+        click.option(
+            "--cluster", default="",
+            help="Address of a Dask scheduler in place of threads: each log is a task of its own. "
+            "--jobs does not count then.",
+        ),
+        click.option(
+            "--jobs", type=click.IntRange(1, 64), default=1, show_default=True,
+            help="Threads of this process.",
+        ),
+        click.option("--out", type=click.Path(path_type=Path), help="Folder for the report."),
+        click.option(
+            "--rated-current", type=Quantity("A", "10 mA"),
+            help="What 100 % of a valve driver's set point are, where nothing states it.",
+        ),
+        click.option(
+            "--channel", "channels", multiple=True, metavar="CHANNEL=NAME",
+            help="What a channel is called in the data, such as position=CylPos.",
+        ),
+        click.option(
+            "--node", "node_ids", multiple=True, type=click.IntRange(1, 127),
+            help="Node-ID of an --eds file that states none.",
+        ),
+        click.option(
+            "--eds", "sheets", multiple=True, type=click.Path(path_type=Path),
+            help="EDS or DCF of a device in a CAN capture.",
+        ),
+        click.option(
+            "--dbc", "databases", multiple=True, type=click.Path(path_type=Path),
+            help="Database of the messages in a CAN capture; CONFIG's own nodes without it.",
+        ),
+        click.option(
+            "--validate", multiple=True, type=click.Path(path_type=Path), metavar="DATA...",
+            help="Held-out data: all files up to the next option.",
+        ),
+        click.argument(
+            "files", metavar="CONFIG... DATA...", nargs=-1, required=True,
+            type=click.Path(path_type=Path),
+        ),
+    ):  # fmt: skip
+        function = option(function)
+    return function
