@@ -80,6 +80,7 @@ def summary(result: Result) -> str:
     """Return a result for the terminal."""
     lines = [f"verdict   {result.verdict}", f"          {result.reason}"]
     lines += [f"note      {note}" for note in result.notes]
+    lines += [f"held out  {', '.join(result.held_out)}"] if result.held_out else []
     for finding in result.effects:
         lines.append(f"missing   {finding}, {100 * finding.explained:.0f} % of the gap")
         if finding.form_differs:

@@ -136,6 +136,8 @@ class Result:
         next_experiment: what to record next, in words; empty if nothing is needed.
         plan: the same with its numbers; None if nothing is needed or could be forecast.
         notes: what was found in the data.
+        digests: by experiment, the digest of the file it comes from, or "".
+        held_out: experiments that took no part in the fit.
         ladder: per accepted effect: name, beside which other one it was judged if beside any,
             gain in chi-square on training and on validation data.
         search: the search itself.
@@ -160,6 +162,7 @@ class Result:
     plan: NextExperiment | None = None
     notes: list[str] = field(default_factory=list)
     digests: dict[str, str] = field(default_factory=dict)
+    held_out: list[str] = field(default_factory=list)
     ladder: list[dict[str, Any]] = field(default_factory=list)
     search: Search | None = None
     traces: dict[str, dict[str, Array]] = field(default_factory=dict)
@@ -190,6 +193,7 @@ class Result:
             "plan": self.plan.to_dict() if self.plan else None,
             "notes": self.notes,
             "data": self.digests,
+            "held_out": self.held_out,
             "ladder": self.ladder,
             "interrupted": self.interrupted,
         }

@@ -86,17 +86,17 @@ def _identified(
     found = _found(searcher, search)
     if found is None:
         tell("interrupted: concluding from what is known so far")
-        return _so_far(searcher, notes, {e.name: e.digest for e in (*learn, *check)})
-    result = conclude(searcher, found)
-    if not search:
-        account.judge(result)
+        result = _so_far(searcher)
+    else:
+        result = conclude(searcher, found)
+        if not search:
+            account.judge(result)
     result.notes = notes
     result.digests = {e.name: e.digest for e in (*learn, *check)}
-    hidden = {c.name for c in parameters.candidates(twin, twin.names)}
-    result.unseen = sorted(result.unseen + list(hidden - {c.name for c in candidates}))
-    if only or exclude:
-        barred = hidden - {c.name for c in candidates}
-        result.unseen = [name for name in result.unseen if name not in barred]
+    result.held_out = [e.name for e in check]
+    every = {c.name for c in parameters.candidates(twin, twin.names)}
+    beyond = set() if only or exclude else every - {c.name for c in candidates}
+    result.unseen = sorted({*result.unseen, *beyond})
     return result
 
 
@@ -108,15 +108,15 @@ def _found(searcher: Searcher, search: bool) -> Search | None:
         return None
 
 
-def _so_far(searcher: Searcher, notes: list[str], digests: dict[str, str]) -> Result:
+def _so_far(searcher: Searcher) -> Result:
     """Return the result of a search that the user ended."""
     found = searcher.stopped()
     if not found.rounds:
         why = "interrupted before the first screening of the effects was complete"
-        return Result("cannot_examine", why, notes=notes, digests=digests, interrupted=True)
+        return Result("cannot_examine", why, interrupted=True)
     result = conclude(searcher, found, forecast=False)
     result.reason = f"interrupted; so far {result.reason}"
-    result.notes, result.digests, result.interrupted = notes, digests, True
+    result.interrupted = True
     return result
 
 

@@ -25,6 +25,8 @@ def test_identify_writes_page_result_and_layer(tmp_path: Path) -> None:
     assert result["verdict"] == "missing_effects"
     force = result["effects"][0]["value"]
     assert result["effects"][0]["name"] == "coulomb_friction"
+    assert result["held_out"] == ["oring_3bar.csv", "oring_7bar.csv"]
+    assert (tmp_path / "identified.toml").read_text().count(", held out") == 2
     layered = load([Path(RIG), tmp_path / "identified.toml"])
     assert layered.plant["coulomb_friction_force"] == pytest.approx(force, rel=1e-6)
     page = (tmp_path / "report.html").read_text()

@@ -23,7 +23,9 @@ def layer(result: Result, files: Sequence[Path], date: str) -> str:
 
     """
     lines = [f"# Identified on {date} against {', '.join(f.name for f in files)}."]
-    lines += [f"# data {name} (sha256 {digest})" for name, digest in result.digests.items()]
+    for name, digest in result.digests.items():
+        part = ", held out" if name in result.held_out else ""
+        lines.append(f"# data {name} (sha256 {digest}){part}")
     lines += [f"# verdict: {result.verdict}: {line}" for line in result.reason.splitlines()]
     lines += _gaps(result)
     tables: dict[str, list[str]] = {}

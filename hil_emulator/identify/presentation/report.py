@@ -199,7 +199,8 @@ def _limits(result: Result) -> list[str]:
 
 def _provenance(result: Result, made: str) -> str:
     rows = "".join(
-        f"<li>{escape(n)}: {f'sha256 {escape(d)}' if d else 'not from a file'}</li>"
+        f"<li>{escape(n)}: {f'sha256 {escape(d)}' if d else 'not from a file'}"
+        f"{', held out' if n in result.held_out else ''}</li>"
         for n, d in result.digests.items()
     )
     return (
