@@ -8,7 +8,6 @@ found leaves at most 1.05 times what the true model leaves on the validation dat
 """
 
 import argparse
-import math
 import time
 from collections.abc import Iterator
 
@@ -27,6 +26,7 @@ from tests.identify.generator.cases import Case, campaign, case, cases
 from tests.identify.generator.effects import EFFECTS
 from tests.identify.rig_data import CACHE, KNEE
 from tests.identify.study import counts
+from tests.identify.tables import wilson
 
 CLOSED = 1.05
 """Most that the found model may leave, over what the true one leaves."""
@@ -84,14 +84,10 @@ def pooled(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def wilson(hits: int, of: int) -> str:
+def share(hits: int, of: int) -> str:
     """Return a share with its 95 % interval."""
-    if not of:
-        return "none"
-    p, z = hits / of, 1.96
-    centre = (p + z * z / (2 * of)) / (1 + z * z / of)
-    half = z * math.sqrt(p * (1 - p) / of + z * z / (4 * of * of)) / (1 + z * z / of)
-    return f"{hits}/{of} (95 %: {centre - half:.2f} ... {centre + half:.2f})"
+    low, high = wilson(hits, of)
+    return f"{hits}/{of} (95 %: {low:.2f} ... {high:.2f})"
 
 
 def line(which: Case, row: dict[str, object]) -> str:
@@ -127,7 +123,7 @@ def main() -> None:
         floors.append(pooled(floor) / pooled(true))
     for words, ratios in (("all channels", overall), ("the worst channel", every)):
         hits = sum(r <= CLOSED for r in ratios)
-        print(f"closed, {words}: {wilson(hits, len(ratios))}, median {np.median(ratios):.3f}")
+        print(f"closed, {words}: {share(hits, len(ratios))}, median {np.median(ratios):.3f}")
     print(f"floor over what the true model leaves: median {np.median(floors):.2f}, "
           f"{min(floors):.2f} ... {max(floors):.2f}")  # fmt: skip
 

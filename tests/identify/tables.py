@@ -52,7 +52,7 @@ def wilson(hits: int, cases: int) -> tuple[float, float]:
     centre = p + z * z / (2 * cases)
     spread = z * math.sqrt(p * (1 - p) / cases + z * z / (4 * cases * cases))
     bottom = 1 + z * z / cases
-    return (centre - spread) / bottom, (centre + spread) / bottom
+    return max(centre - spread, 0.0) / bottom, (centre + spread) / bottom
 
 
 def share(words: str, hits: int, cases: int, asked: str) -> str:
