@@ -76,6 +76,11 @@ class Examination(click.Command):
                     raise click.UsageError("--validate: name the held-out data behind it", ctx)
                 continue
             taking &= not word.startswith("-")
+            if taking and word.endswith(".toml"):
+                raise click.UsageError(
+                    f"{word}: --validate takes all files up to the next option; name CONFIG and "
+                    "training data before it", ctx,
+                )  # fmt: skip
             spread += ["--validate", word] if taking else [word]
         return super().parse_args(ctx, spread)
 

@@ -69,6 +69,13 @@ def test_held_out_data_go_up_to_the_next_option(
         assert [str(f) for f in said["validate"]] == held
 
 
+def test_a_configuration_is_no_held_out_data() -> None:
+    """Whoever begins with --validate is told that it takes what follows."""
+    done = CliRunner().invoke(main, ["identify", "--validate", "v.csv", RIG, *TRAIN])
+    assert done.exit_code == 2
+    assert "before it" in done.output
+
+
 @pytest.mark.parametrize("rest", [[], ["--out", "f"]])
 def test_held_out_data_have_to_be_named(rest: list[str]) -> None:
     """An option without a value is an error of usage."""
