@@ -1,15 +1,18 @@
 """Where the experiments of a campaign are predicted: here on threads, or on a cluster."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.huber import tamed
 from hil_emulator.identify.prediction.predictor import Predictor
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 Point = tuple[Array, Array]
 """The plant's and the sensors' parameters; see `Twin.memory`."""
@@ -38,7 +41,7 @@ class Threads:
 
     Args:
         predictor: computes innovations.
-        jobs: threads; each takes one point at a time.
+        jobs: threads; each takes one point at a time, or of a single one an experiment.
 
     """
 
@@ -47,8 +50,9 @@ class Threads:
 
     def freeze(self, experiments: Sequence[Experiment], point: Point) -> Batch:
         """Freeze experiments at a point and weigh their channels there."""
-        frozen = [frozen_at(self._predictor, e, point) for e in experiments]
-        return LocalBatch(self._predictor, frozen, self._jobs)
+        predictor, jobs = self._predictor, self._jobs
+        frozen = _side_by_side(lambda e: frozen_at(predictor, e, point), experiments, jobs)
+        return LocalBatch(predictor, list(frozen), jobs)
 
 
 @dataclass
@@ -67,15 +71,24 @@ class LocalBatch:
     jobs: int = 1
 
     def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
-        """Yield the residual at each point; the compiled code does not hold the interpreter."""
-        if self.jobs <= 1 or len(points) == 1:
-            yield from map(self._residual, points)
-            return
-        with ThreadPoolExecutor(self.jobs) as threads:
-            yield from threads.map(self._residual, points)
+        """Yield the residual at each point."""
+        if len(points) == 1:
+            yield self._residual(points[0], self.jobs)
+        else:
+            yield from _side_by_side(self._residual, points, self.jobs)
 
-    def _residual(self, point: Point) -> Array:
-        return np.concatenate([residual(self.predictor, f, point) for f in self.frozen])
+    def _residual(self, point: Point, jobs: int = 1) -> Array:
+        parts = _side_by_side(lambda f: residual(self.predictor, f, point), self.frozen, jobs)
+        return np.concatenate(list(parts))
+
+
+def _side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterator[R]:
+    """Yield the work on each in order; the compiled code does not hold the interpreter."""
+    if jobs <= 1 or len(over) <= 1:
+        yield from map(work, over)
+        return
+    with ThreadPoolExecutor(jobs) as threads:
+        yield from threads.map(work, over)
 
 
 def frozen_at(predictor: Predictor, experiment: Experiment, point: Point) -> Any:
