@@ -62,12 +62,13 @@ def points() -> list[Point]:
 
 
 def test_threads_do_not_change_a_residual() -> None:
-    """One thread or three: the same numbers in the same order, all experiments in theirs."""
+    """One thread or three, several points or one: the same numbers in the same order."""
     observer = Observer(knee_twin(), INSTRUMENTS)
     logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine")]
     one, three = (Threads(observer, jobs).freeze(logs, points()[0]) for jobs in (1, 3))
     together = list(one.residuals(points()))
     assert all(map(np.array_equal, together, three.residuals(points())))
+    assert np.array_equal(next(three.residuals(points()[:1])), together[0])
     alone = [next(Threads(observer).freeze([e], points()[0]).residuals(points())) for e in logs]
     assert np.array_equal(np.concatenate(alone), together[0])
 
