@@ -8,7 +8,8 @@ from hil_emulator.model.stages import cross_leakage, inertia, outward_leakage, s
 @effect(
     cross_leakage,
     knob=Param("conductance", "m^3/(s*Pa)", "laminar conductance past the piston",
-               1.7e-13, 0.0, 1e-11, source="public HyQ bench scripts: 0.16 l/min at 160 bar"),
+               1.7e-13, 0.0, 1e-11, shown="cm^3/(min*bar)",
+               source="public HyQ bench scripts: 0.16 l/min at 160 bar"),
     source="laminar gap flow (Merritt 1967)",
     signature="pressures drift together with the valve closed under load",
     not_modelled="eccentric piston, turbulent leakage",
@@ -23,7 +24,7 @@ def internal_leakage(
 @effect(
     outward_leakage,
     knob=Param("conductance", "m^3/(s*Pa)", "laminar conductance of each chamber to outside",
-               2e-14, 0.0, 1e-11),
+               2e-14, 0.0, 1e-11, shown="cm^3/(min*bar)"),
     source="laminar gap flow (Merritt 1967)",
     signature="both pressures decay with the valve closed",
     not_modelled="different leakage of the two chambers",

@@ -98,7 +98,7 @@ def entrained_air(
 @effect(
     oil,
     knob=Param("compliance", "m^3/Pa", "volume per pressure that hoses and walls of each chamber "
-               "give", 1e-15, 0.0, 1e-13),
+               "give", 1e-15, 0.0, 1e-13, shown="mm^3/bar"),
     source="1/beta_e = 1/beta + C/V, series of springs (Merritt 1967)",
     signature="a capacity that does not change along the stroke; like dead volume",
     not_modelled="creep of rubber hoses",

@@ -158,7 +158,7 @@ def supply_line(excess: float, supply_pressure: float) -> float:
 @effect(
     pilot_flow,
     knob=Param("conductance", "m^3/(s*Pa)", "conductance from s to t", 2.2e-13, 0.0, 1e-11,
-               source="public HyQ bench script: 0.28 l/min at 210 bar"),
+               shown="cm^3/(min*bar)", source="public HyQ bench script: 0.28 l/min at 210 bar"),
     source="flow of the pilot stage, taken as proportional to pressure",
     signature="power alone: supply flow at rest",
 )  # fmt: skip
@@ -175,7 +175,7 @@ def _return_rates(returned: float, flow: float, time_constant: float) -> float:
 @effect(
     tank,
     knob=Param("resistance", "Pa*s^2/m^6", "resistance of the return line", 3.2e13, 0.0, 1e16,
-               source="5 bar at 7.5 l/min, assumed"),
+               shown="bar*min^2/l^2", source="5 bar at 7.5 l/min, assumed"),
     shape=(
         Param("time_constant", "s", "time in which the line's flow follows the valve's",
               1e-3, 1e-4, 0.1, shown="ms", default=1e-3),
