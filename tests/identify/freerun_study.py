@@ -18,6 +18,7 @@ from hil_emulator.identify.disagreement.gap import Gap, compare, measure
 from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.progress import Search
 from hil_emulator.identify.naming.search import Searcher
+from hil_emulator.identify.naming.settling import settle
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.twin import Coordinate, Twin
@@ -41,7 +42,7 @@ def true_model(twin: Twin, observer: Observer, which: Case, searcher: Searcher) 
     search = Search(parameters.ordinary(twin))
     search.nuisances = [c for c in search.nuisances if c.name not in dict(hidden_names(hidden))]
     search.at = np.zeros(len(search.nuisances))
-    return searcher.settle(search)
+    return settle(searcher.fitter, search)
 
 
 def hidden_names(hidden: list[tuple[Coordinate, float]]) -> Iterator[tuple[str, float]]:

@@ -10,6 +10,7 @@ from hil_emulator.identify.naming.gate import Evidence
 from hil_emulator.identify.naming.progress import Search
 from hil_emulator.identify.naming.scan import scan
 from hil_emulator.identify.naming.search import Searcher
+from hil_emulator.identify.naming.settling import settle
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.twin import Coordinate
@@ -29,7 +30,7 @@ def slow() -> tuple[Fitter, Fit]:
             if c.name in ("valve_gain", "valve_natural_frequency", "oil_bulk_modulus")]  # fmt: skip
     search = Search(free, at=np.zeros(len(free)))
     searcher = Searcher(Observer(twin, INSTRUMENTS), data, [], [], free)
-    return searcher.fitter, searcher.settle(search)
+    return searcher.fitter, settle(searcher.fitter, search)
 
 
 def effect(name: str) -> Coordinate:

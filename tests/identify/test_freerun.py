@@ -12,6 +12,7 @@ from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.noise import noise_levels
 from hil_emulator.identify.prediction.observer import Observer
 from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
 
@@ -57,7 +58,7 @@ def test_the_gap_in_percent_is_the_gap_over_the_spread_of_the_channel() -> None:
     """Both units tell the same: noise over spread lies between them."""
     e, seen = leaking(), observer()
     entry = measure(seen, compare(seen, model(0.0), model(0.0), [e], []))["position"]["training"]
-    noise = seen.noise(e)[INSTRUMENTS.index("position")]
+    noise = noise_levels(e, INSTRUMENTS)[INSTRUMENTS.index("position")]
     percent = 100.0 * entry["free_before"] * noise / np.std(e.readings["position"])
     assert entry["free_before_percent"] == pytest.approx(percent, rel=1e-9)
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.observer import BURN_IN, Frozen, Observer
+from hil_emulator.identify.prediction.frozen import Frozen
+from hil_emulator.identify.prediction.observer import BURN_IN, Observer
 
 WINDOW = 0.5
 """Time between two restarts [s]."""

@@ -13,7 +13,8 @@ from hil_emulator.identify.disagreement.floor import Floor, spread, strengths
 from hil_emulator.identify.disagreement.freerun import Replay, replay
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.prediction.observer import Frozen, Observer
+from hil_emulator.identify.prediction.frozen import Frozen
+from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
 
 Gap = dict[str, dict[str, dict[str, float]]]

@@ -13,7 +13,8 @@ from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.naming.blocks import SUPPLY, Balance, BlockScore
 from hil_emulator.identify.naming.fit import Fit, prior_rows
 from hil_emulator.identify.naming.scan import Projection
-from hil_emulator.identify.prediction.observer import Frozen, Observer
+from hil_emulator.identify.prediction.frozen import Frozen
+from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.static import Measured

@@ -10,6 +10,7 @@ from hil_emulator.identify.naming import gate
 from hil_emulator.identify.naming.derivative import Derivative
 from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.scan import Projection, Score
+from hil_emulator.identify.naming.valleys import nudged
 from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.prediction.twin import Coordinate
 
@@ -115,8 +116,8 @@ class Contest:
         return self._converged(Fit(free, at, fit.residual, slopes, fit.chi2))
 
     def _pushed(self, fit: Fit) -> Fit:
-        nudged = self._fitter.nudged(fit, len(fit.at) - 1)
-        return fit if nudged is fit else self._converged(nudged)
+        other = nudged(self._fitter, fit, len(fit.at) - 1)
+        return fit if other is fit else self._converged(other)
 
     def _converged(self, fit: Fit) -> Fit:
         for _ in range(MORE):

@@ -8,26 +8,13 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.naming.derivative import Derivative, Steps
+from hil_emulator.identify.naming.step import learn, steps
 from hil_emulator.identify.prediction.pool import Batch, LocalBatch, Point, Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.twin import Coordinate
 
-NUDGES = (0.7, 1.4)
-"""Factors of an effect's size at which a refit is begun once more (assumed)."""
-
 TOLERATED = 2.0
 """Prior standard deviations within which an ordinary parameter is believed (assumed)."""
-
-DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
-"""Damping of a step over the diagonal of its normal equations, tried in turn until one helps: where
-two parameters nearly make up for each other, it is their common way that a step overdoes."""
-
-STUCK = (10.0, 100.0)
-"""The same for a first step that none of them mends; later on they would only creep along valleys
-that lead out of what anyone believes."""
-
-LEAST_SEEN = 2
-"""Directions along which what is believed decides."""
 
 
 @dataclass
@@ -181,9 +168,7 @@ class Fitter:
                 slope = self.jacobian(free, at, residual)
             elif i and jacobian is not None and len(free):
                 slope[:, -1] = self.column(free, at, residual, len(free) - 1)
-            fresh = i == 0 and jacobian is None
-            for damping in (*DAMPINGS, *(STUCK if fresh else ())):
-                step = _step(slope, residual, weights, at, damping)
+            for step in steps(slope, residual, weights, at, i == 0 and jacobian is None):
                 trial = np.clip(at + step, bounds[:, 0], bounds[:, 1])
                 r = self.residual(free, trial)
                 new = float(r @ r + np.sum((weights * trial) ** 2))
@@ -191,7 +176,7 @@ class Fitter:
                     break
             if new >= chi2:
                 break
-            _learn(slope, trial - at, r - residual)
+            learn(slope, trial - at, r - residual)
             gained, at, residual, chi2 = chi2 - new, trial, r, new
             if gained < 0.5:
                 break
@@ -199,66 +184,5 @@ class Fitter:
             slope = self.jacobian(free, at, residual)
         return Fit(free, at, residual, slope, chi2)
 
-    def nudged(self, fit: Fit, i: int) -> Fit:
-        """Push one effect over the kinks that a delay has at every sample, a lap at every edge.
-
-        Ordinary parameters that have gone far with it start as configured.
-
-        Returns:
-            a better fit, or the same.
-
-        """
-        best = fit
-        low, high = fit.coordinates[i].bounds
-        far = [np.isfinite(c.prior) and abs(a) > TOLERATED * c.prior
-               for c, a in zip(fit.coordinates, fit.at, strict=True)]  # fmt: skip
-        for factor in NUDGES:
-            at = np.where(far, 0.0, fit.at)
-            at[i] *= factor
-            if low <= at[i] <= high:
-                near = None if any(far) else fit.jacobian
-                other = self.fit(fit.coordinates, at, 3, jacobian=near)
-                best = min(best, other, key=lambda f: f.chi2)
-        return best
-
-    def relaxed(self, fit: Fit) -> Fit:
-        """Let what is believed decide along the directions that the data see least.
-
-        Difference quotients are not exact enough to follow them: underlap and overlap, say, act by
-        their difference alone.
-        """
-        pull = prior_rows(fit.coordinates) ** 2
-        normal = fit.jacobian.T @ fit.jacobian + np.diag(pull)
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-12))
-        directions = scale[:, None] * np.linalg.eigh(normal * np.outer(scale, scale))[1]
-        low, high = np.array([c.bounds for c in fit.coordinates]).reshape(-1, 2).T
-        for way in directions.T[:LEAST_SEEN]:
-            reach = float((pull * fit.at) @ way) / max(float((pull * way) @ way), 1e-30)
-            for part in (1.0, 0.5):
-                at = np.clip(fit.at - part * reach * way, low, high)
-                residual = self.residual(fit.coordinates, at)
-                loss = self.loss(fit.coordinates, at, residual)
-                if loss < fit.chi2:
-                    fit = replace(fit, at=at, residual=residual, chi2=loss)
-                    break
-        return fit
-
     def _memory(self, coordinates: Sequence[Coordinate], at: Array | Sequence[float]) -> Point:
         return self.predictor.twin.memory(coordinates, at)
-
-
-def _learn(slope: Array, moved: Array, changed: Array) -> None:
-    """Correct a Jacobian by what a step has shown (Broyden 1965)."""
-    surprise = changed - slope @ moved
-    # column by column: the outer product of a long recording is large
-    for j, part in enumerate(moved / max(float(moved @ moved), 1e-12)):
-        slope[:, j] += part * surprise
-
-
-def _step(slope: Array, residual: Array, weights: Array, at: Array, damping: float) -> Array:
-    """Return the Gauss-Newton step with prior rows, damped (Levenberg 1944, Marquardt 1963)."""
-    normal = slope.T @ slope + np.diag(weights**2)
-    gradient = slope.T @ residual + weights**2 * at
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
-    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(at))
-    return -np.linalg.solve(scaled, gradient / scale) / scale

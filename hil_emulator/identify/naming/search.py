@@ -18,6 +18,7 @@ from hil_emulator.identify.naming.lookahead import Lookahead, pairs_of
 from hil_emulator.identify.naming.nearest import nearest
 from hil_emulator.identify.naming.progress import Round, Search
 from hil_emulator.identify.naming.scan import Projection, Score, scan
+from hil_emulator.identify.naming.settling import settle
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.twin import Coordinate
@@ -30,13 +31,6 @@ SEVERAL = 5
 
 KEPT = 2
 """Terms of each balance whose traces are kept of the first round, for the account of the gap."""
-
-SETTLED = 0.3
-"""Change in posterior standard deviations below which a fit has settled (assumed)."""
-
-LITTLE = 0.03
-"""Prior standard deviations that are added to them: long recordings leave next to none, and the
-filter does not notice (assumed)."""
 
 
 class Searcher:
@@ -109,7 +103,7 @@ class Searcher:
         """Look for terms alone: no effect is screened, and none accepted."""
         search = self._begin()
         self.tell(f"refitting {len(search.free)} parameters")
-        base = self.settle(search)
+        base = settle(self.fitter, search)
         self.tell("looking for balances that disagree")
         found = Round(base, [], [], self._blocks(base))
         found.unknown = bool(found.worthwhile)
@@ -121,39 +115,9 @@ class Searcher:
         self._search.at = np.zeros(len(self.nuisances))
         return self._search
 
-    def settle(self, search: Search, passes: int = 8) -> Fit:
-        """Refit everything in the model, with gains refreshed, until it hardly moves.
-
-        Slopes are kept from one pass to the next; it has settled when fresh ones hardly move it.
-        """
-        nudging = bool(search.effects)
-        slope = None
-        for _ in range(passes):
-            self.fitter.freeze(search.free, search.at)
-            fit = self.fitter.fit(search.free, search.at, 2, jacobian=slope)
-            priors = np.array([c.prior if np.isfinite(c.prior) else 0.0 for c in search.free])
-            spread = np.sqrt(np.diag(fit.covariance()) + (LITTLE * priors) ** 2 + 1e-30)
-            settled = float(np.max(np.abs(fit.at - search.at) / spread, initial=0.0)) < SETTLED
-            search.at = fit.at
-            if settled and slope is None and not nudging:
-                break
-            if settled and slope is None:
-                nudging = False
-                search.at = self._nudged(search, fit).at
-            else:
-                slope = None if settled else fit.jacobian
-        search.final = fit = self.fitter.relaxed(fit)
-        search.at = fit.at
-        return fit
-
-    def _nudged(self, search: Search, fit: Fit) -> Fit:
-        for effect in search.effects:
-            fit = self.fitter.nudged(fit, search.free.index(effect))
-        return fit
-
     def _round(self, search: Search) -> Round:
         self.tell(f"refitting {len(search.free)} parameters")
-        base = self.settle(search)
+        base = settle(self.fitter, search)
         names = {c.name for c in search.effects}
         rest = [c for c in self.candidates if c.name not in names]
         if len(names) == SEVERAL:
@@ -202,7 +166,7 @@ class Searcher:
         """Take out an effect that leaves most of what it was named for."""
         self.tell(f"{name} does not explain it")
         search.remove(name)
-        base = self.settle(search, 2)
+        base = settle(self.fitter, search, 2)
         last = search.rounds[-1]
         search.rounds.append(Round(base, last.scores, [], self._blocks(base), unknown=True))
 
@@ -215,7 +179,7 @@ class Searcher:
         """Drop an earlier effect that a later one has made superfluous."""
         if len(search.effects) < 2:
             return
-        full = self.settle(search, 1)
+        full = settle(self.fitter, search, 1)
         for name in [c.name for c in search.effects[:-1]]:
             kept = {c.name for c in search.without(name)}
             stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]

@@ -22,6 +22,7 @@ from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.naming.fit import Fitter, prior_rows
 from hil_emulator.identify.practising.closed_loop import Machine, World
 from hil_emulator.identify.practising.library import Target
+from hil_emulator.identify.prediction.noise import noise_levels
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.rating import largest_current
 from hil_emulator.identify.prediction.tuning import NULL_DRIFT
@@ -123,9 +124,9 @@ class Forecaster:
     def _world(self) -> World:
         """Return the disturbances that the recorded data show."""
         data = self.fitter.experiments
-        noise = np.median([self._observer.noise(e) for e in data], axis=0)
-        top = largest_current(self._observer.twin.plant_values)
         names = self._observer.channels
+        noise = np.median([noise_levels(e, names) for e in data], axis=0)
+        top = largest_current(self._observer.twin.plant_values)
         ripple = 0.0
         if "supply_pressure" in names:
             spread = [float(np.nanvar(e.readings["supply_pressure"])) for e in data]

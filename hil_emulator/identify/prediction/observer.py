@@ -1,11 +1,11 @@
 """Experiments seen through one model: gains frozen once, innovations for any parameters."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment, noise_of
+from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.naming.blocks import BLOCKS, SUPPLY, Balance, Drivers, drivers
+from hil_emulator.identify.prediction.frozen import Frozen
+from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.tuning import tuning
 from hil_emulator.identify.prediction.twin import Twin
@@ -26,58 +26,10 @@ MEMORY = 0.1
 BURN_IN = 0.05
 """Time at the start of an experiment that counts for nothing [s]: the states settle."""
 
-QUIETEST = 0.25
-"""Least standard deviation that whitened innovations are taken to have (assumed): a channel without
-noise is as exact as the floor under its noise, not as a rod at rest makes it look."""
-
 SETTLING = 0.02
 """Time for which set points from before the recording may act [s] (assumed)."""
 
-SMALLEST_NOISE = 5e-5
-"""Noise of a channel without any, over its span (assumed: rounding of a recording)."""
-
 _INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
-
-
-@dataclass
-class Frozen:
-    """One experiment with the gains of one fit.
-
-    Attributes:
-        experiment: the data.
-        channels: measured channels, in the order of the columns.
-        measured: readings, shape (samples, channels).
-        start: state at the start, of all states.
-        z0: augmented state at the start.
-        active: indices of the states in z.
-        decay: what remains of the disturbances after a sample.
-        gains, whitening, maps, senses: see `linearised.linearise`.
-        weights: one over the standard deviation of each channel's whitened innovations.
-        noise: standard deviation of each channel.
-        diffusion: variance that the disturbances give each element of z in a sample.
-        par, chan: the parameters at which it was frozen.
-        probed: drives and feeds, see `probing.probe`; None as long as nobody has asked.
-
-    """
-
-    experiment: Experiment
-    channels: tuple[str, ...]
-    chosen: np.ndarray[tuple[int], np.dtype[np.int64]]
-    measured: Array
-    start: Array
-    z0: Array
-    active: np.ndarray[tuple[int], np.dtype[np.int64]]
-    decay: Array
-    gains: Array
-    whitening: Array
-    maps: Array
-    senses: Array
-    weights: Array
-    noise: Array
-    diffusion: Array
-    par: Array
-    chan: Array
-    probed: tuple[Array, Array] | None = None
 
 
 class Observer:
@@ -122,7 +74,7 @@ class Observer:
         """Run the extended Kalman filter at given parameters and keep its gains."""
         twin, n_m = self.twin, len(self.channels)
         measured = experiment.matrix(self.channels)
-        noise = self.noise(experiment)
+        noise = noise_levels(experiment, self.channels)
         names = list(twin.kernel.state.names or ())
         active_names = twin.active(par)
         active = np.array([names.index(n) for n in active_names])
@@ -188,15 +140,6 @@ class Observer:
             experiment.period / steps, steps, residual, path,
         )  # fmt: skip
 
-    def noise(self, experiment: Experiment) -> Array:
-        """Return the standard deviation of each channel's noise, from the data themselves."""
-        return np.array(
-            [
-                max(noise_of(experiment.readings.get(c, np.zeros(0))), SMALLEST_NOISE * SPANS[c])
-                for c in self.channels
-            ]
-        )
-
     def _start(self, par: Array, measured: Array) -> Array:
         """Return the state at rest with what was measured at first put in."""
         first = {c: float(np.nanmean(measured[:10, i])) for i, c in enumerate(self.channels)
@@ -252,14 +195,6 @@ class Observer:
         raw = self.innovations(frozen, par, chan)[0][round(BURN_IN / frozen.experiment.period) :]
         present = np.isfinite(frozen.measured)[-len(raw) :]
         length = round(MEMORY / frozen.experiment.period)
-        spread = [_quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])]
+        spread = np.array([quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])])
         scale = np.sqrt(frozen.experiment.copies)
-        frozen.weights = 1.0 / (scale * np.maximum(spread, QUIETEST))
-
-
-def _quiet_rms(values: Array, length: int) -> float:
-    """Return the root mean square that a quarter of the stretches of this length stay below."""
-    if not len(values):
-        return 0.0
-    parts = np.array_split(values, max(1, len(values) // max(length, 1)))
-    return float(np.quantile([np.sqrt(np.mean(part**2)) for part in parts], 0.25))
+        frozen.weights = 1.0 / (scale * spread)

@@ -1,0 +1,45 @@
+"""Damped Gauss-Newton steps, and a Jacobian that learns from them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+
+DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+"""Damping of a step over the diagonal of its normal equations, tried in turn until one helps: where
+two parameters nearly make up for each other, it is their common way that a step overdoes."""
+
+STUCK = (10.0, 100.0)
+"""The same for a first step that none of them mends; later on they would only creep along valleys
+that lead out of what anyone believes."""
+
+
+def steps(
+    slope: Array, residual: Array, weights: Array, at: Array, first: bool
+) -> Iterator[Array]:  # fmt: skip
+    """Yield steps with prior rows, damped more and more (Levenberg 1944, Marquardt 1963).
+
+    Args:
+        slope: Jacobian of the residual, shape (residuals, coordinates).
+        residual: where the steps begin.
+        weights: one over the prior's standard deviation of each coordinate.
+        at: the coordinates there.
+        first: whether it is the first step with a fresh Jacobian.
+
+    """
+    normal = slope.T @ slope + np.diag(weights**2)
+    gradient = slope.T @ residual + weights**2 * at
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
+    scaled = normal / np.outer(scale, scale)
+    for damping in (*DAMPINGS, *(STUCK if first else ())):
+        damped = scaled + damping * np.eye(len(at))
+        yield -np.linalg.solve(damped, gradient / scale) / scale
+
+
+def learn(slope: Array, moved: Array, changed: Array) -> None:
+    """Correct a Jacobian by what a step has shown (Broyden 1965)."""
+    surprise = changed - slope @ moved
+    # column by column: the outer product of a long recording is large
+    for j, part in enumerate(moved / max(float(moved @ moved), 1e-12)):
+        slope[:, j] += part * surprise
