@@ -36,8 +36,7 @@ def emulator(tmp_path: Path, *options: str) -> Iterator[tuple[int, subprocess.Po
         found = next(m for line in lines if (m := re.search(r"127\.0\.0\.1:(\d+)", line)))
         yield int(found[1]), process
     finally:
-        if process.poll() is None:
-            process.send_signal(signal.SIGINT)
+        process.terminate()
         process.communicate(timeout=30)
 
 
@@ -139,6 +138,10 @@ def test_the_clients_sync_can_be_the_clock(tmp_path: Path) -> None:
         bus.shutdown()
 
 
+@pytest.mark.skipif(
+    signal.getsignal(signal.SIGINT) == signal.SIG_IGN,
+    reason="a background job of a shell ignores Ctrl-C, and so does what it starts",
+)
 def test_ctrl_c_ends_with_a_summary(tmp_path: Path) -> None:
     """An interrupted run tells how punctual it was and exits as a success."""
     with emulator(tmp_path) as (_, process):
