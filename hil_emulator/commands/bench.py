@@ -6,25 +6,53 @@ from pathlib import Path
 
 import click
 
+from hil_emulator.bench.finding import Finding, measure_finding
 from hil_emulator.bench.speed import Speeds, measure
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load
 from hil_emulator.places import cache_folder, shipped
 
 
-def bench(files: tuple[Path, ...], duration: float, as_json: bool) -> None:
+def bench(
+    files: tuple[Path, ...], duration: float, identify: float | None, as_json: bool
+) -> None:  # fmt: skip
     """Measure and print.
+
+    Args:
+        files: the configuration; the reference machine without any.
+        duration: of the wall-clock part [s].
+        identify: how much data to find an effect in, in place of everything else [s].
+        as_json: whether programs read it.
 
     Raises:
         UserError: if the configuration is wrong.
 
     """
-    config = load(files or (shipped("configs/hyq_knee.toml"),))
-    speeds = measure(config, cache_folder(), duration, lambda text: click.echo(text, err=True))
-    if as_json:
-        click.echo(json.dumps(dataclasses.asdict(speeds), indent=2))
+    chosen = files or (shipped("configs/hyq_knee.toml"),)
+    config = load(chosen)
+    measured: Speeds | Finding
+    if identify:
+        measured = measure_finding(chosen, identify, _say)
+        table = _found(measured)
     else:
-        click.echo(_table(speeds, duration))
+        measured = measure(config, cache_folder(), duration, _say)
+        table = _table(measured, duration)
+    click.echo(json.dumps(dataclasses.asdict(measured), indent=2) if as_json else table)
+
+
+def _say(text: str) -> None:
+    click.echo(text, err=True)
+
+
+def _found(f: Finding) -> str:
+    rows = [
+        (f"identify in {f.data_s:g} s of data, one thread [s]", f"{f.alone_s:.0f}"),
+        ("most memory [MB]", f"{f.alone_mb:.0f}"),
+        (f"{f.jobs} threads [s]", f"{f.shared_s:.0f}"),
+        ("times as fast", f"{f.alone_s / f.shared_s:.2f}"),
+        ("most memory [MB]", f"{f.shared_mb:.0f}"),
+    ]
+    return text_table(("measured", "value"), rows)
 
 
 def _spread(us: dict[str, float]) -> str:

@@ -99,6 +99,16 @@ def test_bench_tells_what_the_machine_achieves() -> None:
     assert speeds["tcp_frames_per_s"] > 0
 
 
+@pytest.mark.slow
+def test_bench_tells_how_long_it_takes_to_find_an_effect() -> None:
+    """Both searches end, and the numbers are of a size that time and memory can have."""
+    found = json.loads(hil_emulator("bench", "--identify", "10 s", "--json").stdout)
+    assert found["data_s"] == 10.0
+    assert found["jobs"] >= 2
+    assert min(found["alone_s"], found["shared_s"]) > 0.0
+    assert min(found["alone_mb"], found["shared_mb"]) > 50.0
+
+
 def test_run_records_what_it_did(tmp_path: Path) -> None:
     """A run of 0.2 s leaves 200 rows with units and provenance, equal in CSV and NPZ."""
     for ending in ("csv", "npz"):

@@ -1,0 +1,90 @@
+"""How long it takes to find what is missing, and how much memory."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hil_emulator.errors import UserError
+
+HIDDEN = "external_leakage"
+"""What is missing: an effect that acts in every experiment."""
+
+EXPERIMENTS = 7
+"""That `hide` makes, training and validation."""
+
+WARMING = 1.5
+"""Duration of the experiments on which the machine code is made and kept [s]."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was measured of `identify`, each time as a process of its own.
+
+    Attributes:
+        data_s: duration of all experiments.
+        alone_s: from start to end, in one thread.
+        alone_mb: most memory that it had.
+        jobs: threads of the second run.
+        shared_s: the same with these.
+        shared_mb: most memory that it had.
+
+    """
+
+    data_s: float
+    alone_s: float
+    alone_mb: float
+    jobs: int
+    shared_s: float
+    shared_mb: float
+
+
+def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], None]) -> Finding:
+    """Hide an effect in a configuration, and find it in recordings of `data` seconds.
+
+    Raises:
+        UserError: if the configuration is wrong.
+
+    """
+    jobs = max(2, os.cpu_count() or 1)
+    with tempfile.TemporaryDirectory() as folder:
+        warm, full = Path(folder) / "warm", Path(folder) / "full"
+        say("Preparing recordings and machine code ...")
+        for made, duration in ((warm, WARMING), (full, data / EXPERIMENTS)):
+            each = ["--duration", f"{duration} s", "--seed", "1", "--out", str(made)]
+            _run(["hide", HIDDEN, *(f"--config={f}" for f in files), *each])
+        _identify(warm, 1)
+        say("One thread ...")
+        alone = _identify(full, 1)
+        say(f"{jobs} threads ...")
+        shared = _identify(full, jobs)
+    return Finding(data, *alone, jobs, *shared)
+
+
+def _identify(made: Path, jobs: int) -> tuple[float, float]:
+    """Return time [s] and memory [MB] of a search in practice data."""
+    configs = sorted(str(f) for f in made.glob("*.toml"))
+    training, validation = (sorted(map(str, (made / part).glob("*.csv")))
+                            for part in ("training", "validation"))  # fmt: skip
+    return _run(["identify", *configs, *training, "--validate", *validation,
+                 "--jobs", str(jobs), "--out", str(made / "found")])  # fmt: skip
+
+
+def _run(arguments: Sequence[str]) -> tuple[float, float]:
+    """Run a command of this program; return time [s] and most memory [MB]."""
+    begin = time.perf_counter()
+    with tempfile.TemporaryFile("w+") as told:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "hil_emulator", *arguments],
+            stdout=subprocess.DEVNULL, stderr=told,
+        )  # fmt: skip
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        told.seek(0)
+        if process.returncode:
+            raise UserError(told.read().strip().rpartition("\n")[2])
+    return time.perf_counter() - begin, usage.ru_maxrss / 1024.0
