@@ -99,6 +99,8 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     ends = sorted(coordinate.value(at + k * spread) for k in (-1.96, 1.96))
     alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
+    if coordinate.name in search.between:
+        group.append(search.between[coordinate.name].rival)
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
     return Finding(
         name=coordinate.name,

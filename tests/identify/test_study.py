@@ -30,6 +30,14 @@ def test_an_effect_with_another_law_is_named_or_flagged() -> None:
     assert asked("foreign", 8).known
 
 
+@pytest.mark.slow
+def test_a_law_between_two_is_said_to_be_either() -> None:
+    """Play of several elements is named as one threshold or one hysteresis, and not as both."""
+    outcome = asked("foreign", 4, SHORTEST)
+    assert outcome.exact
+    assert outcome.flagged
+
+
 def test_a_healthy_foreign_simulator_lacks_nothing() -> None:
     """Nothing hidden, everything drifting: no name, and nothing unexplained."""
     assert asked("none", 0, SHORTEST).exact

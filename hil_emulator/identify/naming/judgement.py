@@ -2,6 +2,7 @@
 
 from hil_emulator.identify.naming import gate
 from hil_emulator.identify.naming.blocks import BlockScore
+from hil_emulator.identify.naming.completion import completions
 from hil_emulator.identify.naming.doubts import strained
 from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.form import beyond, own_blocks
@@ -39,8 +40,11 @@ def judge(search: Search, found: Round) -> None:
 
     Where a free term explains far more, none is, nor where an earlier effect explained a hundred
     times as much. Where the law of an effect in the model explains what remains better than any
-    candidate does, only a candidate that gains beside a free shape of that law is accepted.
+    candidate does, only a candidate that gains beside a free shape of that law is accepted. None is
+    that only completes the law of one in the model.
     """
+    completing = completions(search.contests, found.trials)
+    found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
     best = found.trials[0].evidence.gain if found.trials else 0.0
     owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
     own = [b for b in found.significant if b.title in owners]
@@ -58,6 +62,8 @@ def judge(search: Search, found: Round) -> None:
     else:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
     found.accepted &= best > INEXACT * _named_for(search)
+    found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
+    search.between = {c.named: c for c in completing.values()}
     found.unknown = not found.accepted and any(b.title not in owners for b in found.worthwhile)
 
 
@@ -86,6 +92,8 @@ def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
         elif block and differs:
             part = 100.0 * left / (left + stands)
             forms[name] = f"a free term in the {block.title} explains {part:.0f} % more"
+        elif name in search.between:
+            forms[name] = str(search.between[name])
         elif doubt or name in strains:
             forms[name] = doubt or strains[name]
     return rejected, forms

@@ -7,6 +7,7 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.blocks import HATS, BlockScore
+from hil_emulator.identify.naming.completion import Completion
 from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.scan import Score
@@ -85,6 +86,7 @@ class Search:
         forms: why the law of an effect in the model is another one than the catalogue's, by name.
         outdone: how many times as much a free term explained than each effect when it was named,
             and that in words where it is clearly more.
+        between: the rival that only completes the law of an effect in the model, by its name.
         nearest: the catalogued effect that what remains unexplained resembles most, or "".
         final: the last fit.
 
@@ -97,6 +99,7 @@ class Search:
     rounds: list[Round] = field(default_factory=list)
     forms: dict[str, str] = field(default_factory=dict)
     outdone: dict[str, tuple[float, str]] = field(default_factory=dict)
+    between: dict[str, Completion] = field(default_factory=dict)
     nearest: str = ""
     final: Fit | None = None
 
@@ -104,6 +107,13 @@ class Search:
     def ordinary(self) -> list[Coordinate]:
         """What is fitted beside the effects."""
         return [*self.nuisances, *self.shapes]
+
+    @property
+    def contests(self) -> list[list[Trial]]:
+        """The trials in which each effect in the model was named, itself first."""
+        names = {c.name for c in self.effects}
+        return [r.trials for r in self.rounds
+                if r.accepted and r.trials[0].score.coordinate.name in names]  # fmt: skip
 
     @property
     def free(self) -> list[Coordinate]:
@@ -135,3 +145,4 @@ class Search:
         self.effects = [c for c in self.effects if c.name in kept]
         self.at = np.array([values[c.name] for c in self.free])
         self.forms.pop(name, None)
+        self.between.pop(name, None)

@@ -87,6 +87,8 @@ class NextExperiment:
     def __str__(self) -> str:
         first, *rest = self.members
         alike = f"{first} and {', '.join(rest)} look alike here (separability {self.now:.0f})"
+        if self.now >= ENOUGH:
+            alike = f"{first} or {', '.join(rest)}: the law is exactly that of neither"
         b = self.best
         size = show(float(f"{b.amplitude:.3g}"), "m", "mm")
         if b.merit < ENOUGH:
