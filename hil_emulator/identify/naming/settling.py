@@ -31,10 +31,10 @@ def settle(fitter: Fitter, search: Search, passes: int = 8) -> Fit:
         if settled and slope is None and not nudging:
             break
         if settled and slope is None:
-            nudging = False
+            nudging, start = False, fit
             for effect in search.effects:
-                fit = nudged(fitter, fit, search.free.index(effect))
-            search.at = fit.at
+                start = nudged(fitter, start, search.free.index(effect))
+            search.at = start.at
         else:
             slope = None if settled else fit.jacobian
     search.final = fit = relaxed(fitter, fit)
