@@ -17,6 +17,9 @@ HIDDEN = "external_leakage"
 EXPERIMENTS = 7
 """That `hide` makes, training and validation."""
 
+SHORTEST = 1.0
+"""Duration of the shortest useful one [s] (assumed)."""
+
 WARMING = 1.5
 """Duration of the experiments on which the machine code is made and kept [s]."""
 
@@ -47,9 +50,12 @@ def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], Non
     """Hide an effect in a configuration, and find it in recordings of `data` seconds.
 
     Raises:
-        UserError: if the configuration is wrong.
+        UserError: if the configuration is wrong, or too little is asked for.
 
     """
+    if data < EXPERIMENTS * SHORTEST:
+        least = EXPERIMENTS * SHORTEST
+        raise UserError(f"{data:g} s is too little to find anything in; take {least:g} s or more")
     jobs = max(2, os.cpu_count() or 1)
     with tempfile.TemporaryDirectory() as folder:
         warm, full = Path(folder) / "warm", Path(folder) / "full"
@@ -86,5 +92,6 @@ def _run(arguments: Sequence[str]) -> tuple[float, float]:
         process.returncode = os.waitstatus_to_exitcode(status)
         told.seek(0)
         if process.returncode:
-            raise UserError(told.read().strip().rpartition("\n")[2])
+            said = told.read().strip().rpartition("\n")[2].removeprefix("hil-emulator: ")
+            raise UserError(f"{arguments[0]}: {said}")
     return time.perf_counter() - begin, usage.ru_maxrss / 1024.0

@@ -100,7 +100,7 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     if coordinate.name in search.between:
-        group.append(search.between[coordinate.name].rival)
+        group = list(dict.fromkeys([*group, search.between[coordinate.name].rival]))
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
     return Finding(
         name=coordinate.name,
