@@ -18,9 +18,6 @@ HATS = 6
 FINE = 24
 """The same over the place along the stroke: a tight spot is as long as a seal."""
 
-CHANCE = 2.5
-"""Gain in chi-square that a hat function may have by chance alone."""
-
 Drivers = dict[str, Array]
 
 
@@ -54,6 +51,7 @@ FLOW_B = Balance(
 LEAKAGE = Balance("leakage from a to b", "m^3/s", 1e-7, (("probe_cross", 1.0),))
 PISTON = Balance("force on the piston", "N", 10.0, (("probe_friction", 1.0),))
 LOAD = Balance("force on the load", "N", 10.0, (("probe_load", 1.0),))
+RETURN = Balance("return pressure", "Pa", 1e4, (("probe_return", 1.0),))
 SUPPLY = Balance("supply pressure", "Pa", 1e5)
 CELL = Balance("reading of the load cell", "N", 10.0, channel="load_force")
 RULER = Balance("reading of the position sensor", "m", 1e-5, channel="position")
@@ -67,8 +65,8 @@ BLOCKS: tuple[tuple[Balance, str], ...] = (
     (PISTON, "pressure difference with the sign of velocity"),
     (PISTON, "pressure sum with the sign of velocity"), (PISTON, "time"),
     (LOAD, "velocity"), (LOAD, "position"), (LOAD, "time"),
-    (SUPPLY, "supply flow"), (CELL, "time"), (CELL, "pressure sum"), (RULER, "velocity"),
-    (RULER, "acceleration"),
+    (SUPPLY, "supply flow"), (RETURN, "return flow"), (CELL, "time"), (CELL, "pressure sum"),
+    (RULER, "velocity"), (RULER, "acceleration"),
 )  # fmt: skip
 """Balance and driver of every block. The spool over time is missing: drift of the null, which every
 valve has, is a state of the predictor."""
@@ -89,6 +87,7 @@ class BlockScore:
             for the best of those that are no error of a sensor.
         doubt: standard deviation that each free parameter gets from a term of this strength and
             unknown shape.
+        usual: what chance reaches on average.
 
     """
 
@@ -100,6 +99,7 @@ class BlockScore:
     curve: Array
     columns: Array
     doubt: Array = field(default_factory=lambda: np.zeros(0))
+    usual: float = 0.0
 
     @property
     def title(self) -> str:
@@ -113,8 +113,13 @@ class BlockScore:
 
     @property
     def surplus(self) -> float:
-        """Gain in chi-square beyond what so many hat functions have by chance alone."""
-        return self.statistic - CHANCE * len(self.knots)
+        """Gain in chi-square beyond what the term has by chance on average."""
+        return self.statistic - self.usual
+
+    @property
+    def certain(self) -> float:
+        """Gain in chi-square beyond what chance hardly ever reaches."""
+        return self.statistic - self.limit
 
 
 def drivers(track: Array, names: Sequence[str], period: float) -> Drivers:
@@ -140,4 +145,5 @@ def drivers(track: Array, names: Sequence[str], period: float) -> Drivers:
         "pressure sum with the sign of velocity": (get["pressure_a"] + get["pressure_b"]) * sign,
         "pressure sum": get["pressure_a"] + get["pressure_b"],
         "supply flow": get["supply_flow"],
+        "return flow": get["tank_flow"],
     }

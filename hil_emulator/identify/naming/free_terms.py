@@ -101,7 +101,7 @@ def _score(
     usual, limit = chance(basis, residual - basis @ gain, seed, 2 * stretch)
     strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
     doubt = np.sqrt(strength * np.sum(np.square(responses), axis=0))
-    return BlockScore(balance, driver, statistic, limit, knots, curve, columns, doubt)
+    return BlockScore(balance, driver, statistic, limit, knots, curve, columns, doubt, usual)
 
 
 def chance(basis: Array, residual: Array, seed: int, length: int) -> tuple[float, float]:

@@ -32,7 +32,7 @@ DIFFERENT = 0.05
 before its form differs (assumed)."""
 
 UNKNOWN = 1.0
-"""The same, from which on the effect is not the one that acts (assumed)."""
+"""The same, chance set aside, from which on the effect is not the one that acts (assumed)."""
 
 
 def judge(search: Search, found: Round) -> None:
@@ -48,7 +48,7 @@ def judge(search: Search, found: Round) -> None:
     best = found.trials[0].evidence.gain if found.trials else 0.0
     owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
     own = [b for b in found.significant if b.title in owners]
-    if any(b.statistic - b.limit > OUTSHONE * best for b in found.worthwhile):
+    if any(b.certain > OUTSHONE * best for b in found.worthwhile):
         found.accepted = False
     elif any(best < PARSIMONIOUS * b.surplus or _of_one_sensor(found, b) for b in own):
         gains = {t.score.coordinate.name: beyond(t.score, own, found.base) for t in found.trials}
@@ -87,7 +87,7 @@ def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
         stands = standing(fitter, search, last.base, name) if block else 0.0
         times, doubt = search.outdone.get(name, (1.0, ""))
         differs = block is not None and left > DIFFERENT * stands
-        if left > UNKNOWN * stands or (differs and times > OTHER_LAW):
+        if (block and block.certain > UNKNOWN * stands) or (differs and times > OTHER_LAW):
             rejected.append(name)
         elif block and differs:
             part = 100.0 * left / (left + stands)
@@ -109,8 +109,8 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
 
 
 def _named_for(search: Search) -> float:
-    """Return the most that an effect gained when it was named."""
-    return max((r.trials[0].evidence.gain for r in search.rounds if r.accepted), default=0.0)
+    """Return the most that an effect in the model gained when it was named."""
+    return max((trials[0].evidence.gain for trials in search.contests), default=0.0)
 
 
 def _of_one_sensor(found: Round, block: BlockScore) -> bool:

@@ -15,6 +15,7 @@ STAGES = {
     blocks.LEAKAGE.name: "cross_leakage",
     blocks.PISTON.name: "friction dry_friction friction_scale stop inertia",
     blocks.LOAD.name: "load coupling play",
+    blocks.RETURN.name: "tank",
     blocks.SUPPLY.name: "source pump_loss capacity supply",
 }
 """Stages of the model that act in each balance."""
@@ -29,6 +30,7 @@ TAKES = {
     "pressure sum with the sign of velocity": "pressure_a",
     "velocity": "velocity", "position": "position",
     "position with the sign of velocity": "position", "supply flow": "flow",
+    "return flow": "flow",
 }  # fmt: skip
 """Arguments of a law by which it depends on a driver."""
 

@@ -5,7 +5,7 @@ mechanism that adds physics adds an unknown term.
 """
 
 from hil_emulator.model.declare import Effect, Param, effect
-from hil_emulator.model.stages import command, cross_leakage, friction, load, outward_leakage
+from hil_emulator.model.stages import command, cross_leakage, friction, load, outward_leakage, tank
 
 
 def _knob(unit: str, size: float) -> Param:
@@ -42,6 +42,12 @@ def probe_spool(current: float, term: float) -> float:
     return current + term
 
 
+@effect(tank, knob=_knob("Pa", 1e3), source="identification", signature="return pressure")
+def probe_return(port_pressure: float, term: float) -> float:
+    """Add a constant: p = p + c."""
+    return port_pressure + term
+
+
 @effect(command, knob=_knob("A", 1e-7), source="identification", signature="spool")
 def probe_drift(current: float, term: float) -> float:
     """Add the drift of the null, which the predictor tracks: u = u + n.
@@ -53,6 +59,7 @@ def probe_drift(current: float, term: float) -> float:
 
 PROBES: tuple[Effect, ...] = (
     probe_friction, probe_load, probe_cross, probe_outward, probe_spool,
+    probe_return,
 )  # fmt: skip
 """Terms whose effect on the next state is wanted."""
 
