@@ -85,8 +85,6 @@ def summary(result: Result) -> str:
         lines.append(f"missing   {finding}, {100 * finding.explained:.0f} % of the gap")
         if finding.form_differs:
             lines.append(f"          its law differs from the catalogue's form: {finding.form}")
-        if finding.group:
-            lines.append(f"          not to be told from {', '.join(finding.group)}")
         lines += [f"          rival {r.name}: {r.lost}" for r in finding.rivals[:3]]
     if result.verdict not in MEASURED:
         lines += [f"unknown   {u.balance} over {u.driver}: {u.shape}" for u in result.unknown]

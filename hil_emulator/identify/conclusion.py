@@ -9,6 +9,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.confusion import confirmed, weighed
 from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.near_rivals import near_rivals
 from hil_emulator.identify.naming.progress import Search
 from hil_emulator.identify.naming.search import Searcher
 from hil_emulator.identify.practising.next_experiment import recommend
@@ -16,8 +17,18 @@ from hil_emulator.identify.prediction.twin import Coordinate
 from hil_emulator.identify.result import Finding, Result, Rival, Unexplained, in_words
 
 
-def conclude(searcher: Searcher, search: Search, forecast: bool = True) -> Result:
-    """Turn a finished search into a result, with or without a forecast of the next experiment."""
+def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Result:
+    """Turn a search into a result.
+
+    Args:
+        searcher: that searched.
+        search: finished, or interrupted.
+        thorough: False leaves out what takes long: rivals of laws that do not fit, and a forecast
+            of the next experiment.
+
+    """
+    if thorough:
+        _look_beside(searcher, search)
     findings = [_found(searcher, search, c) for c in search.effects]
     parts = account.shares(searcher, search)
     findings = [_with_share(f, parts.get(f.name, 0.0)) for f in findings]
@@ -48,7 +59,7 @@ def conclude(searcher: Searcher, search: Search, forecast: bool = True) -> Resul
     ambiguous = [f for f in findings if f.group]
     if ambiguous:
         f = ambiguous[0]
-        if forecast:
+        if thorough:
             result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
         result.next_experiment = str(result.plan or "") or (
             f"{f.name} and {', '.join(f.group)} look alike here; record other motions: slower, "
@@ -86,6 +97,18 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
             )
 
 
+def _look_beside(searcher: Searcher, search: Search) -> None:
+    """Look for near rivals where a law does not fit, or was chosen beside one that was dropped."""
+    beside_dropped = False
+    for found in (r for r in search.rounds if r.accepted):
+        named = found.trials[0].score.coordinate
+        if named not in search.effects:
+            beside_dropped = True
+        elif beside_dropped or named.name in search.forms:
+            searcher.tell(f"looking for near rivals of {named.name}")
+            found.near = near_rivals(searcher.fitter, search, found)
+
+
 def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
     round_ = next(
         r for r in search.rounds if r.accepted and r.trials[0].score.coordinate is coordinate
@@ -99,8 +122,8 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     ends = sorted(coordinate.value(at + k * spread) for k in (-1.96, 1.96))
     alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
-    if coordinate.name in search.between:
-        group = list(dict.fromkeys([*group, search.between[coordinate.name].rival]))
+    completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []
+    group = list(dict.fromkeys([*group, *round_.near, *completed]))
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
     return Finding(
         name=coordinate.name,

@@ -59,7 +59,8 @@ class Finding:
         explained: share of the explained gap that this effect carries.
         gain: gain in chi-square on the training data.
         held_out: the same on the validation data; None without any.
-        group: effects that these data cannot tell from it.
+        group: effects that these data cannot tell from it, or that explain nearly as much where
+            none of their laws fits.
         form_differs: whether its law is of another form than the catalogue's.
         form: what says so, in words.
         rivals: what else was weighed.
@@ -84,8 +85,15 @@ class Finding:
 
     def __str__(self) -> str:
         low, high = (rounded(v, self.unit, self.shown) for v in self.interval)
-        text = f"{self.name}: {self.knob} = {rounded(self.value, self.unit, self.shown)}"
-        return f"{text} (95 %: {low} ... {high})"
+        whose = f"{self.knob} of {self.name}" if self.group else self.knob
+        law = ", by a law of another form" if self.form_differs else ""
+        value = rounded(self.value, self.unit, self.shown)
+        return f"{self.names}{law}: {whose} = {value} (95 %: {low} ... {high})"
+
+    @property
+    def names(self) -> str:
+        """The effect and what it may be instead, in words."""
+        return " or ".join((self.name, *self.group))
 
 
 @dataclass(frozen=True)

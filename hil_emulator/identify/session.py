@@ -114,7 +114,7 @@ def _so_far(searcher: Searcher) -> Result:
     if not found.rounds:
         why = "interrupted before the first screening of the effects was complete"
         return Result("cannot_examine", why, interrupted=True)
-    result = conclude(searcher, found, forecast=False)
+    result = conclude(searcher, found, thorough=False)
     result.reason = f"interrupted; so far {result.reason}"
     result.interrupted = True
     return result

@@ -38,6 +38,23 @@ def test_a_law_between_two_is_said_to_be_either() -> None:
     assert outcome.flagged
 
 
+@pytest.mark.slow
+def test_of_two_laws_that_both_do_not_fit_either_is_said() -> None:
+    """A supply that droops with the square of the flow may be of one pump or of the other."""
+    outcome = asked("foreign", 6, SHORTEST)
+    assert outcome.exact
+    assert outcome.flagged
+
+
+@pytest.mark.slow
+def test_a_sensor_is_not_blamed_for_friction_of_another_form() -> None:
+    """Two effects of other laws: what one sensor explains of both goes to the unknown."""
+    outcome = asked("foreign-pairs", 11, SHORTEST)
+    assert outcome.hits == 1
+    assert outcome.wrong == 0
+    assert outcome.flagged
+
+
 def test_a_healthy_foreign_simulator_lacks_nothing() -> None:
     """Nothing hidden, everything drifting: no name, and nothing unexplained."""
     assert asked("none", 0, SHORTEST).exact

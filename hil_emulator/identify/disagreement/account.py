@@ -11,6 +11,7 @@ from hil_emulator.identify.disagreement.regions import Disagreement, disagreemen
 from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
 from hil_emulator.identify.naming.blocks import BlockScore, drivers
 from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.judgement import standing
 from hil_emulator.identify.naming.progress import NOTICEABLE, Round, Search
 from hil_emulator.identify.naming.search import Searcher
 from hil_emulator.identify.prediction.observer import Observer
@@ -106,14 +107,26 @@ def shares(searcher: Searcher, search: Search) -> dict[str, float]:
         return {}
     fitter = searcher.fitter
     fitter.freeze(search.final.coordinates, search.final.at)
-    chi2 = [_chi2(searcher, r.base) for r in search.rounds] + [_chi2(searcher, search.final)]
-    took = {
-        r.trials[0].score.coordinate.name: chi2[i] - chi2[i + 1]
-        for i, r in enumerate(search.rounds) if r.accepted
-    }  # fmt: skip
+    took = _lost(searcher, search) if search.dropped else _won(searcher, search, search.final)
     took = {c.name: max(took.get(c.name, 0.0), 0.0) for c in search.effects}
     total = sum(took.values()) + _left(search.rounds[-1])
     return {name: gain / total if total > 0.0 else 0.0 for name, gain in took.items()}
+
+
+def _won(searcher: Searcher, search: Search, final: Fit) -> dict[str, float]:
+    """Return by effect what it took when it was named."""
+    chi2 = [_chi2(searcher, r.base) for r in search.rounds] + [_chi2(searcher, final)]
+    return {
+        r.trials[0].score.coordinate.name: chi2[i] - chi2[i + 1]
+        for i, r in enumerate(search.rounds) if r.accepted
+    }  # fmt: skip
+
+
+def _lost(searcher: Searcher, search: Search) -> dict[str, float]:
+    """Return by effect what the model would lose without it: some were named beside others."""
+    fitter = searcher.fitter
+    full = fitter.fit(search.free, search.at, 2)
+    return {c.name: standing(fitter, search, full, c.name) for c in search.effects}
 
 
 def _chi2(searcher: Searcher, fit: Fit) -> float:

@@ -53,7 +53,7 @@ def completions(
             rivalled = any(_name(r) == _name(trial)
                            and r.evidence.gain > RIVALLED * best.evidence.gain
                            for r in rivals)  # fmt: skip
-            if rivalled and part < BETWEEN and _place(best) == _place(trial):
+            if rivalled and part < BETWEEN and place(best) == place(trial):
                 found[_name(trial)] = Completion(_name(best), _name(trial), part)
     return found
 
@@ -62,7 +62,7 @@ def _name(trial: Trial) -> str:
     return trial.score.coordinate.name
 
 
-def _place(trial: Trial) -> str:
+def place(trial: Trial) -> str:
     """Return the sensor, or the part of the machine, at which a candidate acts."""
     coordinate = trial.score.coordinate
     return coordinate.channel or (coordinate.effect.stage.table if coordinate.effect else "")

@@ -14,7 +14,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.gate import inflation
-from hil_emulator.identify.naming.progress import Round
+from hil_emulator.identify.naming.progress import Round, StandIn
 from hil_emulator.identify.naming.scan import Score
 from hil_emulator.identify.prediction.twin import Coordinate
 
@@ -93,9 +93,7 @@ def rivals_of(
     return names, worst * abs(chosen.coordinate.scale) if size and worst else None
 
 
-def confirmed(
-    fitter: Fitter, final: Fit, named: str, rivals: Sequence[tuple[list[Coordinate], Array]]
-) -> list[str]:
+def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn]) -> list[str]:
     """Return the rivals that explain as much in the finished model, in their order.
 
     A rival that was weighed before the other effects were found may have profited from them.
@@ -126,8 +124,10 @@ def belongs(coordinate: Coordinate, effect: str) -> bool:
     return coordinate.name == effect or coordinate.name.startswith(f"{effect}.")
 
 
-def weighed(found: Round, name: str) -> tuple[list[Coordinate], Array]:
-    """Return what a candidate of a round brings along, its knob last, and where that ended."""
+def weighed(found: Round, name: str) -> StandIn:
+    """Return what a candidate of a round brings along."""
+    if name in found.near:
+        return found.near[name]
     for trial in found.trials:
         if trial.score.coordinate.name == name:
             own = [i for i, c in enumerate(trial.fit.coordinates) if belongs(c, name)]

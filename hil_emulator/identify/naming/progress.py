@@ -19,6 +19,10 @@ friction and supply, which every machine has, is there and significant (assumed)
 hat functions follows it, and needs in proportion more."""
 
 
+StandIn = tuple[list[Coordinate], Array]
+"""What a rival brings along into a model, its knob last, and where that ends."""
+
+
 @dataclass
 class Round:
     """One pass over the catalogue.
@@ -32,6 +36,7 @@ class Round:
         unknown: whether something remains that no effect explains.
         alike: effects that the data of the accepted one cannot tell from it, the nearest first.
         separating: size at which the nearest of them would separate; None without any.
+        near: rivals that nearly explain as much in the finished model, the best first.
 
     """
 
@@ -43,6 +48,7 @@ class Round:
     unknown: bool = False
     alike: list[str] = field(default_factory=list)
     separating: float | None = None
+    near: dict[str, StandIn] = field(default_factory=dict)
 
     def slim(self) -> None:
         """Forget the candidates' traces and slopes: long recordings would fill the memory."""
@@ -87,6 +93,7 @@ class Search:
         outdone: how many times as much a free term explained than each effect when it was named,
             and that in words where it is clearly more.
         between: the rival that only completes the law of an effect in the model, by its name.
+        dropped: why an effect that was named is in the model no more, by name.
         nearest: the catalogued effect that what remains unexplained resembles most, or "".
         final: the last fit.
 
@@ -100,6 +107,7 @@ class Search:
     forms: dict[str, str] = field(default_factory=dict)
     outdone: dict[str, tuple[float, str]] = field(default_factory=dict)
     between: dict[str, Completion] = field(default_factory=dict)
+    dropped: dict[str, str] = field(default_factory=dict)
     nearest: str = ""
     final: Fit | None = None
 
@@ -137,12 +145,16 @@ class Search:
         """Return what is free without one effect."""
         return [c for c in self.free if c.name != name and not c.name.startswith(f"{name}.")]
 
-    def remove(self, name: str) -> None:
-        """Take an effect out of the model."""
+    def remove(self, name: str, why: str) -> None:
+        """Take an effect out of the model, and keep in words why."""
+        self.dropped[name] = why
         kept = {c.name for c in self.without(name)}
         values = dict(zip([c.name for c in self.free], self.at, strict=True))
         self.shapes = [c for c in self.shapes if c.name in kept]
         self.effects = [c for c in self.effects if c.name in kept]
         self.at = np.array([values[c.name] for c in self.free])
+        if self.final is not None:
+            gone = {c.name for c in self.final.coordinates} - kept
+            self.final = self.final.without(gone)
         self.forms.pop(name, None)
         self.between.pop(name, None)

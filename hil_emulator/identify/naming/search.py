@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.naming import gate
 from hil_emulator.identify.naming.blocks import BlockScore
 from hil_emulator.identify.naming.confirm import Confirmation
 from hil_emulator.identify.naming.confusion import rivals_of
@@ -13,10 +12,12 @@ from hil_emulator.identify.naming.contest import Contest, Trial
 from hil_emulator.identify.naming.doubts import outdone
 from hil_emulator.identify.naming.fit import Fit, Fitter
 from hil_emulator.identify.naming.free_terms import score_blocks
+from hil_emulator.identify.naming.hollow import hollow, same_part
 from hil_emulator.identify.naming.judgement import judge, laws
 from hil_emulator.identify.naming.lookahead import Lookahead, pairs_of
 from hil_emulator.identify.naming.nearest import nearest
 from hil_emulator.identify.naming.progress import Round, Search
+from hil_emulator.identify.naming.re_examination import re_examine
 from hil_emulator.identify.naming.scan import Projection, Score, scan
 from hil_emulator.identify.naming.settling import settle
 from hil_emulator.identify.prediction.pool import Batch, Pool
@@ -83,9 +84,10 @@ class Searcher:
             if found.accepted:
                 self._name(search, found)
             found.slim()
-            if not found.accepted:
+            if found.accepted:
+                re_examine(self.fitter, search, self.tell)
+            elif not self._set_aside(search, found):
                 break
-            self._re_examine(search)
         self._conclude(search)
         return search
 
@@ -98,6 +100,17 @@ class Searcher:
         search.add(named)
         search.outdone[search.effects[-1].name] = outdone(named, found)
         found.thin(KEPT if found is search.rounds[0] else 0)
+
+    def _set_aside(self, search: Search, found: Round) -> bool:
+        """Take out an effect that does what an unknown one does; the search goes on elsewhere."""
+        emptied = hollow(search, found)
+        if emptied is None:
+            return False
+        effect, term = emptied
+        self.tell(f"{effect.name} explains little beside the {term}")
+        search.remove(effect.name, f"named, but explains little beside a free term in the {term}")
+        self.candidates = [c for c in self.candidates if not same_part(c, effect)]
+        return True
 
     def look(self) -> Search:
         """Look for terms alone: no effect is screened, and none accepted."""
@@ -165,7 +178,7 @@ class Searcher:
     def _reject(self, search: Search, name: str) -> None:
         """Take out an effect that leaves most of what it was named for."""
         self.tell(f"{name} does not explain it")
-        search.remove(name)
+        search.remove(name, "named, but a free shape of its law explains more than it does")
         base = settle(self.fitter, search, 2)
         last = search.rounds[-1]
         search.rounds.append(Round(base, last.scores, [], self._blocks(base), unknown=True))
@@ -174,19 +187,3 @@ class Searcher:
         if not self.validation:
             return None
         return self.fitter.frozen_at(self.validation, base.coordinates, base.at)
-
-    def _re_examine(self, search: Search) -> None:
-        """Drop an earlier effect that a later one has made superfluous."""
-        if len(search.effects) < 2:
-            return
-        full = settle(self.fitter, search, 1)
-        for name in [c.name for c in search.effects[:-1]]:
-            kept = {c.name for c in search.without(name)}
-            stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
-            rest = [full.coordinates[i] for i in stay]
-            fit = self.fitter.fit(rest, full.at[stay], 2, jacobian=full.jacobian[:, stay])
-            if fit.chi2 - full.chi2 < gate.needed_gain(len(full.residual)):
-                search.remove(name)
-                search.adopt(fit)
-                self.tell(f"{name} is no longer needed")
-                return

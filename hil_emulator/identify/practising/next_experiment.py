@@ -88,7 +88,8 @@ class NextExperiment:
         first, *rest = self.members
         alike = f"{first} and {', '.join(rest)} look alike here (separability {self.now:.0f})"
         if self.now >= ENOUGH:
-            alike = f"{first} or {', '.join(rest)}: the law is exactly that of neither"
+            exact = "neither" if len(rest) == 1 else "none of them"
+            alike = f"{' or '.join(self.members)}: the law is exactly that of {exact}"
         b = self.best
         size = show(float(f"{b.amplitude:.3g}"), "m", "mm")
         if b.merit < ENOUGH:

@@ -98,7 +98,7 @@ def ranking(result: Result) -> str:
         for t in found.trials:
             name, e = t.score.coordinate.name, t.evidence
             if found.accepted and name == best:
-                why = "named" if name in named else "named, later superfluous"
+                why = "named" if name in named else result.search.dropped.get(name, "")
             else:
                 why = "; ".join(e.objections) or f"explains less than {best}"
                 if name == best and not found.accepted:

@@ -1,0 +1,95 @@
+"""Rivals that nearly explain as much where the law of a named effect does not fit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.naming.confusion import weighed
+from hil_emulator.identify.naming.contest import Trial
+from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.naming.gate import Evidence
+from hil_emulator.identify.naming.near_rivals import near_rivals
+from hil_emulator.identify.naming.progress import Round, Search
+from hil_emulator.identify.naming.scan import Score
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+
+COORDINATES = {c.name: c for c in parameters.candidates(knee_twin(), INSTRUMENTS)}
+FLOW = 20e-3 / 60.0
+"""Of the machine's pump, whose stroke is controlled [m^3/s]."""
+
+
+@pytest.fixture(scope="module")
+def pumped() -> tuple[Fitter, Search, Round]:
+    """Return a search that named a pump with a relief valve where one with a compensator is."""
+    changes = {"variable_pump_flow": FLOW}
+    data = [recorded(changes, kind, 5 + i) for i, kind in enumerate(("multisine", "steps"))]
+    twin = knee_twin()
+    free = [c for c in parameters.ordinary(twin)
+            if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
+    fitter = Fitter(Observer(twin, INSTRUMENTS), data)
+    pump = COORDINATES["fixed_pump"]
+    start = np.append(np.zeros(len(free)), 1.0)
+    whole = [*free, *twin.shapes(pump), pump]
+    at = np.insert(start, len(free), np.zeros(len(whole) - len(start)))
+    for _ in range(3):
+        fitter.freeze(whole, at)
+        final = fitter.fit(whole, at, 6)
+        at = final.at
+    search = Search(free, twin.shapes(pump), [pump], final.at, final=final)
+    found = Round(final, [scored("variable_pump", 0.0)], [trial("fixed_pump", 1000.0, final)], [])
+    search.rounds.append(replace(found, accepted=True))
+    return fitter, search, search.rounds[0]
+
+
+def scored(name: str, statistic: float) -> Score:
+    """Return the score of a candidate whose slope leads nowhere."""
+    none = np.zeros(0)
+    return Score(COORDINATES[name], statistic, 0.0, statistic, none, none, none)
+
+
+def trial(name: str, gain: float, fit: Fit) -> Trial:
+    """Return a refitted candidate with such a gain."""
+    return Trial(scored(name, gain), fit, Evidence(gain, gain, gain, 20.0, gain), 1.0)
+
+
+def test_a_pump_that_brings_a_state_is_found_in_the_place_of_one_without(
+    pumped: tuple[Fitter, Search, Round],
+) -> None:
+    """Only with gains that correct its stroke it ends near the pump that the machine has."""
+    fitter, search, found = pumped
+    near = near_rivals(fitter, search, found)
+    assert list(near) == ["variable_pump"]
+    own, at = near["variable_pump"]
+    assert own[-1].name == "variable_pump"
+    droop = own[0].value(at[0]) / own[-1].value(at[-1])
+    assert droop == pytest.approx(10e5 / FLOW, rel=0.1)
+    again = replace(found, near=near)
+    assert weighed(again, "variable_pump") is near["variable_pump"]
+
+
+def test_the_gains_are_those_of_the_finished_model_again(
+    pumped: tuple[Fitter, Search, Round],
+) -> None:
+    """What follows is seen through the model that was found."""
+    fitter, search, found = pumped
+    assert search.final is not None
+    fitter.freeze(search.final.coordinates, search.final.at)
+    before = fitter.frozen[0].gains.copy()
+    near_rivals(fitter, search, found)
+    np.testing.assert_array_equal(fitter.frozen[0].gains, before)
+
+
+@pytest.mark.parametrize(
+    ("rival", "gain"), [("accumulator", 700.0), ("load_spring", 990.0)],
+    ids=["explained little", "acts elsewhere"],
+)  # fmt: skip
+def test_other_rivals_are_not_tried(
+    pumped: tuple[Fitter, Search, Round], rival: str, gain: float
+) -> None:
+    """One that explained clearly less when the effect was named, or acts at another part."""
+    fitter, search, found = pumped
+    one = replace(found, scores=[], trials=[*found.trials, trial(rival, gain, found.base)])
+    assert near_rivals(fitter, search, one) == {}

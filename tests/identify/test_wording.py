@@ -1,0 +1,36 @@
+"""How a result says what it found."""
+
+from hil_emulator.identify.practising.next_experiment import Candidate, NextExperiment
+from hil_emulator.identify.result import Finding
+
+
+def finding(group: tuple[str, ...] = (), form: str = "") -> Finding:
+    """Return an effect that was found."""
+    return Finding(
+        "fixed_pump", "flow", 1e-4, "m^3/s", "l/min", (0.9e-4, 1.1e-4), 0.9, 700.0, 500.0, group,
+        bool(form), (), form=form,
+    )  # fmt: skip
+
+
+def test_one_effect_is_told_with_value_and_interval() -> None:
+    """Units are those of the workshop."""
+    assert str(finding()) == "fixed_pump: flow = 6 l/min (95 %: 5.4 l/min ... 6.6 l/min)"
+
+
+def test_a_verdict_says_what_else_it_may_be_and_that_the_law_is_another_one() -> None:
+    """Who reads no further has read that."""
+    told = str(finding(("variable_pump",), "its override would have to be the lowest there is"))
+    head = "fixed_pump or variable_pump, by a law of another form: flow of fixed_pump = 6 l/min"
+    assert told.startswith(head)
+
+
+def test_an_experiment_is_recommended_for_what_looks_alike_or_fits_as_badly() -> None:
+    """Of laws that the data separate well, none is that of the machine."""
+
+    def told(now: float, *rivals: str) -> str:
+        best = Candidate("chirp", 5e-3, 2.0, 100.0)
+        return str(NextExperiment(("fixed_pump", *rivals), now, best, (), "do it"))
+
+    assert told(3.0, "variable_pump").startswith("fixed_pump and variable_pump look alike here")
+    assert "or variable_pump: the law is exactly that of neither" in told(90.0, "variable_pump")
+    assert "that of none of them; record chirp at 5 mm" in told(90.0, "variable_pump", "x")
