@@ -8,8 +8,9 @@ from hil_emulator.identify.disagreement import account
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.confusion import confirmed, weighed
 from hil_emulator.identify.naming.contest import Trial
+from hil_emulator.identify.naming.doubts import hardly_believed
 from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.near_rivals import near_rivals
+from hil_emulator.identify.naming.near_rivals import MOST, near_rivals
 from hil_emulator.identify.naming.progress import Search
 from hil_emulator.identify.naming.search import Searcher
 from hil_emulator.identify.practising.next_experiment import recommend
@@ -44,7 +45,7 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
             for b in [b for b in last.blocks[:3] if b.significant]
         ]  # fmt: skip
     unseen = [s.coordinate.name for s in search.rounds[0].scores if not s.visible]
-    result = Result("nothing_missing", "the model explains the data within their noise")
+    result = Result("nothing_missing", _explained(search))
     result.effects, result.unknown, result.search = findings, unknown, search
     result.unseen = [n for n in unseen if n not in {f.name for f in findings}]
     if findings:
@@ -68,6 +69,15 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     searcher.fitter.release()
     _measure(searcher, search, result)
     return result
+
+
+def _explained(search: Search) -> str:
+    """Say that nothing is missing, and what has to be believed for it."""
+    reason = "the model explains the data within their noise"
+    far = hardly_believed(search.final or search.rounds[-1].base)
+    if not far:
+        return reason
+    return f"{reason} if {' and '.join(far)}: check that before you trust it"
 
 
 def _measure(searcher: Searcher, search: Search, result: Result) -> None:
@@ -106,13 +116,11 @@ def _look_beside(searcher: Searcher, search: Search) -> None:
             beside_dropped = True
         elif beside_dropped or named.name in search.forms:
             searcher.tell(f"looking for near rivals of {named.name}")
-            found.near = near_rivals(searcher.fitter, search, found)
+            found.near |= near_rivals(searcher.fitter, search, found)
 
 
 def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
-    round_ = next(
-        r for r in search.rounds if r.accepted and r.trials[0].score.coordinate is coordinate
-    )
+    round_ = search.naming(coordinate.name)
     best = round_.trials[0]
     final = search.final
     assert final is not None
@@ -123,7 +131,8 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []
-    group = list(dict.fromkeys([*group, *round_.near, *completed]))
+    group = list(dict.fromkeys([*group, *completed]))
+    group += [name for name in round_.near if name not in group][: max(0, MOST - len(group))]
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
     return Finding(
         name=coordinate.name,

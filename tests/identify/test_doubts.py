@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.blocks import LOAD, PISTON, RULER, Balance, BlockScore
+from hil_emulator.identify.naming.blocks import LOAD, PISTON, RULER, SUPPLY, Balance, BlockScore
 from hil_emulator.identify.naming.contest import Trial
-from hil_emulator.identify.naming.doubts import outdone, strained
+from hil_emulator.identify.naming.doubts import hardly_believed, outdone, strained
 from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.form import sole_laws
 from hil_emulator.identify.naming.gate import Evidence
 from hil_emulator.identify.naming.judgement import judge
 from hil_emulator.identify.naming.nearest import nearest
@@ -100,6 +101,28 @@ def test_a_parameter_that_nobody_believes_is_a_doubt() -> None:
     assert "viscous_friction would have to be 2.6 times" in far["stribeck_friction"]
     near = Fit(free, np.array([1.0, 1.0]), np.zeros(N), slope, 0.0)
     assert not strained(near, ["stribeck_friction"])
+
+
+def test_a_parameter_that_nobody_believes_is_told_without_any_effect_too() -> None:
+    """A model that fits only with a valve of half the bandwidth is told to rest on that."""
+    valve = next(c for c in ordinary(knee_twin()) if c.name == "valve_natural_frequency")
+    slope = np.zeros((N, 1))
+    far = Fit([valve], np.array([-5.0 * valve.prior]), np.zeros(N), slope, 0.0)
+    assert hardly_believed(far) == ["valve_natural_frequency is 0.5 times its configured value"]
+    near = Fit([valve], np.array([-valve.prior]), np.zeros(N), slope, 0.0)
+    assert hardly_believed(near) == []
+
+
+def test_what_is_left_over_the_driver_of_the_only_law_in_a_balance_is_of_that_law() -> None:
+    """However little it resembles what the pump did: nothing else acts on the supply."""
+    other = np.cos(np.linspace(0.0, 7.0, N))
+    free = [effect("fixed_pump"), effect("stribeck_friction")]
+    fit = Fit(free, np.ones(2), np.zeros(N), np.column_stack([other, other]), 0.0)
+    left, slow = block(SUPPLY, "supply flow", 900.0), block(PISTON, "time", 900.0)
+    assert sole_laws(fit, [c.name for c in free], [left, slow]) == {left.title: "fixed_pump"}
+    pumps = [*free, effect("variable_pump")]
+    both = Fit(pumps, np.ones(3), np.zeros(N), np.column_stack([other] * 3), 0.0)
+    assert sole_laws(both, [c.name for c in pumps], [left, slow]) == {}
 
 
 def test_a_law_whose_own_parameter_runs_to_its_end_is_a_doubt() -> None:

@@ -53,6 +53,8 @@ PISTON = Balance("force on the piston", "N", 10.0, (("probe_friction", 1.0),))
 LOAD = Balance("force on the load", "N", 10.0, (("probe_load", 1.0),))
 RETURN = Balance("return pressure", "Pa", 1e4, (("probe_return", 1.0),))
 SUPPLY = Balance("supply pressure", "Pa", 1e5)
+TAP_A = Balance("reading of the sensor of pressure a", "Pa", 1e4, channel="pressure_a")
+TAP_B = Balance("reading of the sensor of pressure b", "Pa", 1e4, channel="pressure_b")
 CELL = Balance("reading of the load cell", "N", 10.0, channel="load_force")
 RULER = Balance("reading of the position sensor", "m", 1e-5, channel="position")
 
@@ -65,7 +67,8 @@ BLOCKS: tuple[tuple[Balance, str], ...] = (
     (PISTON, "pressure difference with the sign of velocity"),
     (PISTON, "pressure sum with the sign of velocity"), (PISTON, "time"),
     (LOAD, "velocity"), (LOAD, "position"), (LOAD, "time"),
-    (SUPPLY, "supply flow"), (RETURN, "return flow"), (CELL, "time"), (CELL, "pressure sum"),
+    (SUPPLY, "supply flow"), (RETURN, "return flow"), (TAP_A, "time"), (TAP_B, "time"),
+    (CELL, "time"), (CELL, "pressure sum"),
     (RULER, "velocity"), (RULER, "acceleration"),
 )  # fmt: skip
 """Balance and driver of every block. The spool over time is missing: drift of the null, which every

@@ -24,6 +24,10 @@ INSEPARABLE = 12.0
 REFITS = 4
 """Iterations of a refit of the finished model with a rival in it."""
 
+ELSEWHERE = 0.5
+"""Part of what a rival explains in an effect's place that it may still explain beside it
+(assumed)."""
+
 
 def separability(chosen: Score, rival: Score, size: float) -> float:
     """Return by how much chi-square grows if the rival takes the place of the chosen effect.
@@ -96,7 +100,8 @@ def rivals_of(
 def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn]) -> list[str]:
     """Return the rivals that explain as much in the finished model, in their order.
 
-    A rival that was weighed before the other effects were found may have profited from them.
+    A rival that was weighed before the other effects were found may have profited from them. One
+    that explains as much beside the named effect as in its place explains something else.
 
     Args:
         fitter: with the training data; its gains are frozen anew.
@@ -109,12 +114,18 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
     rest = [final.coordinates[i] for i in stays]
     fitter.freeze(final.coordinates, final.at)
     right = fitter.fit(final.coordinates, final.at, 2)
+    without = fitter.fit(rest, right.at[stays], 2)
     found = []
     for own, start in rivals:
         at = np.concatenate([right.at[stays], start])
         other = fitter.fit([*rest, *own], at, REFITS)
         widened = inflation(other.residual - right.residual, right.residual, fitter.stretch)
-        if (other.chi2 - right.chi2) / widened < INSEPARABLE:
+        if (other.chi2 - right.chi2) / widened > INSEPARABLE:
+            continue
+        beside = fitter.fit(
+            [*final.coordinates, *own], np.concatenate([right.at, start]), REFITS
+        )  # fmt: skip
+        if right.chi2 - beside.chi2 < ELSEWHERE * (without.chi2 - other.chi2):
             found.append(own[-1].name)
     return found
 

@@ -71,6 +71,15 @@ def strained(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
     return found
 
 
+def hardly_believed(fit: Fit) -> list[str]:
+    """Return the ordinary parameters that are far from what is configured, each in words."""
+    return [
+        f"{c.name} is {float(c.value(float(at))) / c.neutral:.2g} times its configured value"
+        for c, at in zip(fit.coordinates, fit.at, strict=True)
+        if np.isfinite(c.prior) and c.neutral and abs(at) > STRAINED * c.prior
+    ]
+
+
 def _at_limits(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
     """Return, by effect, a shape parameter that has run to the end of its range."""
     found: dict[str, str] = {}

@@ -13,7 +13,7 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.blocks import BlockScore
 from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.nearest import acts_in
+from hil_emulator.identify.naming.nearest import acts_in, depends_on
 from hil_emulator.identify.naming.scan import Projection, Score
 
 OWN = 0.6
@@ -50,6 +50,23 @@ def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -
             if share > max(least, owners.get(block.title, (0.0, ""))[0]):
                 owners[block.title] = (share, effect)
     return {title: effect for title, (_, effect) in owners.items()}
+
+
+def sole_laws(
+    fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]
+) -> dict[str, str]:  # fmt: skip
+    """Return, by block, the only effect in the block's balance, if its law has the block's driver.
+
+    However little the block resembles what the effect did: what remains there over what the law
+    depends on is of the law.
+    """
+    chosen = [c for c in fit.coordinates if c.name in set(effects)]
+    found = {}
+    for block in blocks:
+        acting = [c for c in chosen if acts_in(c, block.balance)]
+        if len(acting) == 1 and depends_on(acting[0], block.driver):
+            found[block.title] = acting[0].name
+    return found
 
 
 def beyond(score: Score, blocks: Sequence[BlockScore], fit: Fit) -> float:

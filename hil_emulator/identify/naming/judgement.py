@@ -5,7 +5,7 @@ from hil_emulator.identify.naming.blocks import BlockScore
 from hil_emulator.identify.naming.completion import completions
 from hil_emulator.identify.naming.doubts import strained
 from hil_emulator.identify.naming.fit import Fit, Fitter
-from hil_emulator.identify.naming.form import beyond, own_blocks
+from hil_emulator.identify.naming.form import beyond, own_blocks, sole_laws
 from hil_emulator.identify.naming.progress import Round, Search
 
 PARSIMONIOUS = 0.7
@@ -63,7 +63,7 @@ def judge(search: Search, found: Round) -> None:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
     found.accepted &= best > INEXACT * _named_for(search)
     found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
-    search.between = {c.named: c for c in completing.values()}
+    search.between = {c.named: c for c in reversed(list(completing.values()))}
     found.unknown = not found.accepted and any(b.title not in owners for b in found.worthwhile)
 
 
@@ -77,7 +77,8 @@ def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
     """
     last = search.rounds[-1]
     names = [c.name for c in search.effects]
-    owners = own_blocks(last.base, names, last.significant)
+    owners = sole_laws(last.base, names, last.significant)
+    owners |= own_blocks(last.base, names, last.significant)
     strains = strained(last.base, names)
     rejected, forms = [], {}
     for name in names:

@@ -46,8 +46,7 @@ def nearest(block: BlockScore, scores: Sequence[Score]) -> str:
 
     """
     there = [s for s in scores if s.statistic > 0.0 and acts_in(s.coordinate, block.balance)]
-    takes = set(TAKES.get(block.driver, "").split())
-    there.sort(key=lambda s: not takes & _arguments(s))
+    there.sort(key=lambda s: not depends_on(s.coordinate, block.driver))
     return there[0].coordinate.name if there else ""
 
 
@@ -59,6 +58,7 @@ def acts_in(coordinate: Coordinate, balance: Balance) -> bool:
     return coordinate.effect is not None and coordinate.effect.stage.name in stages
 
 
-def _arguments(score: Score) -> set[str]:
-    effect = score.coordinate.effect
-    return set(inspect.signature(effect.law).parameters) if effect else set()
+def depends_on(coordinate: Coordinate, driver: str) -> bool:
+    """Tell whether the law of an effect depends on what drives a block."""
+    effect, takes = coordinate.effect, set(TAKES.get(driver, "").split())
+    return effect is not None and bool(takes & set(inspect.signature(effect.law).parameters))

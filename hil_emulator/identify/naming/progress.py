@@ -123,6 +123,11 @@ class Search:
         return [r.trials for r in self.rounds
                 if r.accepted and r.trials[0].score.coordinate.name in names]  # fmt: skip
 
+    def naming(self, name: str) -> Round:
+        """Return the round in which an effect was named, the last one if it was more than once."""
+        return next(r for r in reversed(self.rounds)
+                    if r.accepted and r.trials[0].score.coordinate.name == name)  # fmt: skip
+
     @property
     def free(self) -> list[Coordinate]:
         """Everything that is fitted."""

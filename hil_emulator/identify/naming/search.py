@@ -5,9 +5,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.naming.between import between, overtaken
 from hil_emulator.identify.naming.blocks import BlockScore
 from hil_emulator.identify.naming.confirm import Confirmation
-from hil_emulator.identify.naming.confusion import rivals_of
+from hil_emulator.identify.naming.confusion import rivals_of, weighed
 from hil_emulator.identify.naming.contest import Contest, Trial
 from hil_emulator.identify.naming.doubts import outdone
 from hil_emulator.identify.naming.fit import Fit, Fitter
@@ -168,20 +169,34 @@ class Searcher:
 
     def _conclude(self, search: Search) -> None:
         """Say of each effect in the model whether its law fits what it was named for."""
+        self._complete(search)
         rejected, search.forms = laws(self.fitter, search)
         for name in rejected:
-            self._reject(search, name)
+            self.tell(f"{name} does not explain it")
+            why = "named, but a free shape of its law explains more than it does"
+            self._take_out(search, name, why, unknown=True)
         last = search.rounds[-1]
         if last.unknown:
             search.nearest = nearest(last.worthwhile[0], last.scores) if last.worthwhile else ""
 
-    def _reject(self, search: Search, name: str) -> None:
-        """Take out an effect that leaves most of what it was named for."""
-        self.tell(f"{name} does not explain it")
-        search.remove(name, "named, but a free shape of its law explains more than it does")
+    def _complete(self, search: Search) -> None:
+        """Find the laws that lie between two of the catalogue."""
+        completion = overtaken(self.fitter, search)
+        if completion is not None:
+            why = f"named, but only completes the law of {completion.named}"
+            self._take_out(search, completion.rival, why, search.rounds[-1].unknown)
+            search.between[completion.named] = completion
+            begins = weighed(search.naming(completion.rival), completion.rival)
+            search.naming(completion.named).near[completion.rival] = begins
+        held = self._held_out(search.rounds[-1].base)
+        search.between = {**between(self.fitter, search, held), **search.between}
+
+    def _take_out(self, search: Search, name: str, why: str, unknown: bool) -> None:
+        """Take an effect out of the model at the end, and look again at what remains."""
+        search.remove(name, why)
         base = settle(self.fitter, search, 2)
         last = search.rounds[-1]
-        search.rounds.append(Round(base, last.scores, [], self._blocks(base), unknown=True))
+        search.rounds.append(Round(base, last.scores, [], self._blocks(base), unknown=unknown))
 
     def _held_out(self, base: Fit) -> Batch | None:
         if not self.validation:

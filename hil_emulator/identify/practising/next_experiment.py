@@ -193,10 +193,8 @@ def explanations(
     at, values = final.at[stays], final.at[own]
     mine = [*shared, *(final.coordinates[i] for i in own)]
     fits = {named: fitter.fit(mine, np.concatenate([at, values]), 2)}
-    round_ = next(r for r in search.rounds if r.accepted
-                  and r.trials[0].score.coordinate.name == named)  # fmt: skip
     for name in group[: MEMBERS - 1]:
-        brought, start = weighed(round_, name)
+        brought, start = weighed(search.naming(named), name)
         fits[name] = fitter.fit([*shared, *brought], np.concatenate([at, start]), 4)
     return [Explanation(n, f.coordinates, f.at, f.chi2) for n, f in fits.items()]
 

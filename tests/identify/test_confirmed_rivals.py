@@ -1,0 +1,49 @@
+"""Rivals in the place of a named effect of the finished model."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.naming.confusion import confirmed
+from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+
+COORDINATES = {c.name: c for c in parameters.candidates(knee_twin(), INSTRUMENTS)}
+
+
+@pytest.fixture(scope="module")
+def leaking() -> tuple[Fitter, Fit]:
+    """Return a model of a leak, fitted to a machine that has a strong load spring beside it."""
+    changes = {"internal_leakage_conductance": 1e-14, "load_spring_stiffness": 4000.0}
+    data = [recorded(changes, kind, 5 + i) for i, kind in enumerate(("multisine", "steps"))]
+    fitter = Fitter(Observer(knee_twin(), INSTRUMENTS), data)
+    free = [c for c in parameters.ordinary(knee_twin())
+            if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
+    free.append(COORDINATES["internal_leakage"])
+    at = np.zeros(len(free))
+    for _ in range(2):
+        fitter.freeze(free, at)
+        final = fitter.fit(free, at, 6)
+        at = final.at
+    return fitter, final
+
+
+def test_what_explains_as_much_beside_the_named_effect_is_no_rival(
+    leaking: tuple[Fitter, Fit],
+) -> None:
+    """The spring explains more than the leak, but not what the leak explains."""
+    fitter, final = leaking
+    spring = [COORDINATES["load_spring"]], np.array([1.0])
+    named, at = final.coordinates[-1].name, final.at[:-1]
+    instead = fitter.fit([*final.coordinates[:-1], *spring[0]], np.append(at, 1.0), 4)
+    assert instead.chi2 < final.chi2
+    assert confirmed(fitter, final, named, [spring]) == []
+
+
+def test_the_same_effect_by_another_name_is_one(leaking: tuple[Fitter, Fit]) -> None:
+    """A rival that takes over all that the named effect does is told."""
+    fitter, final = leaking
+    leak = final.coordinates[-1]
+    twin = [leak], np.array([0.5 * final.at[-1]])
+    assert confirmed(fitter, final, leak.name, [twin]) == [leak.name]
