@@ -5,6 +5,9 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
+import scipy.linalg  # noqa: F401  only a library that is loaded can be kept to one thread
+from threadpoolctl import threadpool_limits
+
 from hil_emulator.cluster import connected
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
@@ -51,7 +54,8 @@ def identify(
         UserError: if an effect is unknown, or the cluster cannot be reached or is lost.
 
     """
-    with _pools(jobs, cluster) as pooled:
+    # of matrices as small as these, threads of the linear algebra wait for each other
+    with threadpool_limits(limits=1, user_api="blas"), _pools(jobs, cluster) as pooled:
         return _identified(
             config, training, validation, only, exclude, pooled, tell, cache, search
         )  # fmt: skip

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.result import Result
@@ -111,3 +112,16 @@ def test_an_interrupted_search_keeps_what_it_found(moment: int) -> None:
     assert "interrupted" in result.reason
     assert [f.name for f in result.effects] == ["internal_leakage"] * (moment > 1)
     assert bool(result.gap) == (moment > 1)
+
+
+def test_linear_algebra_keeps_to_one_thread() -> None:
+    """Searches side by side do not fight for the cores: small matrices need no threads."""
+    train, other = campaign({})
+    threads: set[int] = set()
+
+    def tell(_: str) -> None:
+        threads.update(p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas")
+
+    with threadpool_limits(limits=2, user_api="blas"):
+        identify(knee(), train, other, tell=tell, cache=CACHE, search=False)
+    assert threads == {1}
