@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.blocks import LOAD, PISTON, RULER, SUPPLY, Balance, BlockScore
+from hil_emulator.identify.naming.blocks import (
+    LOAD,
+    PISTON,
+    RULER,
+    SUPPLY,
+    TAP_A,
+    Balance,
+    BlockScore,
+)
 from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.doubts import hardly_believed, outdone, strained
 from hil_emulator.identify.naming.fit import Fit
@@ -68,6 +76,15 @@ def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted
     judge(Search([]), found)
     assert found.accepted is accepted
     assert found.unknown is not accepted
+
+
+def test_a_drifting_zero_is_no_shape_of_friction() -> None:
+    """Friction that was named does not keep the sensor's own offset from being named after it."""
+    friction, found = named("friction_asymmetry", 1000.0, [block(TAP_A, "time", 900.0)])
+    search = Search([], effects=[friction.score.coordinate])
+    found.trials, found.accepted = [named("pressure_a.offset", 850.0, [])[0]], False
+    judge(search, found)
+    assert found.accepted
 
 
 def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_first() -> None:

@@ -26,6 +26,9 @@ THERE = 0.3
 def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -> dict[str, str]:
     """Return, by block, the effect whose law lives there.
 
+    A term over time is of an effect of its balance only: it is no shape of a law elsewhere, however
+    much it resembles what friction does to a sensor with a free zero.
+
     Args:
         fit: with the effects in it.
         effects: names of effects in the model.
@@ -42,11 +45,14 @@ def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -
         basis = _directions(columns)
         for effect in effects:
             i = names.index(effect)
+            there = acts_in(fit.coordinates[i], block.balance)
+            if block.driver == "time" and not there:
+                continue
             trace = fit.jacobian[:, i]
             power = float(trace @ trace)
             shown = basis.T @ (columns.T @ trace)
             share = float(shown @ shown) / power if power > 0.0 else 0.0
-            least = THERE if acts_in(fit.coordinates[i], block.balance) else OWN
+            least = THERE if there else OWN
             if share > max(least, owners.get(block.title, (0.0, ""))[0]):
                 owners[block.title] = (share, effect)
     return {title: effect for title, (_, effect) in owners.items()}
