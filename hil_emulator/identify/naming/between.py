@@ -18,10 +18,10 @@ from hil_emulator.identify.naming.progress import Round, Search, StandIn
 from hil_emulator.identify.prediction.pool import Batch
 
 SHARE = 0.25
-"""Part of the work with which the rival begins."""
+"""Part of the work with which the rival begins (assumed)."""
 
 ITERATIONS = 6
-"""Of the refit of both."""
+"""Of the refit of both (assumed)."""
 
 
 def between(fitter: Fitter, search: Search, held: Batch | None) -> dict[str, Completion]:

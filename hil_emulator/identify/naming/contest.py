@@ -189,7 +189,7 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
 
 
 def _ranked(by_gain: list[Trial]) -> list[Trial]:
-    if not by_gain:
+    if not by_gain or by_gain[0].evidence.gain <= 0.0:
         return by_gain
     level = CONTENDERS * by_gain[0].evidence.gain
     contenders = [t for t in by_gain if t.evidence.gain >= level]

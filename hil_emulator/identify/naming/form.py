@@ -14,7 +14,6 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.naming.blocks import BlockScore
 from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.nearest import acts_in, depends_on
-from hil_emulator.identify.naming.scan import Projection, Score
 
 OWN = 0.6
 """Part of an effect's trace that a block must reproduce to be where its law lives (assumed)."""
@@ -42,7 +41,7 @@ def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -
     owners: dict[str, tuple[float, str]] = {}
     for block in blocks:
         columns = block.columns.astype(np.float64)
-        basis = _directions(columns)
+        basis = directions(columns)
         for effect in effects:
             i = names.index(effect)
             there = acts_in(fit.coordinates[i], block.balance)
@@ -75,27 +74,7 @@ def sole_laws(
     return found
 
 
-def beyond(score: Score, blocks: Sequence[BlockScore], fit: Fit) -> float:
-    """Return the gain of a candidate that no correction of the given blocks could have.
-
-    Args:
-        score: of the candidate at this fit.
-        blocks: terms that are free to take any shape.
-        fit: the fit without the candidate.
-
-    """
-    project = Projection(fit)
-    columns = np.column_stack([project(c) for b in blocks for c in b.columns.T])
-    basis = _directions(columns)
-    own = score.column.astype(np.float64)
-    mine, rest = basis.T @ (columns.T @ own), basis.T @ (columns.T @ project.residual)
-    information = float(own @ own - mine @ mine)
-    if information < 1e-6 * score.information:
-        return 0.0
-    return float(own @ project.residual - mine @ rest) ** 2 / information
-
-
-def _directions(columns: Array) -> Array:
+def directions(columns: Array) -> Array:
     """Return what makes columns orthonormal, without directions that they hardly have.
 
     Of a long recording the columns are large: they are not multiplied out.

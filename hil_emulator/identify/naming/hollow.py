@@ -8,9 +8,10 @@ it and of the others at once: what it stands for shows once a free term takes it
 from dataclasses import replace
 
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.naming.beside import Beside
 from hil_emulator.identify.naming.confusion import belongs
 from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.form import beyond, own_blocks
+from hil_emulator.identify.naming.form import own_blocks
 from hil_emulator.identify.naming.progress import Round, Search
 from hil_emulator.identify.naming.scan import Projection, score_of
 from hil_emulator.identify.prediction.twin import Coordinate
@@ -39,7 +40,7 @@ def hollow(search: Search, found: Round) -> tuple[Coordinate, str] | None:
         without, column = _without(found.base, effect)
         score = score_of(effect, column, Projection(without))
         least = KEPT * score.statistic
-        if term.surplus > least > beyond(score, [term], without):
+        if term.surplus > least > Beside([term], without).candidate(score):
             return effect, term.title
     return None
 

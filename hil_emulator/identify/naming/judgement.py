@@ -1,27 +1,15 @@
 """Whether the best candidate of a round is named, and whether the law of what was named fits."""
 
-from hil_emulator.identify.naming import gate
-from hil_emulator.identify.naming.blocks import BlockScore
+from hil_emulator.identify.naming.beside import OUTSHONE, overshadowed, stands_beside
 from hil_emulator.identify.naming.completion import completions
 from hil_emulator.identify.naming.doubts import strained
 from hil_emulator.identify.naming.fit import Fit, Fitter
-from hil_emulator.identify.naming.form import beyond, own_blocks, sole_laws
+from hil_emulator.identify.naming.form import own_blocks, sole_laws
 from hil_emulator.identify.naming.progress import Round, Search
 
-PARSIMONIOUS = 0.7
-"""Part of what a free shape of the law of an effect in the model would gain, that another effect
-must gain to be named in its place (assumed)."""
-
-BESIDE = 0.5
-"""Part of its gain that a candidate must have beside a free shape of that law (assumed)."""
-
-OUTSHONE = 3.0
-"""How many times as much as the best effect a free term may explain, chance set aside, for it to be
-the one (assumed; laws of another form stay below two)."""
-
 OTHER_LAW = 2.0
-"""The same from which an effect that still leaves something in the end is not the one that acts
-(assumed)."""
+"""How many times as much as an effect a free term may have explained when it was named, if it still
+leaves something in the end; beyond, it is not the one that acts (assumed)."""
 
 INEXACT = 0.01
 """Part of what an effect gained when it was named that a further one must gain (assumed): no law is
@@ -40,28 +28,21 @@ def judge(search: Search, found: Round) -> None:
 
     Where a free term explains far more, none is, nor where an earlier effect explained a hundred
     times as much. Where the law of an effect in the model explains what remains better than any
-    candidate does, only a candidate that gains beside a free shape of that law is accepted. None is
-    that only completes the law of one in the model.
+    candidate does, only a candidate that gains beside a free shape of that law is accepted; what a
+    sensor reads over anything counts as such a shape of an error of it. None is that only completes
+    the law of one in the model.
     """
     completing = completions(search.contests, found.trials)
     found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
-    best = found.trials[0].evidence.gain if found.trials else 0.0
     owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
-    own = [b for b in found.significant if b.title in owners]
-    if any(b.certain > OUTSHONE * best for b in found.worthwhile):
-        found.accepted = False
-    elif any(best < PARSIMONIOUS * b.surplus or _of_one_sensor(found, b) for b in own):
-        gains = {t.score.coordinate.name: beyond(t.score, own, found.base) for t in found.trials}
-        least = gate.needed_gain(len(found.base.residual))
-        beside = [
-            t for t in found.trials
-            if gains[t.score.coordinate.name] > max(least, BESIDE * t.score.statistic)
-        ]  # fmt: skip
-        found.trials.sort(key=lambda t: t not in beside)
-        found.accepted = bool(beside) and beside[0].evidence.passed
+    sensors = {c.channel for c in search.effects if c.channel}
+    own = [b for b in found.significant if b.title in owners or b.balance.channel in sensors]
+    if overshadowed(found, own):
+        found.accepted = stands_beside(found, own, completing)
     else:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
-    found.accepted &= best > INEXACT * _named_for(search)
+        found.accepted &= all(b.certain <= OUTSHONE * found.best for b in found.worthwhile)
+    found.accepted &= found.best > INEXACT * _named_for(search)
     found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
     search.between = {c.named: c for c in reversed(list(completing.values()))}
     found.unknown = not found.accepted and any(b.title not in owners for b in found.worthwhile)
@@ -112,9 +93,3 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
 def _named_for(search: Search) -> float:
     """Return the most that an effect in the model gained when it was named."""
     return max((trials[0].evidence.gain for trials in search.contests), default=0.0)
-
-
-def _of_one_sensor(found: Round, block: BlockScore) -> bool:
-    """Tell whether the best candidate is another error of the sensor that a term is about."""
-    channel = found.trials[0].score.coordinate.channel if found.trials else ""
-    return bool(channel) and channel == block.balance.channel

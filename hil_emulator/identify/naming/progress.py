@@ -14,10 +14,9 @@ from hil_emulator.identify.naming.scan import Score
 from hil_emulator.identify.prediction.twin import Coordinate
 
 NOTICEABLE = 0.01
-"""Share of the innovations' variance below which an unexplained term is not worth a word: ripple of
-friction and supply, which every machine has, is there and significant (assumed). A term of many
-hat functions follows it, and needs in proportion more."""
-
+"""Share of the innovations' variance, chance set aside, below which an unexplained term is not
+worth a word: ripple of friction and supply, which every machine has, is there and significant
+(assumed). A term of many hat functions follows it, and needs in proportion more."""
 
 StandIn = tuple[list[Coordinate], Array]
 """What a rival brings along into a model, its knob last, and where that ends."""
@@ -66,6 +65,11 @@ class Round:
             seen[block.balance.name] += 1
 
     @property
+    def best(self) -> float:
+        """Gain of the first candidate."""
+        return self.trials[0].evidence.gain if self.trials else 0.0
+
+    @property
     def significant(self) -> list[BlockScore]:
         """Terms that are hardly chance."""
         return [b for b in self.blocks if b.significant]
@@ -74,9 +78,7 @@ class Round:
     def worthwhile(self) -> list[BlockScore]:
         """Terms that are neither chance nor too small for a word."""
         least = NOTICEABLE * len(self.base.residual)
-        return [
-            b for b in self.significant if b.statistic > least * max(1.0, len(b.knots) / HATS / 2)
-        ]
+        return [b for b in self.significant if b.surplus > least * len(b.knots) / HATS]
 
 
 @dataclass
