@@ -5,11 +5,10 @@ import math
 import numpy as np
 
 from hil_emulator.identify.disagreement import account
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.naming.certainty import SURE, deviation, doubts
 from hil_emulator.identify.naming.confusion import confirmed, weighed
 from hil_emulator.identify.naming.contest import Trial
 from hil_emulator.identify.naming.doubts import hardly_believed
-from hil_emulator.identify.naming.fit import Fit
 from hil_emulator.identify.naming.near_rivals import MOST, near_rivals
 from hil_emulator.identify.naming.progress import Search
 from hil_emulator.identify.naming.search import Searcher
@@ -86,11 +85,11 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     if final is None:
         return
     account.fill(searcher, search, result)
-    deviations = np.hypot(np.sqrt(np.diag(final.covariance())), _doubts(search, final))
+    deviations = np.hypot(np.sqrt(np.diag(final.covariance())), doubts(search, final))
     result.parameters = {
         c.name: {
             "configured": c.neutral, "refitted": float(c.value(float(a))),
-            "low": float(c.value(float(a - 1.96 * d))), "high": float(c.value(float(a + 1.96 * d))),
+            "low": float(c.value(float(a - SURE * d))), "high": float(c.value(float(a + SURE * d))),
         }
         for c, a, d in zip(search.ordinary, final.at, deviations, strict=False)
     }  # fmt: skip
@@ -125,9 +124,8 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     final = search.final
     assert final is not None
     i = [c.name for c in final.coordinates].index(coordinate.name)
-    at, spread = float(final.at[i]), float(np.sqrt(final.covariance()[i, i]))
-    spread = math.hypot(max(spread, best.deviation), _doubts(search, final)[i])
-    ends = sorted(coordinate.value(at + k * spread) for k in (-1.96, 1.96))
+    at, reach = float(final.at[i]), SURE * deviation(search, final, coordinate.name)
+    ends = sorted(coordinate.value(at + k * reach) for k in (-1.0, 1.0))
     alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []
@@ -143,19 +141,6 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
         form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
         rivals=tuple(_rival(t, best) for t in weaker), separating_size=round_.separating,
     )  # fmt: skip
-
-
-def _doubts(search: Search, final: Fit) -> Array:
-    """Return the deviation of each coordinate that comes from what no law explains.
-
-    Friction that changes along the stroke, say, is taken for something else in part: how much, its
-    strength tells, while its shape is anyone's.
-    """
-    last = search.rounds[-1]
-    names = [c.name for c in last.base.coordinates]
-    doubts = [dict(zip(names, b.doubt, strict=True)) for b in last.blocks if len(b.doubt)]
-    return np.array([np.linalg.norm([d.get(c.name, 0.0) for d in doubts])
-                     for c in final.coordinates])  # fmt: skip
 
 
 def _rival(trial: Trial, best: Trial) -> Rival:

@@ -7,6 +7,7 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.naming.between import between, overtaken
 from hil_emulator.identify.naming.blocks import BlockScore
+from hil_emulator.identify.naming.certainty import faint
 from hil_emulator.identify.naming.confirm import Confirmation
 from hil_emulator.identify.naming.confusion import rivals_of, weighed
 from hil_emulator.identify.naming.contest import Contest, Trial
@@ -175,6 +176,10 @@ class Searcher:
             self.tell(f"{name} does not explain it")
             why = "named, but a free shape of its law explains more than it does"
             self._take_out(search, name, why, unknown=True)
+        for name in faint(search):
+            self.tell(f"{name} is too faint")
+            why = "named, but too faint for a law or a value as uncertain as that"
+            self._take_out(search, name, why, search.rounds[-1].unknown)
         last = search.rounds[-1]
         if last.unknown:
             search.nearest = nearest(last.worthwhile[0], last.scores) if last.worthwhile else ""

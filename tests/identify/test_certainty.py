@@ -1,0 +1,64 @@
+"""Effects that explain next to nothing: named only where they can be nothing else."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.naming.blocks import PISTON, BlockScore
+from hil_emulator.identify.naming.certainty import deviation, faint
+from hil_emulator.identify.naming.contest import Trial
+from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.naming.gate import Evidence
+from hil_emulator.identify.naming.progress import Round, Search
+from hil_emulator.identify.naming.scan import Projection, score_of
+from hil_emulator.identify.prediction.parameters import candidates
+from tests.identify.rig_data import INSTRUMENTS, knee_twin
+
+COORDINATES = {c.name: c for c in candidates(knee_twin(), INSTRUMENTS)}
+N = 40_000
+
+
+def search(gain: float, own: float = 0.0, doubt: float = 0.0) -> Search:
+    """Return a finished search that named friction of size one along the stroke.
+
+    Args:
+        gain: in chi-square.
+        own: standard deviation by the data; what it had when it was named is zero.
+        doubt: the same by what no law explains.
+
+    """
+    knob = COORDINATES["position_friction"]
+    slope = np.zeros((N, 1))
+    slope[0] = 1.0 / own if own else 1e6
+    fit = Fit([knob], np.ones(1), np.zeros(N), slope, 0.0)
+    score = score_of(knob, slope[:, 0], Projection(fit))
+    trial = Trial(score, fit, Evidence(gain, gain, gain, 20.0, gain), 0.0)
+    named = Round(fit, [score], [trial], [], accepted=True)
+    knots, nothing = np.zeros(6), np.zeros((0, 0))
+    left = BlockScore(PISTON, "time", 0.0, 10.0, knots, knots, nothing, np.array([doubt]))
+    return Search([], effects=[knob], rounds=[named, Round(fit, [], [], [left])])
+
+
+@pytest.mark.parametrize(
+    ("gain", "doubt", "too_faint"),
+    [(100.0, 0.4, False), (100.0, 0.6, True), (300.0, 0.6, False)],
+)
+def test_a_faint_effect_needs_a_value_that_differs_from_none(
+    gain: float, doubt: float, too_faint: bool
+) -> None:
+    """Of half a percent of the variance, an interval that holds zero is no name; of more, it is."""
+    assert faint(search(gain, doubt=doubt)) == ["position_friction"] * too_faint
+
+
+@pytest.mark.parametrize(("gain", "too_faint"), [(100.0, True), (300.0, False)])
+def test_a_faint_effect_needs_a_law_that_fits(gain: float, too_faint: bool) -> None:
+    """A rise along the stroke beside which a ripple explains more is the ripple's."""
+    found = search(gain)
+    found.forms["position_friction"] = "a free term explains 74 % more"
+    assert faint(found) == ["position_friction"] * too_faint
+
+
+def test_doubts_come_on_top_of_what_the_data_leave() -> None:
+    """They have nothing to do with each other: their squares add."""
+    found = search(100.0, own=0.3, doubt=0.4)
+    fit = found.rounds[-1].base
+    assert deviation(found, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
