@@ -34,8 +34,9 @@ ALLOWED = {
         f"{OWN}.faults", f"{OWN}.record", f"{OWN}.settings", f"{OWN}.errors",
     },
     "identify": {
-        "numpy", "numba", "scipy", "matplotlib", f"{OWN}.model", f"{OWN}.config", f"{OWN}.units",
-        f"{OWN}.errors", f"{OWN}.record", f"{OWN}.places", f"{OWN}.cluster",
+        "numpy", "numba", "scipy", "threadpoolctl", "matplotlib",
+        f"{OWN}.model", f"{OWN}.config", f"{OWN}.units", f"{OWN}.errors",
+        f"{OWN}.record", f"{OWN}.places", f"{OWN}.cluster",
     },
     "characterise": {
         "numpy", "scipy", "matplotlib", f"{OWN}.model", f"{OWN}.units", f"{OWN}.errors",
