@@ -6,7 +6,14 @@ from typing import Any
 import click
 
 from hil_emulator import __version__
-from hil_emulator.arguments import FILES, Commands, Duration, Examination, Quantity, recordings
+from hil_emulator.commands.options import (
+    FILES,
+    Commands,
+    Duration,
+    Examination,
+    Quantity,
+    recordings,
+)
 from hil_emulator.errors import UserError
 
 
@@ -238,7 +245,7 @@ def effects(as_json: bool) -> None:
 
 
 def _meaning(said: dict[str, Any]) -> Any:
-    from hil_emulator.commands.recordings import Meaning, pairs
+    from hil_emulator.commands.logs import Meaning, pairs
 
     names = pairs(said.pop("channels"))
     return Meaning(names=names, **said)

@@ -7,13 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from hil_emulator.bus.bus import Bus
-from hil_emulator.clock import Clock, LockStep
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.frame import Frame
-from hil_emulator.loop import Timing, run
-from hil_emulator.places import cache_folder, shipped
-from hil_emulator.record import Recorder
-from hil_emulator.rig import Rig, assemble
+from hil_emulator.platform.paths import cache_folder, shipped
+from hil_emulator.signals.columns import Recorder
+from hil_emulator.simulation.clock import Clock, LockStep
+from hil_emulator.simulation.loop import Timing, run
+from hil_emulator.simulation.rig import Rig, assemble
 
 NODE = 5
 START = Frame(0x000, bytes([1, NODE]))

@@ -16,7 +16,7 @@ import can
 import canopen
 import pytest
 
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 NODE = 5
 

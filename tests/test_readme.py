@@ -9,7 +9,7 @@ from test_end_to_end import emulator
 
 from hil_emulator.__main__ import main
 from hil_emulator.config.load import load
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 ROOT = Path(__file__).parent.parent
 LOGS = ROOT / "tests" / "identify" / "data"

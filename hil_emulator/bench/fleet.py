@@ -12,9 +12,9 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.config.machine import ActuatorSettings, MachineSettings
 from hil_emulator.frame import Frame
-from hil_emulator.machine import Machine, assemble_machine
-from hil_emulator.places import shipped
-from hil_emulator.rig import FrameDoor
+from hil_emulator.platform.paths import shipped
+from hil_emulator.simulation.machine import Machine, assemble_machine
+from hil_emulator.simulation.rig import FrameDoor
 
 _BUSES = ("left front", "right front", "left hind", "right hind")
 _PER_BUS = 2  # two actuators of four nodes: eight PDOs of up to eight bytes a millisecond

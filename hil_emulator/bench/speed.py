@@ -8,17 +8,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from hil_emulator import realtime
 from hil_emulator.bench.fleet import FleetSpeed, measure_fleet
-from hil_emulator.bench.taping import measure_tape
+from hil_emulator.bench.recording_cost import measure_tape
 from hil_emulator.bus.bus import Bus
-from hil_emulator.clock import LockStep, WallClock
 from hil_emulator.config.load import Configuration
 from hil_emulator.frame import Frame
-from hil_emulator.loop import Timing, run
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.stages import transducer
-from hil_emulator.rig import Rig, assemble, compiled
+from hil_emulator.simulation import realtime
+from hil_emulator.simulation.clock import LockStep, WallClock
+from hil_emulator.simulation.loop import Timing, run
+from hil_emulator.simulation.rig import Rig, assemble, compiled
 
 _CHANNEL = "hil-emulator bench"
 _STEPS = 100_000  # integration steps timed at once

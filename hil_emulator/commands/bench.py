@@ -10,7 +10,7 @@ from hil_emulator.bench.finding import Finding, measure_finding
 from hil_emulator.bench.speed import Speeds, measure
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load
-from hil_emulator.places import cache_folder, shipped
+from hil_emulator.platform.paths import cache_folder, shipped
 
 
 def bench(

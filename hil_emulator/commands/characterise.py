@@ -8,7 +8,7 @@ import click
 from hil_emulator.characterise.registry import characterise
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load
-from hil_emulator.places import cache_folder, near
+from hil_emulator.platform.paths import cache_folder, near
 
 
 def run(test: str, files: Sequence[Path], out: Path, seed: int | None) -> None:

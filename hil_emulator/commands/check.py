@@ -5,7 +5,6 @@ from pathlib import Path
 
 import click
 
-from hil_emulator.acting import acting
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import MachineSettings, load_machine
@@ -15,8 +14,9 @@ from hil_emulator.errors import UserError
 from hil_emulator.model.plant import longest_delay
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stability import required_step
-from hil_emulator.places import cache_folder, near
-from hil_emulator.rig import compiled, nodes
+from hil_emulator.platform.paths import cache_folder, near
+from hil_emulator.simulation.active_effects import acting
+from hil_emulator.simulation.rig import compiled, nodes
 
 BIT_RATE = 1_000_000
 """Assumed where the bus has none: the fastest classical CAN [bit/s]."""

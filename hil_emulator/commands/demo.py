@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from hil_emulator.demo.script import Outcome, Response, perform
-from hil_emulator.places import cache_folder
+from hil_emulator.platform.paths import cache_folder
 
 
 def demo(picture: Path) -> bool:

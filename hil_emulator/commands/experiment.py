@@ -11,8 +11,14 @@ import numpy as np
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.errors import UserError
-from hil_emulator.identify.practising.library import LIBRARY, Target, limits, stimulus, target
-from hil_emulator.places import near, shipped
+from hil_emulator.identify.experiment_design.library import (
+    LIBRARY,
+    Target,
+    limits,
+    stimulus,
+    target,
+)
+from hil_emulator.platform.paths import near, shipped
 from hil_emulator.units import show
 
 REST = 0.3

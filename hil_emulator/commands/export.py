@@ -12,8 +12,8 @@ from hil_emulator.errors import UserError
 from hil_emulator.export.can_database import database
 from hil_emulator.export.electronic_data_sheet import dcf, eds
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.places import near
-from hil_emulator.rig import nodes
+from hil_emulator.platform.paths import near
+from hil_emulator.simulation.rig import nodes
 
 BIT_RATE = 1_000_000
 """Assumed where the bus has none: the fastest classical CAN [bit/s]."""

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 from hil_emulator.commands.text_table import text_table
+from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.regions import Disagreement
-from hil_emulator.identify.result import Result
 
 Row = tuple[str, ...]
 

@@ -13,14 +13,14 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.errors import UserError
+from hil_emulator.identify.experiment_design import practice, sealed
+from hil_emulator.identify.experiment_design.library import Stimulus, Target, limits
+from hil_emulator.identify.experiment_design.practice import Ground
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.measured.reading import SET_POINT
-from hil_emulator.identify.practising import practice, sealed
-from hil_emulator.identify.practising.library import Stimulus, Target, limits
-from hil_emulator.identify.practising.practice import Ground
-from hil_emulator.identify.prediction.twin import Twin
+from hil_emulator.identify.prediction.plant_model import Twin
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.places import cache_folder, near, shipped
+from hil_emulator.platform.paths import cache_folder, near, shipped
 from hil_emulator.units import factor
 
 NOTHING = "nothing"

@@ -9,15 +9,15 @@ import click
 
 from hil_emulator import __version__
 from hil_emulator.commands.gap_table import gap_lines
-from hil_emulator.commands.recordings import Meaning, experiments
+from hil_emulator.commands.logs import Meaning, experiments
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.identify.presentation.layer import EFFECT_FILE, layer
-from hil_emulator.identify.presentation.report import report
-from hil_emulator.identify.result import Result
+from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
+from hil_emulator.identify.reporting.report import report
 from hil_emulator.identify.session import identify as run_identification
-from hil_emulator.memory import map_large_arrays
-from hil_emulator.places import cache_folder, near
+from hil_emulator.platform.allocator import map_large_arrays
+from hil_emulator.platform.paths import cache_folder, near
 
 CONFIGURATIONS = {".toml"}
 

@@ -16,8 +16,8 @@ from hil_emulator.errors import UserError
 from hil_emulator.model import linear as s1
 from hil_emulator.model.equilibrium import NoEquilibriumError
 from hil_emulator.model.linearise import Linearisation, rest, steady_motion
-from hil_emulator.places import cache_folder, near
-from hil_emulator.rig import compiled
+from hil_emulator.platform.paths import cache_folder, near
+from hil_emulator.simulation.rig import compiled
 
 _DECADES = np.logspace(-1, 3, 400)
 """Frequencies of the picture [Hz]."""

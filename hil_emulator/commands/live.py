@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Sequence
 
 from hil_emulator.bus.bus import Bus
-from hil_emulator.clock import Clock
-from hil_emulator.loop import Ticking, Timing, run
+from hil_emulator.simulation.clock import Clock
+from hil_emulator.simulation.loop import Ticking, Timing, run
 
 FOREVER = 2**62
 """Ticks of a run without a duration."""

@@ -6,10 +6,10 @@ from pathlib import Path
 import click
 
 from hil_emulator.errors import UserError
-from hil_emulator.places import near
-from hil_emulator.record import MODEL
+from hil_emulator.platform.paths import near
 from hil_emulator.recording import journal
 from hil_emulator.recording.journal import Recording
+from hil_emulator.signals.columns import MODEL
 from hil_emulator.units import factor
 
 USUAL = ("position", "load_force", "pressure_a", "pressure_b", "supply_pressure", "valve_current")

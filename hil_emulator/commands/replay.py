@@ -15,13 +15,13 @@ from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
-from hil_emulator.places import cache_folder
-from hil_emulator.record import Recorder
+from hil_emulator.platform.paths import cache_folder
 from hil_emulator.recording import journal
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
 from hil_emulator.recording.messages import describe, from_json
-from hil_emulator.rig import Rig, assemble
+from hil_emulator.signals.columns import Recorder
+from hil_emulator.simulation.rig import Rig, assemble
 
 _SHOWN = 10  # differing signals that are listed
 

@@ -7,23 +7,25 @@ from typing import Any
 
 import click
 
-from hil_emulator import __version__, condition, realtime
+from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
-from hil_emulator.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
+from hil_emulator.commands.recording import taped
 from hil_emulator.commands.run_machine import run_machine
-from hil_emulator.commands.taping import taped
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import spoken
-from hil_emulator.loop import Timing
-from hil_emulator.places import cache_folder, near
-from hil_emulator.recording.capture import Capture
+from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.recording.exports import check_file
-from hil_emulator.remote.desk import Desk
-from hil_emulator.rig import Rig, assemble
+from hil_emulator.recording.pre_trigger import Capture
+from hil_emulator.remote.control_server import Desk
+from hil_emulator.signals import condition
+from hil_emulator.simulation import realtime
+from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
+from hil_emulator.simulation.loop import Timing
+from hil_emulator.simulation.rig import Rig, assemble
 
 
 def run(

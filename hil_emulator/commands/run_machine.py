@@ -6,19 +6,20 @@ from pathlib import Path
 
 import click
 
-from hil_emulator import __version__, realtime
+from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
-from hil_emulator.clock import Clock, LockStep, WallClock
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
-from hil_emulator.commands.taping import machine_taped
+from hil_emulator.commands.recording import machine_taped
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
-from hil_emulator.loop import Timing
-from hil_emulator.machine import Machine, assemble_machine
-from hil_emulator.places import cache_folder, near
-from hil_emulator.recording.capture import Capture
+from hil_emulator.platform.paths import cache_folder, near
+from hil_emulator.recording.pre_trigger import Capture
+from hil_emulator.simulation import realtime
+from hil_emulator.simulation.clock import Clock, LockStep, WallClock
+from hil_emulator.simulation.loop import Timing
+from hil_emulator.simulation.machine import Machine, assemble_machine
 
 
 def run_machine(

@@ -7,7 +7,7 @@ import click
 
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.errors import UserError
-from hil_emulator.places import near
+from hil_emulator.platform.paths import near
 from hil_emulator.scenario import report
 from hil_emulator.scenario.spread import run_all
 

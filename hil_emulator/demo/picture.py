@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from hil_emulator.demo.script import Outcome, set_point
-from hil_emulator.record import MODEL
+from hil_emulator.signals.columns import MODEL
 
 # Okabe and Ito's palette, which colour-blind readers can tell apart.
 _BLUE, _ORANGE, _GREEN, _GREY = "#0072B2", "#D55E00", "#009E73", "#999999"

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.bus.bus import Bus
-from hil_emulator.clock import LockStep
 from hil_emulator.config.load import load
-from hil_emulator.demo.controller import Controller
-from hil_emulator.loop import Timing, run
-from hil_emulator.places import shipped
-from hil_emulator.record import MODEL, Recorder
+from hil_emulator.platform.paths import shipped
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
-from hil_emulator.rig import assemble
+from hil_emulator.signals.columns import MODEL, Recorder
+from hil_emulator.simulation.clock import LockStep
+from hil_emulator.simulation.loop import Timing, run
+from hil_emulator.simulation.reference_controller import Controller
+from hil_emulator.simulation.rig import assemble
 
 _CHANNEL = "hil-emulator demo"
 

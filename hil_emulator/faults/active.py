@@ -12,7 +12,7 @@ from hil_emulator.device.node import Node
 from hil_emulator.faults import frames, plant, sensor
 from hil_emulator.faults.declare import Layer
 from hil_emulator.faults.fault import Fault
-from hil_emulator.faults.passage import FrameFault
+from hil_emulator.faults.frame_filters import FrameFault
 from hil_emulator.faults.strength import Strength, strength
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant, Sensors

@@ -9,12 +9,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from hil_emulator import condition
-from hil_emulator.condition import Condition
 from hil_emulator.errors import UserError
 from hil_emulator.faults.catalogue import BUS, KINDS, MESSAGE, MESSAGES, NODE
 from hil_emulator.faults.declare import SPAN, SPAN_PER_SECOND, TEXT, FaultParam, Kind, Layer
 from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.signals import condition
+from hil_emulator.signals.condition import Condition
 from hil_emulator.units import show, to_si
 
 _TIMES = ("start", "duration", "ramp")

@@ -7,7 +7,7 @@ from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
 from hil_emulator.device.node import Node
 from hil_emulator.faults.catalogue import BUS
 from hil_emulator.faults.fault import Fault
-from hil_emulator.faults.passage import Delayed, FrameFault, Reordered, Rewriting, Sound
+from hil_emulator.faults.frame_filters import Delayed, FrameFault, Reordered, Rewriting, Sound
 from hil_emulator.faults.strength import Strength
 from hil_emulator.frame import Frame
 

@@ -8,22 +8,22 @@ from pathlib import Path
 import scipy.linalg  # noqa: F401  only a library that is loaded can be kept to one thread
 from threadpoolctl import threadpool_limits
 
-from hil_emulator.cluster import connected
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
-from hil_emulator.identify.conclusion import conclude
-from hil_emulator.identify.disagreement import account
-from hil_emulator.identify.instrumentation import examinable, predicting, priors
-from hil_emulator.identify.measured.copies import counted
+from hil_emulator.identify.conclusion import account
+from hil_emulator.identify.conclusion.conclude import conclude
+from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.naming.progress import Search
-from hil_emulator.identify.naming.search import Searcher
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.cluster_pool import ClusterPool
+from hil_emulator.identify.prediction.instrumentation import examinable, predicting, priors
+from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
 from hil_emulator.identify.prediction.pool import Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.prediction.twin import Coordinate, Twin
-from hil_emulator.identify.result import Result
+from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.search import Searcher
+from hil_emulator.platform.cluster import connected
 
 Tell = Callable[[str], None]
 Pools = Callable[[Predictor], Pool]

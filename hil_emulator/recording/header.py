@@ -6,9 +6,9 @@ from typing import Any
 from hil_emulator import __version__
 from hil_emulator.config.load import Configuration
 from hil_emulator.device.node import Node
-from hil_emulator.record import Recorder, columns
 from hil_emulator.recording.journal import Recording
 from hil_emulator.recording.messages import as_json, messages
+from hil_emulator.signals.columns import Recorder, columns
 
 
 def provenance(config: Configuration) -> dict[str, str]:

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.frame import Frame
-from hil_emulator.record import Recorder, columns
 from hil_emulator.scenario.outcome import Check, Curve
 from hil_emulator.scenario.schema import Expect
+from hil_emulator.signals.columns import Recorder, columns
 from hil_emulator.units import show
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]

@@ -10,7 +10,6 @@ import numpy as np
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import load as load_config
-from hil_emulator.demo.controller import Controller
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.recording import SUFFIX, exports, journal
@@ -18,7 +17,8 @@ from hil_emulator.scenario import schema
 from hil_emulator.scenario.judge import judge
 from hil_emulator.scenario.outcome import Curve, Outcome
 from hil_emulator.scenario.schema import NMT, SET_POINTS, Profile, Scenario, Step
-from hil_emulator.testing.emulator import Emulator
+from hil_emulator.simulation.emulator import Emulator
+from hil_emulator.simulation.reference_controller import Controller
 
 DRAWN = (
     "position", "model.position", "load_force", "pressure_a", "pressure_b", "supply_pressure",

@@ -6,11 +6,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from hil_emulator import condition
-from hil_emulator.condition import Condition
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
-from hil_emulator.settings import SETTINGS
+from hil_emulator.signals import condition
+from hil_emulator.signals.condition import Condition
+from hil_emulator.signals.inputs import SETTINGS
 from hil_emulator.units import to_si
 
 SET_POINTS = {"position": "m", "load_force": "N", "valve_current": "A"}

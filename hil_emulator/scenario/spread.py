@@ -6,7 +6,7 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
-from hil_emulator.cluster import connected
+from hil_emulator.platform.cluster import connected
 from hil_emulator.scenario.outcome import Outcome
 from hil_emulator.scenario.perform import perform
 

@@ -11,7 +11,7 @@ import canopen
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.frame import Frame
-from hil_emulator.testing.emulator import Emulator
+from hil_emulator.simulation.emulator import Emulator
 
 
 class LockStepTask:

@@ -16,7 +16,7 @@ import pytest
 if TYPE_CHECKING:
     from hil_emulator.config.load import Configuration
     from hil_emulator.faults.active import Running
-    from hil_emulator.testing.emulator import Emulator, Signals, Time
+    from hil_emulator.simulation.emulator import Emulator, Signals, Time
     from hil_emulator.testing.lockstep_network import LockStepNetwork
     from hil_emulator.testing.process import EmulatorProcess
 
@@ -48,7 +48,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def _files(request: pytest.FixtureRequest) -> list[Path]:
     """Return the configuration files: of the marker, else of the option, else the reference."""
-    from hil_emulator.places import shipped
+    from hil_emulator.platform.paths import shipped
 
     mark = request.node.get_closest_marker(_MARK)
     if mark is not None and mark.args:
@@ -59,7 +59,7 @@ def _files(request: pytest.FixtureRequest) -> list[Path]:
 
 def _found(request: pytest.FixtureRequest, name: str) -> Path:
     """Return a file named by a marker: beside the test, below the root, or one of the package."""
-    from hil_emulator.places import shipped
+    from hil_emulator.platform.paths import shipped
 
     for folder in (request.path.parent, request.config.rootpath):
         if (folder / name).is_file():
@@ -83,7 +83,7 @@ def emulator_config(request: pytest.FixtureRequest) -> Configuration:
 @pytest.fixture
 def emulator(emulator_config: Configuration) -> Iterator[Emulator]:
     """Yield an emulator in lock-step, on a virtual bus of its own."""
-    from hil_emulator.testing.emulator import Emulator
+    from hil_emulator.simulation.emulator import Emulator
 
     with Emulator(emulator_config) as made:
         yield made

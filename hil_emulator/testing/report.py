@@ -3,11 +3,11 @@
 import re
 from pathlib import Path
 
-from hil_emulator.places import near
-from hil_emulator.record import columns
+from hil_emulator.platform.paths import near
 from hil_emulator.recording import SUFFIX, journal
 from hil_emulator.recording.messages import describe, messages
-from hil_emulator.testing.emulator import Emulator
+from hil_emulator.signals.columns import columns
+from hil_emulator.simulation.emulator import Emulator
 from hil_emulator.units import show
 
 FRAMES = 20

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.model.effects import CATALOGUE
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 from hil_emulator.recording import journal
 
 REFERENCE = shipped("configs/hyq_knee.toml")

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 REFERENCE = str(shipped("configs/hyq_knee.toml"))
 

@@ -10,7 +10,7 @@ from hil_emulator.config.load import DEFAULT_BUS, load
 from hil_emulator.errors import UserError
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.stages import transducer
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 REFERENCE = shipped("configs/hyq_knee.toml")
 

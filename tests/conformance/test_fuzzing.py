@@ -12,7 +12,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.nmt import State
 from hil_emulator.device.node import Node
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 NODE = 5
 EDS_FILES = sorted(shipped("eds/hydraulic_actuator.eds").parent.glob("*.eds"))

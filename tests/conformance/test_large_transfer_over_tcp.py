@@ -6,7 +6,7 @@ from pathlib import Path
 import canopen
 from test_end_to_end import NODE, Counters, emulator
 
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 STORE = 0x2100
 SIZE = 100_000

@@ -9,7 +9,7 @@ from suite import inapplicable, own_channel, run_in_lock_step
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import load
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 EDS_FILES = sorted(shipped("eds/hydraulic_actuator.eds").parent.glob("*.eds"))
 

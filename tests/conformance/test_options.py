@@ -5,7 +5,7 @@ from suite import SUITE
 
 from hil_emulator.conformance.conftest import bus_settings
 from hil_emulator.errors import UserError
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 DEVICE = ["--node", "5", "--eds", str(shipped("eds/hydraulic_actuator.eds"))]
 

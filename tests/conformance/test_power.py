@@ -24,7 +24,7 @@ from hil_emulator.device.pdo import PdoParameters
 from hil_emulator.device.storage import ParameterStore
 from hil_emulator.device.sync import SyncConsumer
 from hil_emulator.device.tpdo import Tpdo
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 EDS = shipped("eds/hydraulic_actuator.eds")
 NODE = 5

@@ -13,7 +13,7 @@ import pytest
 from suite import SUITE, inapplicable, total
 
 from hil_emulator.conformance.cases import CASES
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 NODE = 5
 EDS = shipped("eds/hydraulic_actuator.eds")

@@ -11,7 +11,7 @@ from test_end_to_end import emulator
 
 from hil_emulator.config.load import NodeSettings, load
 from hil_emulator.conformance.cases import CASES
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 COMBINED = shipped("configs/hyq_knee.toml")
 SEPARATE = shipped("configs/hyq_knee_separate.toml")

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from hil_emulator.__main__ import main
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 KNEE = shipped("configs/hyq_knee.toml")
 SEPARATE = shipped("configs/hyq_knee_separate.toml")

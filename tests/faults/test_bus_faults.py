@@ -10,7 +10,7 @@ from runs import BEGIN, END, TICKS, Run, codes, count, run, sound
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 
 def of(heard: Run, can_id: int, first: int = BEGIN, last: int = END) -> list[bytes]:

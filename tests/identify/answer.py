@@ -4,7 +4,7 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from hil_emulator.identify.result import Finding, Result
+from hil_emulator.identify.conclusion.result import Finding, Result
 
 
 @dataclass(frozen=True)

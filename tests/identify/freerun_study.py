@@ -15,13 +15,13 @@ import numpy as np
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.disagreement.gap import Gap, compare, measure
-from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.progress import Search
-from hil_emulator.identify.naming.search import Searcher
-from hil_emulator.identify.naming.settling import settle
+from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.twin import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.selection.outer_iteration import settle
+from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.session import identify
 from tests.identify.generator.cases import Case, campaign, case, cases
 from tests.identify.generator.effects import EFFECTS

@@ -10,7 +10,7 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.twin import Twin
+from hil_emulator.identify.prediction.plant_model import Twin
 from hil_emulator.model.plant import Plant, Sensors
 
 CACHE = Path(tempfile.gettempdir()) / "hil_emulator_test_kernels"

@@ -17,18 +17,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import spearmanr
 
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.experiment_design import forecast
+from hil_emulator.identify.experiment_design.forecast import Explanation, Forecaster
+from hil_emulator.identify.experiment_design.library import LIBRARY, Target, limits, target
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.naming.confusion import INSEPARABLE, separability
-from hil_emulator.identify.naming.fit import Fit, Fitter
-from hil_emulator.identify.naming.gate import needed_gain
-from hil_emulator.identify.naming.scan import Score, scan
-from hil_emulator.identify.practising import forecast
-from hil_emulator.identify.practising.forecast import Explanation, Forecaster
-from hil_emulator.identify.practising.library import LIBRARY, Target, limits, target
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import Twin
 from hil_emulator.identify.prediction.pool import LocalBatch
-from hil_emulator.identify.prediction.twin import Twin
+from hil_emulator.identify.selection.acceptance_test import needed_gain
+from hil_emulator.identify.selection.distinguishability import INSEPARABLE, separability
+from hil_emulator.identify.selection.scan import Score, scan
 from tests.identify.generator.bench import record
 from tests.identify.generator.cases import Case, machine, seed
 from tests.identify.generator.effects import EFFECTS

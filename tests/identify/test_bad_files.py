@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
-from hil_emulator.identify.measured.plausible import contradictions
+from hil_emulator.identify.data_checks.plausible import contradictions
 from tests.identify.rig_data import INSTRUMENTS, KNEE, campaign, knee_twin, recorded
 
 Columns = dict[str, np.ndarray]

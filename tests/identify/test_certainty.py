@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.blocks import PISTON, BlockScore
-from hil_emulator.identify.naming.certainty import deviation, faint
-from hil_emulator.identify.naming.contest import Trial
-from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.gate import Evidence
-from hil_emulator.identify.naming.progress import Round, Search
-from hil_emulator.identify.naming.scan import Projection, score_of
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.balances import PISTON, BlockScore
 from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.selection.acceptance_test import Evidence
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.certainty import deviation, faint
+from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.scan import Projection, score_of
 from tests.identify.rig_data import INSTRUMENTS, knee_twin
 
 COORDINATES = {c.name: c for c in candidates(knee_twin(), INSTRUMENTS)}

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hil_emulator import cluster
 from hil_emulator.__main__ import main
-from hil_emulator.cluster import connected
 from hil_emulator.config.effect_files import effect_files, read_effects, restored
 from hil_emulator.identify.prediction.cluster_pool import ClusterPool
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.pool import Point, Threads
 from hil_emulator.identify.session import identify
+from hil_emulator.platform import cluster
+from hil_emulator.platform.cluster import connected
 from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee, knee_twin, recorded
 
 RIG = Path(__file__).parent / "data" / "friction_rig.toml"

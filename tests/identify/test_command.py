@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from hil_emulator.__main__ import main
 from hil_emulator.commands import identify as command
 from hil_emulator.config.load import load
-from hil_emulator.identify.result import Result
+from hil_emulator.identify.conclusion.result import Result
 
 DATA = Path(__file__).parent / "data"
 RIG = str(DATA / "friction_rig.toml")

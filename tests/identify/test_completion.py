@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.completion import completions
-from hil_emulator.identify.naming.contest import Trial
-from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.gate import Evidence
-from hil_emulator.identify.naming.judgement import judge
-from hil_emulator.identify.naming.progress import Round, Search
-from hil_emulator.identify.naming.scan import Score
+from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.selection.acceptance_test import Evidence
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.completion import completions
+from hil_emulator.identify.selection.judgement import judge
+from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_twin
 
 COORDINATES = {c.name: c for c in candidates(knee_twin(), INSTRUMENTS)}

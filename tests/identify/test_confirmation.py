@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.confirm import Confirmation
-from hil_emulator.identify.naming.contest import Trial
-from hil_emulator.identify.naming.fit import TOLERATED, Fit, Fitter
-from hil_emulator.identify.naming.gate import Evidence
-from hil_emulator.identify.naming.progress import Search
-from hil_emulator.identify.naming.scan import scan
-from hil_emulator.identify.naming.search import Searcher
-from hil_emulator.identify.naming.settling import settle
+from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.twin import Coordinate
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.acceptance_test import Evidence
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.confirmation import Confirmation
+from hil_emulator.identify.selection.outer_iteration import settle
+from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.scan import scan
+from hil_emulator.identify.selection.search import Searcher
 from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
 
 DELAY = 7e-4

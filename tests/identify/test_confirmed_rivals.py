@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.confusion import confirmed
-from hil_emulator.identify.naming.fit import Fit, Fitter
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.selection.distinguishability import confirmed
 from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
 
 COORDINATES = {c.name: c for c in parameters.candidates(knee_twin(), INSTRUMENTS)}

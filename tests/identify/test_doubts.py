@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.blocks import (
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.balances import (
     LOAD,
     PISTON,
     RULER,
@@ -12,17 +13,16 @@ from hil_emulator.identify.naming.blocks import (
     Balance,
     BlockScore,
 )
-from hil_emulator.identify.naming.contest import Trial
-from hil_emulator.identify.naming.doubts import hardly_believed, outdone, strained
-from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.form import sole_laws
-from hil_emulator.identify.naming.gate import Evidence
-from hil_emulator.identify.naming.judgement import judge
-from hil_emulator.identify.naming.nearest import nearest
-from hil_emulator.identify.naming.progress import Round, Search
-from hil_emulator.identify.naming.scan import Score
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
-from hil_emulator.identify.prediction.twin import Coordinate
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.acceptance_test import Evidence
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.doubts import hardly_believed, outdone, strained
+from hil_emulator.identify.selection.judgement import judge
+from hil_emulator.identify.selection.law_form import sole_laws
+from hil_emulator.identify.selection.nearest import nearest
+from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_twin
 
 N = 1000

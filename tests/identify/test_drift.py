@@ -6,7 +6,7 @@ import pytest
 from hil_emulator.config.load import load
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.prediction.twin import Twin
+from hil_emulator.identify.prediction.plant_model import Twin
 from tests.identify.generator.bench import record
 from tests.identify.generator.cases import case, machine
 from tests.identify.rig_data import CACHE, KNEE

@@ -7,8 +7,8 @@ import pytest
 from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
+from hil_emulator.identify.experiment_design.library import LIBRARY
 from hil_emulator.identify.measured.data import load_experiments
-from hil_emulator.identify.practising.library import LIBRARY
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, knee
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from rigs import reference
 
-from hil_emulator.commands.recordings import Meaning, experiments, pairs
+from hil_emulator.commands.logs import Meaning, experiments, pairs
 from hil_emulator.errors import UserError
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 
 SAMPLES = 300
 TIME = np.arange(SAMPLES) * 2e-3

@@ -5,8 +5,8 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.identify.practising.closed_loop import Machine, World
-from hil_emulator.identify.practising.library import (
+from hil_emulator.identify.experiment_design.closed_loop import Machine, World
+from hil_emulator.identify.experiment_design.library import (
     LIBRARY,
     Limits,
     Stimulus,
@@ -15,7 +15,7 @@ from hil_emulator.identify.practising.library import (
     target,
 )
 from hil_emulator.identify.prediction.rating import velocity_gain
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 from tests.identify.rig_data import INSTRUMENTS, knee, knee_twin
 
 EVERY = pytest.mark.parametrize("entry", LIBRARY, ids=lambda e: e.name)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.lookahead import pairs_of
-from hil_emulator.identify.naming.scan import Projection, Score, score_of
-from hil_emulator.identify.prediction.twin import Coordinate
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.lookahead import pairs_of
+from hil_emulator.identify.selection.scan import Projection, Score, score_of
 
 N = 3000
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil_emulator.identify.naming.confusion import weighed
-from hil_emulator.identify.naming.contest import Trial
-from hil_emulator.identify.naming.fit import Fit, Fitter
-from hil_emulator.identify.naming.gate import Evidence
-from hil_emulator.identify.naming.near_rivals import near_rivals
-from hil_emulator.identify.naming.progress import Round, Search
-from hil_emulator.identify.naming.scan import Score
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.selection.acceptance_test import Evidence
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.distinguishability import weighed
+from hil_emulator.identify.selection.near_rivals import near_rivals
+from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
 
 COORDINATES = {c.name: c for c in parameters.candidates(knee_twin(), INSTRUMENTS)}

@@ -11,13 +11,11 @@ from click.testing import CliRunner
 from scipy.stats import spearmanr
 
 from hil_emulator.__main__ import main
-from hil_emulator.identify.naming.fit import Fit, Fitter
-from hil_emulator.identify.naming.progress import Search
-from hil_emulator.identify.naming.search import Searcher
-from hil_emulator.identify.practising import forecast, next_experiment, practice
-from hil_emulator.identify.practising.forecast import Explanation, Forecaster
-from hil_emulator.identify.practising.library import LIBRARY, limits, stimulus, target
-from hil_emulator.identify.practising.next_experiment import (
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.experiment_design import forecast, next_experiment, practice
+from hil_emulator.identify.experiment_design.forecast import Explanation, Forecaster
+from hil_emulator.identify.experiment_design.library import LIBRARY, limits, stimulus, target
+from hil_emulator.identify.experiment_design.next_experiment import (
     Candidate,
     NextExperiment,
     command,
@@ -26,6 +24,8 @@ from hil_emulator.identify.practising.next_experiment import (
 )
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_twin, recorded
 

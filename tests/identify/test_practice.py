@@ -11,11 +11,11 @@ from click.testing import CliRunner
 from hil_emulator.__main__ import main
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
+from hil_emulator.identify.data_checks.plausible import contradictions
+from hil_emulator.identify.experiment_design import practice, sealed
 from hil_emulator.identify.measured.data import load_experiments
-from hil_emulator.identify.measured.plausible import contradictions
-from hil_emulator.identify.practising import practice, sealed
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.rig import nodes
+from hil_emulator.simulation.rig import nodes
 from tests.identify.generator import cases
 from tests.identify.generator.bench import record
 from tests.identify.rig_data import knee_twin

@@ -7,14 +7,14 @@ import pytest
 
 from hil_emulator.identify.disagreement.regions import disagreements
 from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.naming.blocks import LEAKAGE, BlockScore, drivers
-from hil_emulator.identify.naming.fit import Fit, Fitter
-from hil_emulator.identify.naming.free_terms import score_blocks
-from hil_emulator.identify.naming.progress import NOTICEABLE
-from hil_emulator.identify.naming.scan import Projection
 from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.balances import LEAKAGE, BlockScore, drivers
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.selection.discrepancy_terms import score_blocks
+from hil_emulator.identify.selection.progress import NOTICEABLE
+from hil_emulator.identify.selection.scan import Projection
 from tests.identify.rig_data import INSTRUMENTS, OFF, knee_twin, recorded
 
 CONDUCTANCE = 1e-13

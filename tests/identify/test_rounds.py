@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hil_emulator.identify.naming.blocks import LOAD, PISTON, BlockScore
-from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.progress import Round
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.balances import LOAD, PISTON, BlockScore
+from hil_emulator.identify.selection.progress import Round
 
 
 def test_of_each_balance_the_strongest_terms_keep_their_traces() -> None:

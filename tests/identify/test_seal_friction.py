@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from hil_emulator.config.load import load
+from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.measured.data import load_experiments
+from hil_emulator.identify.prediction.plant_model import Twin
 from hil_emulator.identify.prediction.static import StaticObserver
-from hil_emulator.identify.prediction.twin import Twin
-from hil_emulator.identify.result import Result
 from hil_emulator.identify.session import identify
 
 DATA = Path(__file__).parent / "data"
@@ -31,7 +31,7 @@ def examined(seal: str) -> Result:
 
 def error(result: Result, round_: int) -> float:
     """Return the held-out error of the model at the start of a round [N]."""
-    from hil_emulator.identify.measured.plausible import dissipative
+    from hil_emulator.identify.data_checks.plausible import dissipative
 
     assert result.search is not None
     base = result.search.rounds[round_].base

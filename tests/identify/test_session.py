@@ -11,7 +11,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.result import Result
+from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, campaign, knee, without
 

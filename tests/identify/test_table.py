@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from hil_emulator.config.load import Configuration, load
+from hil_emulator.identify.conclusion.effect_table import table
+from hil_emulator.identify.conclusion.result import Result, Unexplained, in_words
 from hil_emulator.identify.disagreement.gap import compare, measure
-from hil_emulator.identify.naming.fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.twin import Twin
-from hil_emulator.identify.presentation.layer import EFFECT_FILE, layer
-from hil_emulator.identify.presentation.table import table
-from hil_emulator.identify.result import Result, Unexplained, in_words
+from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.session import identify
 from hil_emulator.model.declare import Effect
 from tests.identify.generator.cases import Case, campaign

@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
 from hil_emulator.config.load import load
-from hil_emulator.testing.emulator import Emulator
+from hil_emulator.simulation.emulator import Emulator
 from tests.identify.rig_data import KNEE, reference
 
 NODE = 5

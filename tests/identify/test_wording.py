@@ -1,7 +1,7 @@
 """How a result says what it found."""
 
-from hil_emulator.identify.practising.next_experiment import Candidate, NextExperiment
-from hil_emulator.identify.result import Finding
+from hil_emulator.identify.conclusion.result import Finding
+from hil_emulator.identify.experiment_design.next_experiment import Candidate, NextExperiment
 
 
 def finding(group: tuple[str, ...] = (), form: str = "") -> Finding:

@@ -8,7 +8,7 @@ from rigs import bench, reference
 
 from hil_emulator.recording.header import header
 from hil_emulator.recording.journal import Recording, read
-from hil_emulator.recording.tape import FileTape
+from hil_emulator.recording.recorder import FileTape
 
 
 @pytest.fixture(scope="session")

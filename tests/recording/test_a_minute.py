@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 from rigs import START, bench, reference, set_point
 
-from hil_emulator.clock import LockStep
-from hil_emulator.loop import Timing, run
 from hil_emulator.recording.header import header
 from hil_emulator.recording.journal import read
-from hil_emulator.recording.tape import FileTape
+from hil_emulator.recording.recorder import FileTape
+from hil_emulator.simulation.clock import LockStep
+from hil_emulator.simulation.loop import Timing, run
 
 TICKS = 60_000
 

@@ -9,16 +9,16 @@ import pytest
 from recorded import script
 from rigs import START, bench, reference, set_point
 
-from hil_emulator.clock import FollowSync
 from hil_emulator.commands.replay import compare
 from hil_emulator.config.load import load
 from hil_emulator.demo.script import perform
 from hil_emulator.frame import Frame
-from hil_emulator.places import cache_folder, shipped
+from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.recording import journal as journals
 from hil_emulator.recording.exports import export
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
+from hil_emulator.simulation.clock import FollowSync
 
 REFERENCE = shipped("configs/hyq_knee.toml")
 

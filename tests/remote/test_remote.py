@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import pytest
 
 from hil_emulator.errors import UserError
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 from hil_emulator.remote.client import request
 
 

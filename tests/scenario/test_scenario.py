@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from hil_emulator.errors import UserError
-from hil_emulator.places import shipped
+from hil_emulator.platform.paths import shipped
 from hil_emulator.scenario.perform import perform
 from hil_emulator.scenario.schema import load
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from canopen import SdoAbortedError
 
-from hil_emulator.testing.emulator import Emulator
+from hil_emulator.simulation.emulator import Emulator
 
 
 def test_a_stock_master_reads_and_writes_objects(network: Any) -> None:

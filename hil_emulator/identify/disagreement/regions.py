@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Mask
-from hil_emulator.identify.naming.blocks import BlockScore, Drivers
-from hil_emulator.identify.naming.fit import Fit
-from hil_emulator.identify.naming.scan import Projection
+from hil_emulator.identify.prediction.balances import BlockScore, Drivers
+from hil_emulator.identify.selection.scan import Projection
 
 LEAST = 0.02
 """Share of the gap below which a further term is not worth a line (assumed)."""

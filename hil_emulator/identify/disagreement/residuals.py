@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.naming.blocks import SUPPLY, Balance, BlockScore
-from hil_emulator.identify.naming.fit import Fit, prior_rows
-from hil_emulator.identify.naming.scan import Projection
+from hil_emulator.identify.prediction.balances import SUPPLY, Balance, BlockScore
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.static import Measured
+from hil_emulator.identify.selection.scan import Projection
 
 STRONG = 0.03
 """Standard deviation of a term over the largest force, flow, current or pressure (assumed)."""

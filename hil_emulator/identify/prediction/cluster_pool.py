@@ -8,11 +8,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from hil_emulator.cluster import gathered
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.pool import Batch, Point, frozen_at, residual
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.serialise import Serialised, deserialised, serialised
+from hil_emulator.platform.cluster import gathered
 
 LARGEST = 2**26
 """Size of what one task returns [B] (assumed: a fraction of a worker's memory)."""

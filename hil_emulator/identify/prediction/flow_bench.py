@@ -11,10 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment, noise_of
-from hil_emulator.identify.naming.blocks import FLOW_A, Balance, Drivers, drivers
+from hil_emulator.identify.prediction.balances import FLOW_A, Balance, Drivers, drivers
 from hil_emulator.identify.prediction.filter import INPUT_COUNT
+from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
 from hil_emulator.identify.prediction.static import Measured
-from hil_emulator.identify.prediction.twin import Coordinate, Twin
 from hil_emulator.identify.prediction.valve_bench import LOCKED
 from hil_emulator.model.layout import fill
 from hil_emulator.model.stages import friction, inertia, stop, transducer

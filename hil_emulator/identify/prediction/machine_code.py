@@ -20,14 +20,14 @@ from typing import Any
 import numba
 import numpy as np
 
-from hil_emulator.identify.prediction import filter as predictor
 from hil_emulator.identify.prediction import (
+    extended_kalman_filter,
     free_loops,
-    linearised,
     probing,
     smoothing,
     static_forces,
 )
+from hil_emulator.identify.prediction import filter as predictor
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MODEL = ("tick", "rate", "sense")
@@ -35,16 +35,16 @@ _MODEL = ("tick", "rate", "sense")
 
 _INNER: tuple[Callable[..., Any], ...] = (
     predictor.advance,
-    linearised.root_of_inverse,
-    linearised.multiply,
-    linearised.congruence,
-    linearised.update,
+    extended_kalman_filter.root_of_inverse,
+    extended_kalman_filter.multiply,
+    extended_kalman_filter.congruence,
+    extended_kalman_filter.update,
     smoothing.observe,
     smoothing.proceed,
 )
 _LOOPS: tuple[Callable[..., None], ...] = (
-    predictor.predict, linearised.linearise, probing.probe, probing.propagate, static_forces.forces,
-    free_loops.run_freely, free_loops.carry, smoothing.smooth,
+    predictor.predict, extended_kalman_filter.linearise, probing.probe, probing.propagate,
+    static_forces.forces, free_loops.run_freely, free_loops.carry, smoothing.smooth,
 )  # fmt: skip
 
 
@@ -54,7 +54,7 @@ class Loops:
 
     Attributes:
         predict: see `filter.predict`.
-        linearise: see `linearised.linearise`.
+        linearise: see `extended_kalman_filter.linearise`.
         probe: see `probing.probe`.
         propagate: see `probing.propagate`.
         forces: see `static_forces.forces`.

@@ -3,12 +3,12 @@
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.naming.blocks import BLOCKS, SUPPLY, Balance, Drivers, drivers
+from hil_emulator.identify.prediction.balances import BLOCKS, SUPPLY, Balance, Drivers, drivers
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
+from hil_emulator.identify.prediction.plant_model import Twin
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.tuning import tuning
-from hil_emulator.identify.prediction.twin import Twin
 
 LARGEST_STEP = 2.5e-4
 """Integration step of a prediction [s]; half of it moves no estimate by more than 1 %, and twice as

@@ -3,8 +3,8 @@
 from typing import Any, Protocol
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.naming.blocks import Balance, Drivers
-from hil_emulator.identify.prediction.twin import Twin
+from hil_emulator.identify.prediction.balances import Balance, Drivers
+from hil_emulator.identify.prediction.plant_model import Twin
 
 
 class Predictor(Protocol):

@@ -15,12 +15,12 @@ from typing import Any
 from hil_emulator.config.effect_files import EffectFile, effect_files, restored
 from hil_emulator.errors import UserError
 from hil_emulator.identify.prediction.machine_code import Loops, bind, digest
+from hil_emulator.identify.prediction.plant_model import probed
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.prediction.twin import probed
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.kernel import Kernel
-from hil_emulator.places import cache_folder
+from hil_emulator.platform.paths import cache_folder
 
 _building = Lock()
 

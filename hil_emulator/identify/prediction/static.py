@@ -11,8 +11,8 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.naming.blocks import CELL, PISTON, Balance, Drivers, drivers
-from hil_emulator.identify.prediction.twin import Coordinate, Twin
+from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance, Drivers, drivers
+from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
 from hil_emulator.model.stages import friction, inertia, stop, transducer
 
 SMOOTHING = 0.15

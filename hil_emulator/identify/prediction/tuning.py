@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment, noise_of
+from hil_emulator.identify.prediction.plant_model import Twin
 from hil_emulator.identify.prediction.rating import largest_current
-from hil_emulator.identify.prediction.twin import Twin
 
 NULL_DRIFT = 1e-3
 """Standard deviation of the null's drift over the rated current (assumed)."""

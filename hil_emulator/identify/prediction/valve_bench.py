@@ -11,9 +11,16 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment
-from hil_emulator.identify.naming.blocks import FLOW_A, FLOW_B, LEAKAGE, SPOOL, SUPPLY, Balance
+from hil_emulator.identify.prediction.balances import (
+    FLOW_A,
+    FLOW_B,
+    LEAKAGE,
+    SPOOL,
+    SUPPLY,
+    Balance,
+)
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.twin import Twin
+from hil_emulator.identify.prediction.plant_model import Twin
 from hil_emulator.model.layout import fill
 from hil_emulator.model.sensors import CHANNELS
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.twin import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
 from tests.identify.answer import Answer, Named
 from tests.identify.baselines.replay import CHANNELS, Replay, Way
 from tests.identify.baselines.selection import Model, by_bic, by_thresholds

@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.twin import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
 
 Way = Literal["open loop", "multiple shooting", "equation error"]
 

@@ -1,0 +1,110 @@
+"""Recorded data of every kind as experiments: tables, the emulator's journals, CAN captures."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hil_emulator.captures import by_database, by_dictionary, capture
+from hil_emulator.captures.carrier import Carrier
+from hil_emulator.config.load import Configuration
+from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
+from hil_emulator.identify.measured import formats
+from hil_emulator.identify.measured.data import experiment
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.measured.formats.table import Column, Table
+from hil_emulator.identify.measured.reading import digest_of, read, recording
+from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.recording import SUFFIX, journal
+from hil_emulator.simulation.rig import nodes
+
+ENDINGS = (*formats.READERS, SUFFIX, *capture.SUFFIXES)
+"""Endings of files that can be examined."""
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What the user says of the data.
+
+    Attributes:
+        databases: DBC files that say what captured frames mean.
+        sheets: EDS and DCF files that do.
+        node_ids: node-IDs of those that are EDS files, in their order.
+        names: channel by the name that the data have for it, where they differ.
+        rated_current: what 100 % of a set point that is a share are [A].
+
+    """
+
+    databases: Sequence[Path] = ()
+    sheets: Sequence[Path] = ()
+    node_ids: Sequence[int] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
+    rated_current: float | None = None
+
+
+def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) -> list[Experiment]:
+    """Read experiments.
+
+    Args:
+        files: tables, journals and captures.
+        config: its nodes say what captured frames mean, where nothing else does.
+        meaning: what the user says of the data.
+
+    Raises:
+        UserError: if a file cannot be used.
+
+    """
+    carriers, sync_id = _carriers(files, config, meaning)
+    found = []
+    for file in files:
+        ending = file.suffix.lower()
+        if ending in capture.SUFFIXES:
+            digest = digest_of(file)
+            table = capture.read(file, carriers, sync_id, meaning.rated_current)
+            found.append(experiment(recording(file, table, digest)))
+        elif ending == SUFFIX:
+            found.append(experiment(recording(file, _journal(file), digest_of(file))))
+        elif ending in formats.READERS:
+            found.append(experiment(read(file, meaning.names)))
+        else:
+            raise UserError(f"{file}: unknown ending; recorded data end in {', '.join(ENDINGS)}")
+    return found
+
+
+def pairs(options: Sequence[str]) -> dict[str, str]:
+    """Return channel by name from options such as `position=CylPos`.
+
+    Raises:
+        UserError: for one without "=".
+
+    """
+    found = {}
+    for text in options:
+        channel, equals, name = text.partition("=")
+        if not equals or not name.strip():
+            raise UserError(f"--channel {text}: write CHANNEL=NAME, such as position=CylPos")
+        found[name.strip()] = channel.strip()
+    return found
+
+
+def _carriers(
+    files: Sequence[Path], config: Configuration, meaning: Meaning
+) -> tuple[list[Carrier], int]:
+    """Return what captured frames mean, and the identifier of SYNC."""
+    if not any(file.suffix.lower() in capture.SUFFIXES for file in files):
+        return [], 0
+    found = [c for f in meaning.databases for c in by_database.from_file(f, meaning.names)]
+    found += by_dictionary.from_files(meaning.sheets, meaning.node_ids)
+    made: list[Node] = nodes(config, [channel.name for channel in CHANNELS])
+    sync_id = by_dictionary.sync_id(made[0].dictionary)
+    if not found:
+        found = [c for n in made for c in by_dictionary.carriers(n.dictionary, n.pdos)]
+    return found, sync_id
+
+
+def _journal(file: Path) -> Table:
+    kept = journal.read(file)
+    columns = (
+        Column(name, kept.units[name] or "1", values) for name, values in kept.table().items()
+    )
+    return Table(tuple(columns), set_point_first=True)

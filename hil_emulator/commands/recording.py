@@ -1,0 +1,65 @@
+"""Recording a run: of one actuator, or of each one of a machine in files of its own."""
+
+import copy
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import click
+
+from hil_emulator.config.load import Configuration
+from hil_emulator.config.machine import MachineSettings
+from hil_emulator.errors import UserError
+from hil_emulator.platform.paths import near
+from hil_emulator.recording.header import header
+from hil_emulator.recording.pre_trigger import Capture
+from hil_emulator.recording.recorder import FileTape
+from hil_emulator.simulation.machine import Machine
+from hil_emulator.simulation.rig import Rig
+
+
+@contextmanager
+def taped(
+    rig: Rig, config: Configuration, files: Sequence[Path], capture: Capture | None
+) -> Iterator[None]:
+    """Record what happens meanwhile, where there are files to record into."""
+    if not files:
+        yield
+        return
+    text = capture.text if capture else ""
+    tape = FileTape(files, header(config, rig.nodes, text), capture)
+    rig.tape = tape
+    try:
+        yield
+    finally:
+        tape.close()
+        for file in files:
+            click.echo(f"recorded  {near(file)}")
+
+
+@contextmanager
+def machine_taped(
+    machine: Machine, settings: MachineSettings, files: Sequence[Path], capture: Capture | None
+) -> Iterator[None]:
+    """Record every actuator of a machine; a capture waits for the signals of each by itself.
+
+    Raises:
+        UserError: if two actuators would write the same file.
+
+    """
+    names = [of_actuator(Path("run.rec"), a.name) for a in settings.actuators]
+    if files and len(set(names)) < len(names):
+        raise UserError("two actuators have names too alike for files of their own; rename one")
+    with ExitStack() as stack:
+        for actuator in settings.actuators:
+            own = [of_actuator(file, actuator.name) for file in files]
+            rig = machine.rigs[actuator.name]
+            stack.enter_context(taped(rig, actuator.config, own, copy.deepcopy(capture)))
+        yield
+
+
+def of_actuator(file: Path, name: str) -> Path:
+    """Return the file of one actuator: `run.rec` of "left knee" is `run_left_knee.rec`."""
+    plain = re.sub(r"[^\w-]+", "_", name)
+    return file.with_stem(f"{file.stem}_{plain}")

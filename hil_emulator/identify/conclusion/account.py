@@ -1,0 +1,157 @@
+"""What a result shows of a search: the gap, where it is, what each effect took of it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hil_emulator.identify.conclusion.effect_table import place_of, table
+from hil_emulator.identify.conclusion.result import Result, in_words
+from hil_emulator.identify.disagreement.gap import Compared, compare, measure, traces
+from hil_emulator.identify.disagreement.motion import by_motion
+from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
+from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.balances import BlockScore, drivers
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.selection.judgement import standing
+from hil_emulator.identify.selection.progress import NOTICEABLE, Round, Search
+from hil_emulator.identify.selection.search import Searcher
+
+MAPPED = 2
+"""Balances of which a map is drawn."""
+
+HYSTERETIC = 0.5
+"""Width of the loop over its size from which a term is called hysteretic (assumed)."""
+
+
+def fill(searcher: Searcher, search: Search, result: Result) -> None:
+    """Fill in gap, regions, maps and traces of a search with at least one round."""
+    first, last = search.rounds[0], search.rounds[-1]
+    before, after = first.base, search.final or last.base
+    predictor = searcher.fitter.predictor
+    training = searcher.fitter.experiments
+    compared = compare(predictor, before, after, training, searcher.validation)
+    result.measure = predictor.measure
+    result.gap = measure(predictor, compared)
+    result.traces = traces(predictor, compared)
+    if isinstance(predictor, Observer):
+        result.motion = by_motion(predictor, compared)
+    result.where = _where(searcher, first, compared, old=True)
+    if last is not first:
+        result.remaining = _where(searcher, last, compared, old=False)
+    effects = [c.name for c in search.effects]
+    for block in _mapped(first, result.where):
+        old = after.without(effects) if effects else beside(before, block)
+        result.maps.append(draw(predictor, old, after, block, training))
+    result.settled = after.at
+    if result.unknown:
+        _say_more(searcher, last, result)
+
+
+def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
+    """Describe unexplained terms; where no effect was named, make one of the strongest.
+
+    Beside named effects a term is what their laws leave, and rarely worth a table.
+    """
+    predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
+    known = {(b.balance.name, b.driver): b for b in last.blocks}
+    for i, term in enumerate(result.unknown):
+        block = known[term.balance, term.driver]
+        curve = simplest(last.base, block)
+        shape = in_words(term.driver, block.knots, curve, term.unit)
+        if not block.balance.channel:
+            drawn = draw(predictor, beside(last.base, block), last.base, block, training)
+            shape += ", hysteretic" if drawn.loop > HYSTERETIC else ", without hysteresis"
+        result.unknown[i] = replace(term, curve=tuple(curve.tolist()), shape=shape)
+    placed = [u for u in result.unknown if place_of(u)]
+    if placed and result.verdict == "unknown_effect":
+        term = max(placed, key=lambda u: u.statistic)
+        result.added = table(term, [e.name for e in predictor.twin.effects])
+        result.settled = beside(last.base, known[term.balance, term.driver]).at
+
+
+def _where(
+    searcher: Searcher, found: Round, compared: Compared, old: bool
+) -> list[Disagreement]:  # fmt: skip
+    """Return the balances that disagree at the start of a round."""
+    views = (compared.before if old else compared.after)["training"]
+    names = searcher.fitter.predictor.twin.signal_names
+    parts = [drivers(v.replay.track, names, v.experiment.period) for v in views]
+    states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+    count = len(searcher.fitter.predictor.channels)
+    least = NOTICEABLE * len(found.base.residual)
+    return disagreements(found.base, found.blocks, states, count, least)
+
+
+def _mapped(first: Round, where: Sequence[Disagreement]) -> list[BlockScore]:
+    """Return the blocks worth a map: where it disagrees, or else where it might most."""
+    known = {(b.balance.name, b.driver): b for b in first.blocks
+             if b.columns.shape[1] and not b.balance.channel}  # fmt: skip
+    wanted = [known[d.balance, d.driver] for d in where if (d.balance, d.driver) in known]
+    found: list[BlockScore] = []
+    for block in [*wanted, *known.values()]:
+        if block.balance not in [f.balance for f in found]:
+            found.append(block)
+    return found[: max(1, min(MAPPED, len(where)))]
+
+
+def shares(searcher: Searcher, search: Search) -> dict[str, float]:
+    """Return by effect its share of what laws of any form could take out of the disagreement.
+
+    The disagreement is chi-square one step ahead, on the training data, in the weights of the final
+    model. Its explainable part is what the effects took, and what the strongest term that no
+    effect explains would still take.
+    """
+    if search.final is None or not search.effects:
+        return {}
+    fitter = searcher.fitter
+    fitter.freeze(search.final.coordinates, search.final.at)
+    took = _lost(searcher, search) if search.dropped else _won(searcher, search, search.final)
+    took = {c.name: max(took.get(c.name, 0.0), 0.0) for c in search.effects}
+    total = sum(took.values()) + _left(search.rounds[-1])
+    return {name: gain / total if total > 0.0 else 0.0 for name, gain in took.items()}
+
+
+def _won(searcher: Searcher, search: Search, final: Fit) -> dict[str, float]:
+    """Return by effect what it took when it was named."""
+    chi2 = [_chi2(searcher, r.base) for r in search.rounds] + [_chi2(searcher, final)]
+    return {
+        r.trials[0].score.coordinate.name: chi2[i] - chi2[i + 1]
+        for i, r in enumerate(search.rounds) if r.accepted
+    }  # fmt: skip
+
+
+def _lost(searcher: Searcher, search: Search) -> dict[str, float]:
+    """Return by effect what the model would lose without it: some were named beside others."""
+    fitter = searcher.fitter
+    full = fitter.fit(search.free, search.at, 2)
+    return {c.name: standing(fitter, search, full, c.name) for c in search.effects}
+
+
+def _chi2(searcher: Searcher, fit: Fit) -> float:
+    residual = searcher.fitter.residual(fit.coordinates, fit.at)
+    return float(residual @ residual)
+
+
+def _left(last: Round) -> float:
+    """Return what the strongest unexplained term would still take."""
+    terms: list[BlockScore] = [b for b in last.blocks if b.significant]
+    return max((b.statistic for b in terms), default=0.0)
+
+
+def judge(result: Result) -> None:
+    """Give a gap that was measured, and not searched, a verdict of its own; it adds nothing."""
+    result.added = None
+    if result.search is not None and result.search.final is not None:
+        result.settled = result.search.final.at
+    if not result.where:
+        result.verdict = "agrees"
+        result.reason = (
+            "no balance disagrees beyond noise and usual disturbances "
+            "(no effect was searched for; `identify` does)"
+        )
+        return
+    result.verdict = "disagrees"
+    told = "; ".join(str(d) for d in result.where[:2])
+    result.reason = f"{told} (`identify` searches for the effect)"

@@ -1,0 +1,162 @@
+"""From a finished search to its result."""
+
+import math
+
+import numpy as np
+
+from hil_emulator.identify.conclusion import account
+from hil_emulator.identify.conclusion.result import Finding, Result, Rival, Unexplained, in_words
+from hil_emulator.identify.experiment_design.next_experiment import recommend
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.certainty import SURE, deviation, doubts
+from hil_emulator.identify.selection.distinguishability import confirmed, weighed
+from hil_emulator.identify.selection.doubts import hardly_believed
+from hil_emulator.identify.selection.near_rivals import MOST, near_rivals
+from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.search import Searcher
+
+
+def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Result:
+    """Turn a search into a result.
+
+    Args:
+        searcher: that searched.
+        search: finished, or interrupted.
+        thorough: False leaves out what takes long: rivals of laws that do not fit, and a forecast
+            of the next experiment.
+
+    """
+    if thorough:
+        _look_beside(searcher, search)
+    findings = [_found(searcher, search, c) for c in search.effects]
+    parts = account.shares(searcher, search)
+    findings = [_with_share(f, parts.get(f.name, 0.0)) for f in findings]
+    last = search.rounds[-1]
+    unknown = []
+    if last.unknown:
+        unknown = [
+            Unexplained(
+                b.balance.name, b.driver, b.balance.unit, tuple(b.knots.tolist()),
+                tuple(b.curve.tolist()), in_words(b.driver, b.knots, b.curve, b.balance.unit),
+                b.statistic,
+            )
+            for b in [b for b in last.blocks[:3] if b.significant]
+        ]  # fmt: skip
+    unseen = [s.coordinate.name for s in search.rounds[0].scores if not s.visible]
+    result = Result("nothing_missing", _explained(search))
+    result.effects, result.unknown, result.search = findings, unknown, search
+    result.unseen = [n for n in unseen if n not in {f.name for f in findings}]
+    if findings:
+        result.verdict = "missing_effects"
+        result.reason = "missing: " + "; ".join(str(f) for f in findings)
+    elif unknown:
+        result.verdict = "unknown_effect"
+        u = unknown[0]
+        result.reason = f"something acts on the {u.balance}, depending on {u.driver}: {u.shape}"
+        result.reason += f"; nearest in the catalogue: {search.nearest}" if search.nearest else ""
+    result.nearest = search.nearest
+    ambiguous = [f for f in findings if f.group]
+    if ambiguous:
+        f = ambiguous[0]
+        if thorough:
+            result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
+        result.next_experiment = str(result.plan or "") or (
+            f"{f.name} and {', '.join(f.group)} look alike here; record other motions: slower, "
+            "faster, over the whole stroke"
+        )
+    searcher.fitter.release()
+    _measure(searcher, search, result)
+    return result
+
+
+def _explained(search: Search) -> str:
+    """Say that nothing is missing, and what has to be believed for it."""
+    reason = "the model explains the data within their noise"
+    far = hardly_believed(search.final or search.rounds[-1].base)
+    if not far:
+        return reason
+    return f"{reason} if {' and '.join(far)}: check that before you trust it"
+
+
+def _measure(searcher: Searcher, search: Search, result: Result) -> None:
+    """Fill gap, ladder, parameters and traces."""
+    final = search.final
+    if final is None:
+        return
+    account.fill(searcher, search, result)
+    deviations = np.hypot(np.sqrt(np.diag(final.covariance())), doubts(search, final))
+    result.parameters = {
+        c.name: {
+            "configured": c.neutral, "refitted": float(c.value(float(a))),
+            "low": float(c.value(float(a - SURE * d))), "high": float(c.value(float(a + SURE * d))),
+        }
+        for c, a, d in zip(search.ordinary, final.at, deviations, strict=False)
+    }  # fmt: skip
+    for found in search.rounds:
+        if found.accepted:
+            t = found.trials[0]
+            result.ladder.append(
+                {
+                    "effect": t.score.coordinate.name,
+                    "beside": t.beside,
+                    "training": t.evidence.gain,
+                    "validation": _or_none(t.evidence.held_out),
+                }
+            )
+
+
+def _look_beside(searcher: Searcher, search: Search) -> None:
+    """Look for near rivals where a law does not fit, or was chosen beside one that was dropped."""
+    beside_dropped = False
+    for found in (r for r in search.rounds if r.accepted):
+        named = found.trials[0].score.coordinate
+        if named not in search.effects:
+            beside_dropped = True
+        elif beside_dropped or named.name in search.forms:
+            searcher.tell(f"looking for near rivals of {named.name}")
+            found.near |= near_rivals(searcher.fitter, search, found)
+
+
+def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
+    round_ = search.naming(coordinate.name)
+    best = round_.trials[0]
+    final = search.final
+    assert final is not None
+    i = [c.name for c in final.coordinates].index(coordinate.name)
+    at, reach = float(final.at[i]), SURE * deviation(search, final, coordinate.name)
+    ends = sorted(coordinate.value(at + k * reach) for k in (-1.0, 1.0))
+    alike = [weighed(round_, name) for name in round_.alike]
+    group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
+    completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []
+    group = list(dict.fromkeys([*group, *completed]))
+    group += [name for name in round_.near if name not in group][: max(0, MOST - len(group))]
+    weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
+    return Finding(
+        name=coordinate.name,
+        knob=coordinate.effect.knob.name if coordinate.effect else coordinate.name,
+        value=float(coordinate.value(at)), unit=coordinate.unit, shown=coordinate.shown,
+        interval=(float(ends[0]), float(ends[1])), explained=0.0, gain=best.evidence.gain,
+        held_out=_or_none(best.evidence.held_out), group=tuple(group),
+        form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
+        rivals=tuple(_rival(t, best) for t in weaker), separating_size=round_.separating,
+    )  # fmt: skip
+
+
+def _rival(trial: Trial, best: Trial) -> Rival:
+    reasons = trial.evidence.objections or [
+        f"gains {trial.evidence.gain:.0f}, {best.score.coordinate.name} {best.evidence.gain:.0f}"
+        + (f" beside {best.beside}" if best.beside else "")
+    ]
+    return Rival(
+        trial.score.coordinate.name, trial.evidence.gain, _or_none(trial.evidence.held_out),
+        "; ".join(reasons),
+    )  # fmt: skip
+
+
+def _with_share(finding: Finding, share: float) -> Finding:
+    return Finding(**{**vars(finding), "explained": share})
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None

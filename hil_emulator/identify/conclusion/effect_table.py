@@ -1,0 +1,190 @@
+"""An unexplained term as an effect of the user's own: a table over its driver.
+
+The file is Python like any user's effect file, so that people can read it, change it, and replace
+it by the law once they know it. Only balances with a place for such a term can take one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from hil_emulator.identify.conclusion.result import Unexplained
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.balances import LEAKAGE, LOAD, PISTON, SPOOL
+from hil_emulator.model.declare import Stage
+from hil_emulator.model.stages import command, cross_leakage, dry_friction, friction, load
+
+TURN = 1e-3
+"""Width over which a term that knows the direction of motion turns round [m/s] (assumed)."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a term goes into the model.
+
+    Attributes:
+        stage: the place in the equations.
+        takes: arguments of the law, as Python writes them.
+        driver: the driver, as Python computes it from them.
+        value: what the law returns of the table's value `term`.
+        equation: the law for a reader.
+
+    """
+
+    stage: Stage
+    takes: tuple[str, ...]
+    driver: str
+    value: str
+    equation: str
+
+
+_SIGN = f"math.tanh(velocity / {TURN!r})"
+
+PLACES = {
+    (PISTON.name, "velocity"): Place(friction, ("velocity",), "velocity", "term", "F = T(v)"),
+    (PISTON.name, "position"): Place(friction, ("position",), "position", "term", "F = T(x)"),
+    (PISTON.name, "position with the sign of velocity"): Place(
+        friction, ("velocity", "position"), f"position * {_SIGN}", "term", "F = T(x sign(v))"
+    ),
+    (PISTON.name, "pressure difference with the sign of velocity"): Place(
+        dry_friction, ("velocity", "pressure_a", "pressure_b"),
+        "abs(pressure_a - pressure_b) * math.copysign(1.0, velocity)",
+        "term * math.copysign(1.0, velocity)", "F = T(|p_a - p_b| sign(v))",
+    ),
+    (PISTON.name, "pressure sum with the sign of velocity"): Place(
+        dry_friction, ("velocity", "pressure_a", "pressure_b"),
+        "(pressure_a + pressure_b) * math.copysign(1.0, velocity)",
+        "term * math.copysign(1.0, velocity)", "F = T((p_a + p_b) sign(v))",
+    ),
+    (LOAD.name, "velocity"): Place(load, ("velocity",), "velocity", "term", "F = T(v)"),
+    (LOAD.name, "position"): Place(load, ("position",), "position", "term", "F = T(x)"),
+    (LEAKAGE.name, "pressure difference"): Place(
+        cross_leakage, ("pressure_a", "pressure_b"), "pressure_a - pressure_b", "term",
+        "q = T(p_a - p_b)",
+    ),
+    (SPOOL.name, "valve current"): Place(
+        command, ("current",), "current", "current + term", "u = i + T(i)"
+    ),
+}  # fmt: skip
+"""By balance and driver. A stage offers its law few quantities: leakage does not know the position,
+a chamber's flow has no stage of its own, and time is no quantity of a law."""
+
+_FILE = '''\
+"""A term that identification found and no effect of the catalogue explains.
+
+{story}
+The curve is what a fit gives, not a law: replace it once you know better.
+"""
+
+import math
+
+from hil_emulator.model.declare import Param, effect
+from hil_emulator.model.stages import {stage}
+
+KNOTS = ({knots},)
+"""Values of the driver [{driver_unit}]."""
+
+VALUES = ({values},)
+"""The term there [{unit}]."""
+
+SLOPES = ({slopes},)
+"""Its slope there; the curve never overshoots its values."""
+
+
+@effect(
+    {stage},
+    knob=Param("factor", "1", "factor on the curve", 1.0, 0.0, 10.0, source="identification"),
+    source="identification",
+    signature="{signature}",
+)
+def {name}({arguments}, factor: float) -> float:
+    """{equation}, T the fitted curve, constant beyond its ends."""
+    z = min(max({driver}, KNOTS[0]), KNOTS[-1])
+    i = 0
+    while i < len(KNOTS) - 2 and z > KNOTS[i + 1]:
+        i += 1
+    width = KNOTS[i + 1] - KNOTS[i]
+    t = (z - KNOTS[i]) / width
+    rise = VALUES[i + 1] - VALUES[i]
+    start, end = width * SLOPES[i], width * SLOPES[i + 1]
+    bend = (start - rise) * (1.0 - t) - (end - rise) * t
+    term = factor * (VALUES[i] + rise * t + t * (1.0 - t) * bend)
+    return {value}
+
+
+EFFECTS = ({name},)
+'''
+
+
+@dataclass(frozen=True)
+class Table:
+    """An effect file.
+
+    Attributes:
+        name: of the effect.
+        stage: where it acts.
+        text: of the file.
+        words: what the term looks like.
+
+    """
+
+    name: str
+    stage: Stage
+    text: str
+    words: str
+
+
+def place_of(term: Unexplained) -> Place | None:
+    """Return where a term can be added to the model; None where it cannot."""
+    return PLACES.get((term.balance, term.driver))
+
+
+def table(term: Unexplained, taken: Sequence[str] = (), story: str = "") -> Table | None:
+    """Return an unexplained term as an effect file; None where the model has no place for it.
+
+    Args:
+        term: what was found.
+        taken: names that the effect may not have.
+        story: where it comes from, for the head of the file.
+
+    """
+    place = place_of(term)
+    if place is None:
+        return None
+    name = _name(term, taken)
+    knots, values = np.array(term.knots), np.array(term.curve)
+    slopes = PchipInterpolator(knots, values).derivative()(knots)
+    text = _FILE.format(
+        story=story or f"It acts on the {term.balance}: {term.shape}.", stage=place.stage.name,
+        knots=_numbers(knots), values=_numbers(values), slopes=_numbers(np.asarray(slopes)),
+        driver_unit=_UNITS.get(term.driver, "SI"), unit=term.unit,
+        signature=f"{term.balance} over {term.driver}", name=name,
+        arguments=", ".join(f"{a}: float" for a in place.takes), equation=place.equation,
+        driver=place.driver, value=place.value,
+    )  # fmt: skip
+    if "math." not in text:
+        text = text.replace("import math\n\n", "")
+    return Table(name, place.stage, text, term.shape)
+
+
+_UNITS = {"velocity": "m/s", "position": "m", "valve current": "A", "pressure difference": "Pa"}
+
+
+def _name(term: Unexplained, taken: Sequence[str]) -> str:
+    """Return a name that is free."""
+    balance = {PISTON.name: "friction", LOAD.name: "load"}.get(
+        term.balance, term.balance.split()[0]
+    )
+    driver = term.driver.split(" with ")[0].replace(" ", "_")
+    wanted = f"unexplained_{balance}_over_{driver}"
+    count, name = 1, wanted
+    while name in taken:
+        count += 1
+        name = f"{wanted}_{count}"
+    return name
+
+
+def _numbers(values: Array) -> str:
+    return ", ".join(repr(float(f"{v:.6g}")) for v in values)

@@ -1,0 +1,1 @@
+"""What in measured data contradicts physics, units, or one clock, before anything is fitted."""

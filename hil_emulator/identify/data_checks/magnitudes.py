@@ -1,0 +1,155 @@
+"""Readings that no such actuator can give: a wrong unit, or another quantity in the column.
+
+Every limit is a factor of eight or more, which separates bar from MPa, and no effect reaches.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_emulator.identify.data_checks.clocks import motion
+from hil_emulator.identify.measured.experiment import (
+    FLOW,
+    SPANS,
+    UNITS,
+    Array,
+    Experiment,
+    noise_of,
+)
+from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.units import show
+
+BEYOND = 3.0
+"""Spans beyond which a reading has hardly the unit that its column states (assumed)."""
+
+FACTOR = 8.0
+"""Ratio to the configuration from which a unit is wrong (assumed)."""
+
+SLOW = 200.0
+"""How many times slower than the valve allows a rod may be at its fastest (assumed)."""
+
+VACUUM = -10e5
+"""Pressure that no fluid has, an error of the sensor included [Pa] (assumed)."""
+
+NEGATIVE = 0.1
+"""Part of the readings that may fall below it all the same: a ringing line swings (assumed)."""
+
+CREEP = 2e-3
+"""Change of speed that leakage or a load may cause with the valve closed [m/s] (assumed)."""
+
+NOISE = 0.2
+"""Noise over the whole change of a position from which it shows no motion (assumed)."""
+
+_SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {FLOW: (UNITS[FLOW], "l/min")}
+_PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
+
+
+def impossible(experiments: Sequence[Experiment], twin: Twin) -> list[str]:
+    """Return what no actuator of this configuration can have given."""
+    return [f"{e.name}: {text}" for e in experiments for text in _of_one(e, twin)]
+
+
+def _of_one(e: Experiment, twin: Twin) -> list[str]:
+    found = [_far(name, values) for name, values in e.readings.items()]
+    found += [_pressure(name, e.readings[name]) for name in _PRESSURES if name in e.readings]
+    found += [_position(e, twin), _supply(e, twin), _chambers(e, twin)]
+    said = [text for text in found if text]
+    return said or [text for text in (_speed(e, twin),) if text]
+
+
+def _far(name: str, values: Array) -> str:
+    typical = float(np.nanmedian(np.abs(values)))
+    if typical <= BEYOND * SPANS[name]:
+        return ""
+    return (
+        f"{name} is about {show(typical, *_SHOWN[name])}, far beyond any range; is its unit right?"
+    )
+
+
+def _pressure(name: str, values: Array) -> str:
+    low = float(np.nanquantile(values, NEGATIVE))
+    if low >= VACUUM:
+        return ""
+    return f"{name} falls to {show(low, *_SHOWN[name])}, below vacuum; is it a pressure?"
+
+
+def _position(e: Experiment, twin: Twin) -> str:
+    if "position" not in e.readings:
+        return ""
+    values = e.readings["position"]
+    travel, stroke = (
+        float(np.nanmax(values) - np.nanmin(values)),
+        twin.plant_values["cylinder_stroke"],
+    )
+    if travel > 1.5 * stroke:
+        return (
+            f"position moves over {show(travel, 'm', 'mm')}, and the stroke is "
+            f"{show(stroke, 'm', 'mm')}; is its unit right, and is it the position?"
+        )
+    if travel > 0.0 and noise_of(values) > NOISE * float(np.nanstd(values)):
+        return "position is noise; it shows no motion"
+    return ""
+
+
+def _supply(e: Experiment, twin: Twin) -> str:
+    if "supply_pressure" not in e.readings:
+        return ""
+    measured = float(np.nanmedian(e.readings["supply_pressure"]))
+    configured = twin.plant_values["supply_pressure"]
+    if not configured / FACTOR < measured < configured * FACTOR:
+        return (
+            f"supply_pressure is about {show(measured, 'Pa', 'bar')}, and the configuration says "
+            f"{show(configured, 'Pa', 'bar')}; is its unit right?"
+        )
+    for name in ("pressure_a", "pressure_b"):
+        typical = float(np.nanmedian(e.readings[name])) if name in e.readings else 0.0
+        if typical > 1.1 * measured and len(e.current):
+            return (
+                f"{name} is about {show(typical, 'Pa', 'bar')}, and supply_pressure only "
+                f"{show(measured, 'Pa', 'bar')}; are they exchanged?"
+            )
+    return ""
+
+
+def _chambers(e: Experiment, twin: Twin) -> str:
+    both = [e.readings[n] for n in ("pressure_a", "pressure_b") if n in e.readings]
+    if not both or not len(e.current):
+        return ""
+    highest = max(float(np.nanquantile(p, 0.99)) for p in both)
+    configured = twin.plant_values["supply_pressure"]
+    if highest > configured / (10.0 * FACTOR):
+        return ""
+    return (
+        f"no chamber pressure exceeds {show(highest, 'Pa', 'bar')} at a supply of "
+        f"{show(configured, 'Pa', 'bar')}; is the unit right?"
+    )
+
+
+def _speed(e: Experiment, twin: Twin) -> str:
+    """Compare the rod's fastest motion with what its largest set point allows."""
+    if not len(e.current) or "position" not in e.readings:
+        return ""
+    p = twin.plant_values
+    top = float(np.quantile(np.abs(e.current), 0.99))
+    limit = p.get("current_saturation_limit", np.inf)
+    edge = 0.5 * p["supply_pressure"]
+    able = p["valve_gain"] * np.sqrt(edge) / p["cylinder_piston_area"]
+    velocity = motion(e, 1)
+    speed, swing = float(np.nanquantile(np.abs(velocity), 0.99)), float(np.nanstd(velocity))
+    if swing > FACTOR * able * float(np.std(e.current)) + CREEP:  # whatever its null is
+        return (
+            f"the rod moves at {speed:.3g} m/s, {speed / (able * top):.0f} times as fast as "
+            f"{show(top, 'A', 'mA')} can drive it; is the unit of valve_current or position right?"
+        )
+    if np.isfinite(limit) and top > FACTOR * limit:
+        return (
+            f"valve_current reaches {show(top, 'A', 'mA')}, and the valve takes "
+            f"{show(limit, 'A', 'mA')}; is its unit right?"
+        )
+    if speed * SLOW < able * min(top, limit):
+        return (
+            f"{show(top, 'A', 'mA')} could drive the rod {able * top / speed:.0f} times as fast as "
+            "it moves; is the unit of valve_current or position right?"
+        )
+    return ""

@@ -1,0 +1,190 @@
+"""Signs that contradict the physics: reported, and reversed only where nothing else is possible."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.signal import savgol_filter
+
+from hil_emulator.identify.data_checks import clocks, magnitudes
+from hil_emulator.identify.measured.experiment import Array, Experiment, noise_of
+from hil_emulator.identify.prediction.plant_model import Twin
+
+CONTRARY = -0.3
+"""Correlation below which two channels have opposite senses (assumed)."""
+
+UNRELATED = 0.25
+"""Correlation below which channels have nothing to do with each other (assumed; recordings of the
+reference machine with large effects hidden in it had 0.5 and more)."""
+
+RELATED = 0.7
+"""Correlation from which the ratio of two forces means something (assumed)."""
+
+BETTER = 0.2
+"""Gain in correlation that tells that two channels have changed places (assumed)."""
+
+CLEAR = 5.0
+"""Deviation over noise from which a channel shows something (assumed)."""
+
+
+def speed(experiment: Experiment, smoothing: float = 0.15) -> Array:
+    """Return the velocity by sliding parabolas, NaN where the position is missing [m/s]."""
+    position = experiment.readings["position"]
+    good = np.isfinite(position)
+    index = np.arange(len(position))
+    filled = np.interp(index, index[good], position[good])
+    width = min(max(5, round(smoothing / experiment.period) // 2 * 2 + 1), len(position) // 2)
+    width -= 1 - width % 2
+    velocity = savgol_filter(filled, max(3, width), 2, deriv=1, delta=experiment.period)
+    return np.asarray(np.where(good, velocity, np.nan))
+
+
+def hydraulic_force(experiment: Experiment, twin: Twin) -> Array:
+    """Return A_p (p_a - alpha p_b) from the readings [N]; an absent chamber is at tank pressure."""
+    p = twin.plant_values
+    tank = np.full(experiment.samples, p.get("tank_pressure", 0.0))
+    a = experiment.readings.get("pressure_a", tank)
+    b = experiment.readings.get("pressure_b", tank)
+    return np.asarray(p["cylinder_piston_area"] * (a - p["cylinder_area_ratio"] * b))
+
+
+def _correlation(a: Array, b: Array) -> float:
+    good = np.isfinite(a) & np.isfinite(b)
+    if good.sum() < 20 or np.std(a[good]) == 0.0 or np.std(b[good]) == 0.0:
+        return 0.0
+    return float(np.corrcoef(a[good], b[good])[0, 1])
+
+
+def contradictions(experiments: Sequence[Experiment], twin: Twin) -> list[str]:
+    """Return what in experiments contradicts units, signs, one clock, or any relation at all."""
+    found = magnitudes.impossible(experiments, twin)
+    if found:
+        return found
+    for e in experiments:
+        found += [f"{e.name}: {text}" for text in (_driven(e), _loaded(e, twin)) if text]
+    return found or clocks.two_clocks(experiments, lambda e: hydraulic_force(e, twin))
+
+
+def _driven(e: Experiment) -> str:
+    """Return what is wrong between the valve current and the rod."""
+    if not len(e.current) or "position" not in e.readings:
+        return ""
+    velocity = clocks.motion(e, 1)
+    along = clocks.likeness(e.current, velocity, e.period)
+    against = clocks.likeness(-e.current, velocity, e.period)
+    contrary = _correlation(e.current, speed(e, 0.02)) < CONTRARY
+    if contrary and against > max(RELATED, along):
+        return (
+            "the rod moves against the valve current; "
+            "reverse the sign of position or of valve_current"
+        )
+    if contrary or along < UNRELATED:
+        return (
+            "the rod does not follow the valve current; are both of one recording, and in "
+            "the right columns?"
+        )
+    return ""
+
+
+def _loaded(e: Experiment, twin: Twin) -> str:
+    """Return what is wrong between the pressures and the load cell."""
+    if "pressure_a" not in e.readings:
+        return ""
+    if "load_force" not in e.readings:
+        return _exchanged(e, twin)
+    measured, force = e.readings["load_force"], hydraulic_force(e, twin)
+    if _correlation(force, measured) < 2.0 * CONTRARY:
+        return (
+            "load force and pressures are opposite; reverse load_force, "
+            "or exchange pressure_a and pressure_b"
+        )
+    if "pressure_b" not in e.readings or not len(e.current):
+        return ""
+    if exchanged := _exchanged(e, twin):
+        return exchanged
+    alike = _accounted(force, [measured, *_friction(e)])
+    clear = all(np.nanstd(x) > CLEAR * noise_of(x) for x in (force, measured))
+    if clear and alike < UNRELATED:
+        return (
+            "load_force does not follow the pressures; are both of one recording, and in "
+            "the right columns?"
+        )
+    return _scale(force, measured) if _correlation(force, measured) > RELATED else ""
+
+
+def _exchanged(e: Experiment, twin: Twin) -> str:
+    """Return what tells that the two chambers have changed places."""
+    if not {"pressure_b", "position"} <= set(e.readings) or not len(e.current):
+        return ""
+    columns = [clocks.motion(e, 2), e.readings["position"]]
+    columns = [e.readings["load_force"]] if "load_force" in e.readings else columns
+    swapped = e.readings | {
+        "pressure_a": e.readings["pressure_b"], "pressure_b": e.readings["pressure_a"]
+    }  # fmt: skip
+    both = hydraulic_force(e, twin), hydraulic_force(replace(e, readings=swapped), twin)
+    right, other = (_accounted(force, [*columns, *_friction(e)]) for force in both)
+    if other < right + BETTER or other < RELATED:
+        return ""
+    return "the pressures fit the motion if they change places; exchange pressure_a and pressure_b"
+
+
+def _friction(e: Experiment) -> list[Array]:
+    """Return viscous and dry friction of any size."""
+    if "position" not in e.readings:
+        return []
+    v = clocks.motion(e, 1)
+    return [v, np.tanh(v / (0.1 * max(float(np.nanstd(v)), 1e-6)))]
+
+
+def _accounted(force: Array, columns: Sequence[Array]) -> float:
+    """Return how far other forces, whatever their size, account for the hydraulic one.
+
+    A correlation; none may enter with the wrong sign: friction takes energy.
+    """
+    good = np.isfinite(force) & np.all([np.isfinite(c) for c in columns], axis=0)
+    if good.sum() < 20:
+        return 0.0
+    rows = np.column_stack([(c - np.mean(c[good]))[good] for c in columns])
+    rows /= np.maximum(np.std(rows, axis=0), 1e-30)
+    wanted = force[good] - np.mean(force[good])
+    _, rest = nnls(rows, wanted)
+    explained = 1.0 - rest**2 / max(float(np.sum(wanted**2)), 1e-30)
+    return float(np.sqrt(max(explained, 0.0)))
+
+
+def _scale(force: Array, measured: Array) -> str:
+    """Return what is wrong with the unit of forces that go together."""
+    good = np.isfinite(force) & np.isfinite(measured)
+    ratio = float(np.std(measured[good]) / np.std(force[good]))
+    if 1.0 / magnitudes.FACTOR < ratio < magnitudes.FACTOR:
+        return ""
+    return (
+        f"load_force is {ratio:.2g} times what the pressures give; is its unit, or that of the "
+        "pressures, right?"
+    )
+
+
+def dissipative(experiments: Sequence[Experiment], twin: Twin) -> list[Experiment]:
+    """Return force-balance experiments in which friction takes energy.
+
+    A test machine may count its position the other way round; friction would then drive the rod,
+    which is impossible, so the position is reversed and a note says so.
+    """
+    work = 0.0
+    for e in experiments:
+        v = speed(e)
+        gap = e.readings["load_force"] - hydraulic_force(e, twin)
+        good = np.isfinite(v) & np.isfinite(gap)
+        v, gap = v[good], gap[good] - np.median(gap[good])
+        work += float(np.sum(v * gap)) / max(float(np.sqrt(np.sum(v**2) * np.sum(gap**2))), 1e-30)
+    if work <= 0.0:
+        return list(experiments)
+    return [_reversed(e) for e in experiments]
+
+
+def _reversed(e: Experiment) -> Experiment:
+    position = e.readings["position"]
+    note = "position: friction would drive the rod, so position counts against extension; reversed"
+    turned = float(np.nanmax(position) + np.nanmin(position)) - position
+    return replace(e, readings=e.readings | {"position": turned}, notes=(*e.notes, note))

@@ -1,0 +1,1 @@
+"""Maximum a posteriori fits of the model's parameters to frozen experiments."""

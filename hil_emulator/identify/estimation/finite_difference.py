@@ -1,0 +1,71 @@
+"""Steps of the difference quotients by which the residual is derived."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.plant_model import Coordinate
+
+DIFFERENCE = 0.05
+"""Step of a derivative by an ordinary parameter, in prior standard deviations."""
+
+FINITE = 0.3
+"""Step of a derivative by an effect, in typical sizes: finite on purpose, since dead bands,
+hysteresis and stops have no slope at zero."""
+
+DISTINCT = 2.0
+"""Norm of the residual's change that a step of a derivative need not exceed."""
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """A derivative of the residual that is wanted.
+
+    Attributes:
+        coordinates: what is free.
+        at: where it is taken.
+        by: index of the coordinate by which.
+
+    """
+
+    coordinates: Sequence[Coordinate]
+    at: Array
+    by: int
+
+    @property
+    def coordinate(self) -> Coordinate:
+        """The coordinate by which it is taken."""
+        return self.coordinates[self.by]
+
+    def moved(self, step: float) -> Array:
+        """Return the point with that coordinate a step away."""
+        moved = np.array(self.at, dtype=np.float64)
+        moved[self.by] += step
+        return moved
+
+
+class Steps:
+    """Chooses steps, and learns how far the residual moves with each coordinate."""
+
+    def __init__(self) -> None:
+        self._sensitivity: dict[str, float] = {}
+
+    def of(self, wanted: Derivative) -> float:
+        """Return the step of a derivative, or 0 where the coordinate cannot move."""
+        coordinate, at = wanted.coordinate, float(wanted.at[wanted.by])
+        low, high = coordinate.bounds
+        size = DIFFERENCE if np.isfinite(coordinate.prior) else FINITE
+        if coordinate.inverse:
+            size = 1.0
+        elif not np.isfinite(coordinate.prior) and at != 0.0:
+            size = max(0.05 * abs(at), 0.01)
+        if at != 0.0 or np.isfinite(coordinate.prior):
+            # far beyond its own uncertainty a parameter has another slope
+            size = min(size, DISTINCT / self._sensitivity.get(coordinate.name, 1e-9))
+        return min(size, high - at) if high - at > at - low else -min(size, at - low)
+
+    def learn(self, wanted: Derivative, slope: Array) -> None:
+        """Remember how large a derivative has come out."""
+        self._sensitivity[wanted.coordinate.name] = max(float(np.linalg.norm(slope)), 1e-9)

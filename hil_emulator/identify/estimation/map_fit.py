@@ -1,0 +1,188 @@
+"""Maximum a posteriori Gauss-Newton on the frozen innovations."""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.identify.estimation.finite_difference import Derivative, Steps
+from hil_emulator.identify.estimation.levenberg_marquardt import learn, steps
+from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.pool import Batch, LocalBatch, Point, Pool, Threads
+from hil_emulator.identify.prediction.predictor import Predictor
+
+TOLERATED = 2.0
+"""Prior standard deviations within which an ordinary parameter is believed (assumed)."""
+
+
+@dataclass
+class Fit:
+    """Parameters that were fitted together.
+
+    Attributes:
+        coordinates: what was free.
+        at: their coordinates.
+        residual: weighted innovations of the training data, flat.
+        jacobian: its derivative, shape (residuals, coordinates).
+        chi2: sum of squares, priors included.
+
+    """
+
+    coordinates: list[Coordinate]
+    at: Array
+    residual: Array
+    jacobian: Array
+    chi2: float
+
+    def without(self, names: Collection[str]) -> "Fit":
+        """Return the fit without some coordinates, everything else as it is."""
+        kept = [i for i, c in enumerate(self.coordinates) if c.name not in names]
+        free = [self.coordinates[i] for i in kept]
+        return replace(self, coordinates=free, at=self.at[kept], jacobian=self.jacobian[:, kept])
+
+    def covariance(self) -> Array:
+        """Return the covariance of the coordinates, priors included."""
+        information = self.jacobian.T @ self.jacobian + np.diag(prior_rows(self.coordinates) ** 2)
+        return np.asarray(np.linalg.pinv(information), dtype=np.float64)
+
+
+def prior_rows(coordinates: Sequence[Coordinate]) -> Array:
+    """Return one over the prior's standard deviation of each coordinate."""
+    return np.array([1.0 / c.prior if np.isfinite(c.prior) else 0.0 for c in coordinates])
+
+
+class Fitter:
+    """Fits coordinates to frozen experiments.
+
+    Args:
+        predictor: computes innovations.
+        experiments: the training data.
+        pool: where they are predicted; without one, in this thread.
+
+    """
+
+    def __init__(
+        self, predictor: Predictor, experiments: Sequence[Experiment], pool: Pool | None = None
+    ) -> None:
+        self.predictor = predictor
+        self.experiments = list(experiments)
+        self.batch: Batch = LocalBatch(predictor, [])
+        self._pool = Threads(predictor) if pool is None else pool
+        self._steps = Steps()
+
+    @property
+    def stretch(self) -> int:
+        """Number of successive residuals that may be correlated."""
+        samples = round(self.predictor.memory / self.experiments[0].period)
+        return max(1, samples) * len(self.predictor.channels)
+
+    @property
+    def frozen(self) -> Sequence[Any]:
+        """The frozen experiments, in this process."""
+        return self.batch.frozen
+
+    def release(self) -> None:
+        """Let go of the frozen experiments, which of long recordings are large."""
+        self.batch = LocalBatch(self.predictor, [])
+
+    def freeze(self, coordinates: Sequence[Coordinate], at: Array) -> None:
+        """Compute the gains at a point, and weights that give each channel's innovations one."""
+        self.batch = self.frozen_at(self.experiments, coordinates, at)
+
+    def frozen_at(
+        self, experiments: Sequence[Experiment], coordinates: Sequence[Coordinate], at: Array
+    ) -> Batch:
+        """Return other experiments with their gains and weights at a point."""
+        return self._pool.freeze(experiments, self._memory(coordinates, at))
+
+    def residual(
+        self, coordinates: Sequence[Coordinate], at: Array | Sequence[float],
+        batch: Batch | None = None,
+    ) -> Array:  # fmt: skip
+        """Return the weighted innovations at a point, flat, of all experiments."""
+        chosen = self.batch if batch is None else batch
+        return next(chosen.residuals([self._memory(coordinates, at)]))
+
+    def residuals(
+        self, coordinates: Sequence[Coordinate], points: Sequence[Array]
+    ) -> Iterator[Array]:
+        """Yield the residual at each of several points."""
+        yield from self.batch.residuals([self._memory(coordinates, at) for at in points])
+
+    def loss(self, coordinates: Sequence[Coordinate], at: Array, residual: Array) -> float:
+        """Return the sum of squares of a residual, priors included."""
+        return float(residual @ residual + np.sum((prior_rows(coordinates) * at) ** 2))
+
+    def cost(self, coordinates: Sequence[Coordinate], at: Array) -> float:
+        """Return how much longer a residual takes at a point than usually."""
+        return self.predictor.cost(self._memory(coordinates, at)[0])
+
+    def column(self, coordinates: Sequence[Coordinate], at: Array, base: Array, i: int) -> Array:
+        """Return the derivative of the residual by one coordinate."""
+        return next(self.columns([Derivative(coordinates, at, i)], base))
+
+    def columns(self, wanted: Sequence[Derivative], base: Array) -> Iterator[Array]:
+        """Yield derivatives of the residual, which is `base` where each is taken."""
+        steps = [self._steps.of(w) for w in wanted]
+        points = [self._memory(w.coordinates, w.moved(step))
+                  for w, step in zip(wanted, steps, strict=True) if step]  # fmt: skip
+        residuals = self.batch.residuals(points)
+        for one, step in zip(wanted, steps, strict=True):
+            if step == 0.0:
+                yield np.zeros_like(base)
+                continue
+            slope = np.asarray((next(residuals) - base) / step)
+            self._steps.learn(one, slope)
+            yield slope
+
+    def jacobian(self, coordinates: Sequence[Coordinate], at: Array, base: Array) -> Array:
+        """Return the derivative of the residual, shape (residuals, coordinates)."""
+        wanted = [Derivative(coordinates, at, i) for i in range(len(coordinates))]
+        columns = list(self.columns(wanted, base))
+        return np.column_stack(columns) if columns else np.zeros((len(base), 0))
+
+    def fit(
+        self, coordinates: Sequence[Coordinate], start: Array, rounds: int = 3,
+        jacobian: Array | None = None,
+    ) -> Fit:  # fmt: skip
+        """Minimise innovations and priors from a start.
+
+        Args:
+            coordinates: what is free.
+            start: where from.
+            rounds: iterations.
+            jacobian: a Jacobian near by; it is corrected on the way, and its last column refreshed.
+
+        """
+        free = list(coordinates)
+        at = np.array(start, dtype=np.float64)
+        weights = prior_rows(free)
+        bounds = np.array([c.bounds for c in free]).reshape(-1, 2)
+        residual = self.residual(free, at)
+        chi2 = float(residual @ residual + np.sum((weights * at) ** 2))
+        slope = None if jacobian is None else jacobian.copy()
+        for i in range(rounds):
+            if slope is None:
+                slope = self.jacobian(free, at, residual)
+            elif i and jacobian is not None and len(free):
+                slope[:, -1] = self.column(free, at, residual, len(free) - 1)
+            for step in steps(slope, residual, weights, at, i == 0 and jacobian is None):
+                trial = np.clip(at + step, bounds[:, 0], bounds[:, 1])
+                r = self.residual(free, trial)
+                new = float(r @ r + np.sum((weights * trial) ** 2))
+                if new < chi2:
+                    break
+            if new >= chi2:
+                break
+            learn(slope, trial - at, r - residual)
+            gained, at, residual, chi2 = chi2 - new, trial, r, new
+            if gained < 0.5:
+                break
+        if slope is None:
+            slope = self.jacobian(free, at, residual)
+        return Fit(free, at, residual, slope, chi2)
+
+    def _memory(self, coordinates: Sequence[Coordinate], at: Array | Sequence[float]) -> Point:
+        return self.predictor.twin.memory(coordinates, at)

@@ -1,0 +1,221 @@
+"""Which experiment would separate effects that the data cannot tell apart.
+
+Every experiment of the library is forecast at a few amplitudes; the most promising are verified by
+simulating their recordings, with noise, and refitting every explanation to old and new data.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.experiment_design.forecast import Explanation, Forecaster
+from hil_emulator.identify.experiment_design.library import LIBRARY, Target, limits, target
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.selection.distinguishability import belongs, weighed
+from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.search import Searcher
+from hil_emulator.units import show
+
+AMPLITUDES = (0.5, 1.0, 2.0)
+"""Amplitudes that are tried, over the usual one."""
+
+BOTH_WAYS = 8
+"""Candidates that are also forecast with each rival as the truth."""
+
+VERIFIED = 3
+"""Candidates that are verified."""
+
+SEEDS = (11, 12)
+"""Of the noise in verified recordings; those of the forecasts are others."""
+
+MEMBERS = 3
+"""Largest number of explanations that are told apart: the nearest ones."""
+
+ENOUGH = 25.0
+"""Difference in chi-square that separates two effects beyond doubt (assumed)."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An experiment that could be recorded.
+
+    Attributes:
+        experiment: its name in the library.
+        amplitude: [m].
+        duration: [s].
+        predicted: smallest separability in the group, with the data that there are.
+        verified: median difference in chi-square between the named effect and the best rival after
+            refits to simulated recordings; None where that was not tried.
+
+    """
+
+    experiment: str
+    amplitude: float
+    duration: float
+    predicted: float
+    verified: float | None = None
+
+    @property
+    def merit(self) -> float:
+        """What it can be trusted to separate."""
+        return self.predicted if self.verified is None else self.verified
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """What to record next.
+
+    Attributes:
+        members: the effects that look alike, the named one first.
+        now: their smallest separability with the data that there are.
+        best: the experiment to record.
+        others: what else there is, the better ones first.
+        command: what writes the stimulus file.
+
+    """
+
+    members: tuple[str, ...]
+    now: float
+    best: Candidate
+    others: tuple[Candidate, ...]
+    command: str
+
+    def __str__(self) -> str:
+        first, *rest = self.members
+        alike = f"{first} and {', '.join(rest)} look alike here (separability {self.now:.0f})"
+        if self.now >= ENOUGH:
+            exact = "neither" if len(rest) == 1 else "none of them"
+            alike = f"{' or '.join(self.members)}: the law is exactly that of {exact}"
+        b = self.best
+        size = show(float(f"{b.amplitude:.3g}"), "m", "mm")
+        if b.merit < ENOUGH:
+            return (
+                f"{alike}, and no experiment of the library would separate them: the best, "
+                f"{b.experiment} at {size}, reaches {b.merit:.0f} of {ENOUGH:.0f}"
+            )
+        return (
+            f"{alike}; record {b.experiment} at {size} for {b.duration:g} s, which would separate "
+            f"them by {b.merit:.0f}: {self.command}"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what goes into `result.json`."""
+        return asdict(self)
+
+
+def recommend(
+    searcher: Searcher, search: Search, named: str, group: Sequence[str],
+    tell: Callable[[str], None] = lambda _: None,
+) -> NextExperiment | None:  # fmt: skip
+    """Return the experiment that would separate a named effect from its group.
+
+    Args:
+        searcher: with the data and the predictor.
+        search: finished, its model fitted.
+        named: the effect.
+        group: what looks like it, the nearest first.
+        tell: takes progress in words.
+
+    Returns:
+        None where nothing can be forecast: no valve drives a rod, no fit is there, or the user
+        does not wait for it.
+
+    """
+    predictor, final = searcher.fitter.predictor, search.final
+    if not isinstance(predictor, Observer) or "position" not in predictor.channels:
+        return None
+    if final is None:
+        return None
+    if named not in [c.name for c in final.coordinates]:
+        return None
+    tell(f"looking for an experiment that separates {named} from {', '.join(group)}")
+    try:
+        searcher.fitter.freeze(final.coordinates, final.at)
+        alike = explanations(searcher.fitter, search, named, group)
+        return _planned(searcher.fitter, predictor, alike)
+    except KeyboardInterrupt:
+        tell("interrupted: no experiment is recommended")
+        return None
+
+
+def _planned(
+    fitter: Fitter, predictor: Observer, explained: Sequence[Explanation]
+) -> NextExperiment:
+    forecaster = Forecaster(fitter, predictor, explained)
+    targets = possible(predictor.twin.plant_values, fitter.experiments[0].period)
+    ranked = _ranked(forecaster, targets)
+    checked = [_verified(forecaster, c, t) for c, t in ranked[:VERIFIED]]
+    rest = [c for c, _ in ranked[VERIFIED:]]
+    order = [c for part in (checked, rest) for c in sorted(part, key=lambda c: -c.merit)]
+    files = [str(f) for f in predictor.twin.config.files]
+    return NextExperiment(
+        tuple(e.name for e in explained), forecaster.now, order[0], tuple(order[1:]),
+        command(order[0], files),
+    )  # fmt: skip
+
+
+def command(chosen: Candidate, configs: Sequence[str]) -> str:
+    """Return the command that writes an experiment's stimulus file."""
+    words = [
+        f"hil-emulator experiment {chosen.experiment}",
+        f'--amplitude "{1e3 * chosen.amplitude:.4g} mm"', f'--duration "{chosen.duration:g} s"',
+        *(f"--config {c}" for c in configs), f"--out {chosen.experiment}.csv",
+    ]  # fmt: skip
+    return " ".join(words)
+
+
+def possible(plant: Mapping[str, float], period: float) -> list[Target]:
+    """Return every experiment of the library, at the amplitudes that fit."""
+    allowed, found = limits(plant), []
+    for entry in LIBRARY:
+        usual = target(entry, allowed, period=period)
+        for factor in AMPLITUDES:
+            try:
+                found.append(target(entry, allowed, factor * usual.amplitude, period=period))
+            except UserError:
+                continue
+    return found
+
+
+def explanations(
+    fitter: Fitter, search: Search, named: str, group: Sequence[str]
+) -> list[Explanation]:
+    """Return the fitted model, and with each rival in the place of the named effect."""
+    final = search.final
+    assert final is not None
+    own = [i for i, c in enumerate(final.coordinates) if belongs(c, named)]
+    stays = [i for i in range(len(final.at)) if i not in own]
+    shared = [final.coordinates[i] for i in stays]
+    at, values = final.at[stays], final.at[own]
+    mine = [*shared, *(final.coordinates[i] for i in own)]
+    fits = {named: fitter.fit(mine, np.concatenate([at, values]), 2)}
+    for name in group[: MEMBERS - 1]:
+        brought, start = weighed(search.naming(named), name)
+        fits[name] = fitter.fit([*shared, *brought], np.concatenate([at, start]), 4)
+    return [Explanation(n, f.coordinates, f.at, f.chi2) for n, f in fits.items()]
+
+
+def _ranked(forecaster: Forecaster, targets: Sequence[Target]) -> list[tuple[Candidate, Target]]:
+    """Return every experiment with its forecast, the better ones first."""
+    named, *rivals = forecaster.explanations
+    found = [(forecaster.separability_of(named, t), t) for t in targets]
+    found.sort(key=lambda f: -f[0])
+    for i, (d, t) in enumerate(found[:BOTH_WAYS]):
+        found[i] = min(d, *(forecaster.separability_of(r, t) for r in rivals)), t
+    found[:BOTH_WAYS] = sorted(found[:BOTH_WAYS], key=lambda f: -f[0])
+    return [(_candidate(t, d), t) for d, t in found]
+
+
+def _candidate(played: Target, predicted: float) -> Candidate:
+    duration = len(played.time) * float(played.time[1] - played.time[0])
+    return Candidate(played.stimulus.name, played.amplitude, round(duration, 6), predicted)
+
+
+def _verified(forecaster: Forecaster, chosen: Candidate, played: Target) -> Candidate:
+    truth = forecaster.explanations[0]
+    margins = [forecaster.realised(played, truth, seed) for seed in SEEDS]
+    return Candidate(**{**vars(chosen), "verified": float(np.median(margins))})

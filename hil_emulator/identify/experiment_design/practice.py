@@ -1,0 +1,191 @@
+"""The practice ground: experiments that look measured, from a machine with effects hidden in it.
+
+The machine is the emulator's own model. Its ordinary parameters deviate from the configuration as
+those of real machines do, its valve drifts, its supply ripples, its instruments have white and
+coloured noise: whoever finds the hidden effects here has not been helped by a clean world.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.experiment_design.closed_loop import Machine, World
+from hil_emulator.identify.experiment_design.library import (
+    Target,
+    limits,
+    stimulus,
+    target,
+)
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.rating import largest_current
+from hil_emulator.identify.selection.scan import scan
+from hil_emulator.units import show, to_si
+
+INSTRUMENTS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
+"""What a usual bench measures: neither velocity nor the spool."""
+
+SIZES = {"small": 0.35, "medium": 1.0, "large": 2.5}
+"""Sizes of an effect over its typical value."""
+
+TRAINING = ("multisine", "steps", "triangles", "chirp")
+VALIDATION = ("fast_multisine", "pseudo_random", "ramp_and_hold")
+
+DEVIATION = 1.0
+"""Largest deviation of an ordinary parameter, in standard deviations of what identification takes
+for usual."""
+
+NULL_DRIFT = 1e-3
+"""Standard deviation of the valve's null over the largest current (assumed)."""
+
+COLOURED = 0.3
+"""Part of the noise's power that is correlated in time (assumed)."""
+
+PLAIN = 50.0
+"""Gain in chi-square at the hidden size above which a surprise is fair."""
+
+STEP = 2e-5
+"""Integration step [s]: far below the one that identification takes."""
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """One hidden effect: where it acts, and its knob's value in SI."""
+
+    coordinate: Coordinate
+    value: float
+
+    def __str__(self) -> str:
+        c = self.coordinate
+        return f"{c.name}: {knob_of(c)} = {show(self.value, c.unit, c.shown)}"
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A machine with something hidden in it.
+
+    Attributes:
+        twin: the plain configuration.
+        hidden: what is hidden.
+        ordinary: deviation of each ordinary parameter, in standard deviations, by name.
+        seed: of everything that is drawn.
+
+    """
+
+    twin: Twin
+    hidden: tuple[Hidden, ...]
+    ordinary: dict[str, float]
+    seed: int
+
+    @property
+    def machine(self) -> Machine:
+        """The machine on its bench."""
+        twin = self.twin
+        nuisances = parameters.ordinary(twin)
+        at = [self.ordinary[c.name] for c in nuisances]
+        par, chan = twin.memory(nuisances, at)
+        for h in self.hidden:
+            sensor, i = twin.index(h.coordinate)
+            (chan if sensor else par)[i] = h.value
+        world = World(
+            NULL_DRIFT * largest_current(twin.plant_values), coloured=COLOURED,
+            noise=_stated(twin, "noise"), resolution=_stated(twin, "resolution"),
+        )  # fmt: skip
+        return Machine(twin, par, chan, world, INSTRUMENTS, STEP)
+
+    def record(self, made: Target, number: int, name: str) -> Experiment:
+        """Play an experiment; the number chooses drift and noise."""
+        return self.machine.record(made, self.seed + 1000 * (number + 1), name)
+
+
+def knob_of(coordinate: Coordinate) -> str:
+    """Return the name of a coordinate's parameter."""
+    return coordinate.effect.knob.name if coordinate.effect else coordinate.name
+
+
+def _stated(twin: Twin, name: str) -> dict[str, float]:
+    """Return the knob of a transducer effect by channel, where the configuration states it."""
+    effect = next(e for e in twin.effects if e.name == name)
+    field = effect.field_of(effect.knob)
+    return {c: v[field] for c, v in twin.config.sensors.items() if field in v}
+
+
+def hideable(twin: Twin) -> dict[str, Coordinate]:
+    """Return what can be hidden, by name: whatever identification could name."""
+    return {c.name: c for c in parameters.candidates(twin, INSTRUMENTS)}
+
+
+def hide(twin: Twin, name: str, size: str) -> Hidden:
+    """Return an effect to hide.
+
+    Args:
+        twin: the plain configuration.
+        name: an effect, or `channel.effect`.
+        size: small, medium or large, or the knob's value with its unit.
+
+    Raises:
+        UserError: if there is no such effect, or it is not of that size.
+
+    """
+    known = hideable(twin)
+    if name not in known:
+        near = sorted(n for n in known if n.rpartition(".")[2] == name)
+        hint = f"; did you mean {' or '.join(near)}" if near else f"; there are {', '.join(known)}"
+        raise UserError(f"{name}: cannot be hidden in this configuration{hint}")
+    c = known[name]
+    value = c.value(SIZES[size]) if size in SIZES else _value(c, size)
+    if not c.low <= value <= c.high:
+        low, high = (show(v, c.unit, c.shown) for v in (c.low, c.high))
+        raise UserError(f"{name}: {show(value, c.unit, c.shown)} is outside {low} ... {high}")
+    return Hidden(c, value)
+
+
+def _value(c: Coordinate, size: str) -> float:
+    try:
+        return to_si(float(size) if c.unit == "1" and "%" not in size else size, c.unit)
+    except ValueError:
+        usual = show(c.value(1.0), c.unit, c.shown)
+        raise UserError(
+            f'{c.name}: "{size}" is no size; take small, medium or large, or a {knob_of(c)} such '
+            f'as "{usual}"'
+        ) from None
+
+
+def ground(twin: Twin, hidden: Sequence[Hidden], seed: int) -> Ground:
+    """Return a machine that deviates from its configuration, with effects hidden in it."""
+    random = np.random.default_rng(seed)
+    drawn = {c.name: float(random.uniform(-DEVIATION, DEVIATION))
+             for c in parameters.ordinary(twin)}  # fmt: skip
+    return Ground(twin, tuple(hidden), drawn, seed)
+
+
+def campaign(
+    made: Ground, names: Sequence[str], duration: float | None = None, first: int = 0
+) -> list[Experiment]:
+    """Return recordings of experiments of the library."""
+    allowed = limits(made.twin.plant_values)
+    played = [target(stimulus(n), allowed, duration=duration, seed=made.seed % 1000 + first + i)
+              for i, n in enumerate(names)]  # fmt: skip
+    return [made.record(t, first + i, t.stimulus.name) for i, t in enumerate(played)]
+
+
+def surprise(twin: Twin, size: str, seed: int) -> Hidden:
+    """Draw an effect that experiments of the library show.
+
+    A healthy machine is recorded and every effect scored on it with the ordinary parameters
+    projected out: what they could explain would not be fair to ask.
+    """
+    healthy = ground(twin, (), seed)
+    fitter = Fitter(Observer(twin, INSTRUMENTS), campaign(healthy, TRAINING))
+    nuisances = parameters.ordinary(twin)
+    fitter.freeze(nuisances, np.zeros(len(nuisances)))
+    base = fitter.fit(nuisances, np.zeros(len(nuisances)), 2)
+    scores = scan(fitter, base, list(hideable(twin).values()))
+    factor = SIZES.get(size, 1.0)
+    fair = sorted(s.coordinate.name for s in scores if s.information * factor**2 > PLAIN)
+    return hide(twin, str(np.random.default_rng(seed + 1).choice(fair)), size)

@@ -1,0 +1,107 @@
+"""The truth of a practice ground in a file that cannot be read by accident."""
+
+import base64
+import hashlib
+import json
+import math
+import textwrap
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.experiment_design.practice import Ground, Hidden, hideable, knob_of
+from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.units import show
+
+NAME = "truth.sealed"
+_HEAD = "# What is hidden here. To look: hil-emulator hide --open FOLDER\n"
+
+
+def seal(ground: Ground, folder: Path) -> str:
+    """Write the truth and return the file's SHA-256."""
+    truth = {
+        "configuration": ground.twin.config.digest,
+        "seed": ground.seed,
+        "ordinary": ground.ordinary,
+        "effects": [
+            {"name": h.coordinate.name, "knob": knob_of(h.coordinate), "value": h.value,
+             "unit": h.coordinate.unit}
+            for h in ground.hidden
+        ],
+    }  # fmt: skip
+    packed = base64.b64encode(zlib.compress(json.dumps(truth).encode(), 9)).decode()
+    text = _HEAD + "\n".join(textwrap.wrap(packed, 76)) + "\n"
+    file = folder / NAME
+    try:
+        file.write_text(text, encoding="ascii")
+    except OSError as error:
+        raise UserError(f"{file}: cannot be written: {error.strerror}") from None
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def unseal(folder: Path) -> dict[str, Any]:
+    """Return the truth.
+
+    Raises:
+        UserError: if it is not there or broken.
+
+    """
+    file = folder / NAME
+    try:
+        lines = file.read_text(encoding="ascii").splitlines()
+        packed = "".join(line for line in lines if not line.startswith("#"))
+        return dict(json.loads(zlib.decompress(base64.b64decode(packed, validate=True))))
+    except OSError as error:
+        raise UserError(
+            f"{file}: cannot be read: {error.strerror}; name a folder that `hide` has written"
+        ) from None
+    except (ValueError, zlib.error):
+        raise UserError(f"{file}: is broken; hide the effects again") from None
+
+
+def restored(twin: Twin, truth: Mapping[str, Any]) -> Ground:
+    """Return the practice ground of a truth.
+
+    Raises:
+        UserError: if it belongs to another configuration.
+
+    """
+    if truth["configuration"] != twin.config.digest:
+        raise UserError("the configuration has changed since the effects were hidden in it")
+    known = hideable(twin)
+    hidden = tuple(Hidden(known[e["name"]], float(e["value"])) for e in truth["effects"])
+    return Ground(twin, hidden, dict(truth["ordinary"]), int(truth["seed"]))
+
+
+def compared(truth: Mapping[str, Any], result: Mapping[str, Any]) -> list[str]:
+    """Return, line by line, how an identification did."""
+    named = {e["name"]: e for e in result["effects"]}
+    lines, used = [], set()
+    for hidden in truth["effects"]:
+        name = hidden["name"]
+        groups = [n for n, e in named.items() if name in e["group"]]
+        if name in named:
+            used.add(name)
+            lines.append(f"named     {name}, {_value(hidden, named[name])}")
+        elif groups:
+            used.add(groups[0])
+            lines.append(f"in group  {name} with {groups[0]}: these data do not separate them")
+        else:
+            lines.append(f"missed    {name}")
+    lines += [f"wrong     {name} is named and not hidden" for name in named if name not in used]
+    if not truth["effects"] and not named:
+        lines.append("right     nothing is hidden, and nothing is named")
+    return lines
+
+
+def _value(hidden: Mapping[str, Any], found: Mapping[str, Any]) -> str:
+    low, high = found["interval"]
+    value, unit = hidden["value"], hidden["unit"]
+    inside = "inside" if low <= value <= high else "outside"
+    off = abs(found["value"] / value - 1.0) if value else math.inf
+    return (
+        f"{show(found['value'], unit)}, {100.0 * off:.1f} % off; the truth is {inside} its 95 % "
+        f"interval {show(low, unit)} ... {show(high, unit)}"
+    )

@@ -1,0 +1,105 @@
+"""What the channels that are there allow: a predictor, its effects, and how well known they are."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from hil_emulator.identify.data_checks import plausible
+from hil_emulator.identify.measured.experiment import FLOW, Experiment
+from hil_emulator.identify.prediction import parameters, static
+from hil_emulator.identify.prediction.flow_bench import PRIORS as FLOW_PRIORS
+from hil_emulator.identify.prediction.flow_bench import FlowBench, flow_bench
+from hil_emulator.identify.prediction.flow_bench import examinable as flow_examinable
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.valve_bench import VOLUME_PRIORS, ValveBench, bench
+from hil_emulator.model.sensors import CHANNELS
+
+DRIVEN = 0.2e-3
+"""Least travel of a rod that was moved at all [m] (assumed)."""
+
+SLOWEST = 5e-3
+"""Longest sample period that shows a hydraulic mode of some 50 Hz [s]."""
+
+
+def predicting(
+    twin: Twin, learn: list[Experiment], check: list[Experiment]
+) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
+    """Choose what predicts by the channels that are there.
+
+    Args:
+        twin: the model.
+        learn: experiments for the fit.
+        check: experiments for the gate.
+
+    Returns:
+        The predictor, or None; the experiments as it takes them; and why there is none.
+
+    """
+    everything = [*learn, *check]
+    names = tuple(
+        c.name for c in CHANNELS
+        if not c.differenced and all(c.name in e.readings for e in everything)
+    )  # fmt: skip
+    travels = [float(np.ptp(x[np.isfinite(x)])) for x in
+               (e.readings.get("position", np.zeros(1)) for e in everything)]  # fmt: skip
+    if any(FLOW in e.readings for e in everything) and max(travels) < DRIVEN:
+        metered, why = flow_bench(twin, everything)
+        return metered, learn, check, why
+    if max(travels) < DRIVEN:
+        valve, why = bench(twin, everything)
+        still = "the rod hardly moves; move it by some millimetres" if max(travels) > 0.0 else (
+            "no experiment shows a moving position"
+        )  # fmt: skip
+        why = f"{still}; {why}" if why else _slow(everything)
+        return None if why else valve, learn, check, why
+    if min(travels) < DRIVEN:
+        return None, learn, check, "the rod hardly moves in some; move it by some millimetres"
+    contrary = plausible.contradictions(everything, twin)
+    if contrary:
+        return None, learn, check, "; ".join(contrary)
+    if all(len(e.current) for e in everything):
+        why = _slow(everything)
+        return None if why else Observer(twin, names), learn, check, why
+    if "load_force" in names and {"pressure_a", "pressure_b"} & set(names):
+        turned = plausible.dissipative(everything, twin)
+        return (
+            static.StaticObserver(twin), turned[: len(learn)], turned[len(learn) :], ""
+        )  # fmt: skip
+    why = (
+        f"with {', '.join(names)} alone no balance can be examined; add valve_current, or a "
+        "chamber pressure and load_force"
+    )
+    return None, learn, check, why
+
+
+def priors(predictor: Predictor) -> Mapping[str, float]:
+    """Return how well ordinary parameters are known."""
+    if isinstance(predictor, ValveBench):
+        return VOLUME_PRIORS
+    if isinstance(predictor, FlowBench):
+        return FLOW_PRIORS
+    return parameters.PRIORS if isinstance(predictor, Observer) else parameters.STATIC_PRIORS
+
+
+def _slow(experiments: Sequence[Experiment]) -> str:
+    """Return why experiments are sampled too slowly, or ""."""
+    slowest = max(e.period for e in experiments)
+    if slowest <= SLOWEST:
+        return ""
+    return (
+        f"sampled every {slowest * 1e3:.3g} ms: pressures move within that time; record at "
+        f"{SLOWEST * 1e3:g} ms or faster"
+    )
+
+
+def examinable(twin: Twin, predictor: Predictor) -> list[Coordinate]:
+    """Return the effects that a predictor could show."""
+    sensors = tuple(c for c in predictor.channels if c in twin.names)
+    found = parameters.candidates(twin, sensors)
+    if isinstance(predictor, FlowBench):
+        return [c for c in found if flow_examinable(c)]
+    if isinstance(predictor, Observer):
+        return found
+    return [c for c in found if static.examinable(c)]

@@ -1,0 +1,96 @@
+"""Charts of a result: the gap by channel, the ranking, the ladder, the correlations."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.reporting.canvas import AFTER, BEFORE, FLOOR, figure, logarithmic, png
+
+SEVERAL = 12
+"""Candidates that a ranking shows."""
+
+
+def gap(result: Result) -> str:
+    """Draw the gap per channel before and after over its floor, one step ahead and free."""
+    channels = list(result.gap)[::-1]
+    entries = [_held_out(result.gap[c]) for c in channels]
+    free = any("free_before" in e for e in entries)
+    kinds = {"": "one step ahead", "free_": "free run of 0.5 s"} if free else {"": ""}
+    drawn, axes = figure(1.2 + 0.36 * len(channels), columns=len(kinds), squeeze=False, sharey=True)
+    place = np.arange(len(channels))
+    for one, (kind, words) in zip(axes[0], kinds.items(), strict=True):
+        for when, colour, mark, size in (
+            ("floor", FLOOR, "|", 15), ("before", BEFORE, "o", 7), ("after", AFTER, "s", 5),
+        ):  # fmt: skip
+            if when == "after" and not result.effects:
+                continue
+            values = [e.get(f"{kind}{when}", np.nan) for e in entries]
+            one.plot(values, place, mark, color=colour, ms=size, mew=2.0 if mark == "|" else 1.0,
+                     label=when)  # fmt: skip
+        logarithmic(one.xaxis)
+        one.set_title(words, fontsize=9, loc="left")
+        one.grid(axis="x", lw=0.3)
+        one.set_xlabel(f"rms [{_unit(result)}]", fontsize=9)
+    axes[0, 0].set_yticks(place, [c.replace("_", " ") for c in channels], fontsize=9)
+    axes[0, 0].set_ylim(-0.6, len(channels) - 0.4)
+    axes[0, -1].legend(fontsize=8, ncols=3, frameon=False, loc="lower right",
+                       bbox_to_anchor=(1.0, 1.0))  # fmt: skip
+    return png(drawn)
+
+
+def _unit(result: Result) -> str:
+    return "sigma of the noise" if "deviation" in result.measure else result.measure
+
+
+def _held_out(parts: Mapping[str, Mapping[str, float]]) -> Mapping[str, float]:
+    return parts.get("validation") or parts["training"]
+
+
+def ranking(result: Result) -> str:
+    """Draw what the likeliest effects gain in the first round."""
+    scores = result.search.rounds[0].scores[:SEVERAL][::-1] if result.search else []
+    found = {f.name for f in result.effects}
+    drawn, axes = figure(0.9 + 0.22 * len(scores))
+    names = [s.coordinate.name for s in scores]
+    gains = [max(s.statistic, 1.0) for s in scores]
+    axes.barh(names, gains, color=[AFTER if n in found else FLOOR for n in names], height=0.7)
+    axes.set_xlim(left=1.0)
+    logarithmic(axes.xaxis)
+    axes.set_xlabel("gain in chi-square, ordinary parameters projected out (blue: named)",
+                    fontsize=9)  # fmt: skip
+    return png(drawn)
+
+
+def ladder(result: Result) -> str:
+    """Draw what every accepted effect gained, on training and on held-out data."""
+    steps = result.ladder[::-1]
+    drawn, axes = figure(1.1 + 0.42 * len(steps))
+    place = np.arange(len(steps))
+    for shift, part, colour in ((0.18, "training", FLOOR), (-0.18, "validation", AFTER)):
+        gains = [max(s[part], 1.0) if s[part] is not None else np.nan for s in steps]
+        label = "training" if part == "training" else "held out"
+        axes.barh(place + shift, gains, 0.34, color=colour, label=label)
+    names = [s["effect"] + (f"\nbeside {s['beside']}" if s["beside"] else "") for s in steps]
+    axes.set_yticks(place, names, fontsize=9)
+    axes.set_xlim(left=1.0)
+    logarithmic(axes.xaxis)
+    axes.set_xlabel("gain in chi-square of the joint refit", fontsize=9)
+    axes.legend(fontsize=8, ncols=2, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    return png(drawn)
+
+
+def correlations(result: Result) -> str:
+    """Draw how the fitted parameters depend on each other."""
+    final = result.search.final if result.search else None
+    assert final is not None
+    cov = final.covariance()
+    spread = np.sqrt(np.maximum(np.diag(cov), 1e-30))
+    names = [c.name for c in final.coordinates]
+    drawn, axes = figure(max(2.6, 0.9 + 0.27 * len(names)))
+    axes.spines[:].set_visible(False)
+    shown = axes.imshow(cov / np.outer(spread, spread), cmap="PuOr", vmin=-1, vmax=1)
+    axes.set_xticks(range(len(names)), names, rotation=90, fontsize=7)
+    axes.set_yticks(range(len(names)), names, fontsize=7)
+    drawn.colorbar(shown, shrink=0.7).set_label("correlation", fontsize=8)
+    return png(drawn)

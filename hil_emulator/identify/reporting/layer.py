@@ -1,0 +1,114 @@
+"""The result as a layer of configuration that `run` takes after the original files."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from hil_emulator.identify.conclusion.result import Finding, Result
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.progress import Search
+from hil_emulator.model import quantities
+
+EFFECT_FILE = "unexplained.py"
+"""File of an unexplained term, beside the layer that refers to it."""
+
+
+def layer(result: Result, files: Sequence[Path], date: str) -> str:
+    """Return TOML with the missing effects and the refitted ordinary parameters.
+
+    Args:
+        result: what was found.
+        files: the configuration it was compared with.
+        date: when, for the provenance.
+
+    """
+    lines = [f"# Identified on {date} against {', '.join(f.name for f in files)}."]
+    for name, digest in result.digests.items():
+        part = ", held out" if name in result.held_out else ""
+        lines.append(f"# data {name} (sha256 {digest}){part}")
+    lines += [f"# verdict: {result.verdict}: {line}" for line in result.reason.splitlines()]
+    lines += _gaps(result)
+    tables: dict[str, list[str]] = {}
+    if result.added is not None:
+        lines += ["", "[model]", f'effects = ["{EFFECT_FILE}"]']
+        row = f"{result.added.name} = {{ factor = 1.0 }}   # {result.added.words}"
+        tables.setdefault(result.added.stage.table, []).append(row)
+    if result.search is not None and result.search.final is not None:
+        for finding in result.effects:
+            coordinate = next(c for c in result.search.effects if c.name == finding.name)
+            row = _effect(result.search, coordinate, finding)
+            tables.setdefault(_table(coordinate), []).append(row)
+        for coordinate, value in _refitted(result):
+            known = result.parameters[coordinate.name]
+            entry = _ordinary(coordinate, value, {} if result.added else known)
+            tables.setdefault(_table(coordinate), []).append(entry)
+    for table, rows in tables.items():
+        lines += ["", f"[{table}]", *rows]
+    return "\n".join(lines) + "\n"
+
+
+def _gaps(result: Result) -> list[str]:
+    """Return the gap before and after, by channel and part of the data, as comments."""
+    if not result.gap:
+        return []
+    free = any("free_before" in v for parts in result.gap.values() for v in parts.values())
+    kinds = "one step ahead; free run of 500 ms" if free else "before -> after"
+    lines = [f"# gap, root mean square in {result.measure}: {kinds}"]
+    for channel, parts in result.gap.items():
+        for part, values in parts.items():
+            found = [_gap(values, k) for k in ("", "free_") if f"{k}before" in values]
+            lines.append(f"# gap {channel}, {part}: {'; '.join(found)}")
+    return lines
+
+
+def _gap(values: Mapping[str, float], kind: str) -> str:
+    text = f"{values[f'{kind}before']:.3g} -> {values.get(f'{kind}after', math.nan):.3g}"
+    floor = values.get(f"{kind}floor")
+    return text if floor is None else f"{text} (floor {floor:.3g})"
+
+
+def _table(coordinate: Coordinate) -> str:
+    if coordinate.channel:
+        return f"sensors.{coordinate.channel}"
+    if coordinate.effect is not None:
+        return coordinate.effect.stage.table
+    return coordinate.field.partition("_")[0]
+
+
+def quoted(value: float, unit: str) -> str:
+    """Return a value as the configuration writes it."""
+    return repr(float(value)) if unit == "1" else f'"{value:.8g} {unit}"'
+
+
+def _effect(search: Search, coordinate: Coordinate, finding: Finding) -> str:
+    assert coordinate.effect is not None
+    assert search.final is not None
+    at = dict(zip([c.name for c in search.final.coordinates], search.final.at, strict=True))
+    law = [f"{finding.knob} = {quoted(finding.value, finding.unit)}"]
+    for shape in search.shapes:
+        owner, _, name = shape.name.rpartition(".")
+        if owner == coordinate.name:
+            law.append(f"{name} = {quoted(shape.value(float(at[shape.name])), shape.unit)}")
+    low, high = (f"{v:.4g}" for v in finding.interval)
+    return (
+        f"{coordinate.effect.name} = {{ {', '.join(law)} }}"
+        f"   # 95 %: {low} ... {high} {finding.unit}; {100 * finding.explained:.0f} % of the gap"
+    )
+
+
+def _refitted(result: Result) -> list[tuple[Coordinate, float]]:
+    assert result.search is not None
+    pairs = zip(result.search.nuisances, result.settled, strict=False)
+    return [(c, float(c.value(float(a)))) for c, a in pairs if abs(float(a)) > 1e-3]
+
+
+def _ordinary(coordinate: Coordinate, value: float, known: Mapping[str, float]) -> str:
+    text = f"   # ordinary parameter, configured {coordinate.neutral:.6g} {coordinate.unit}"
+    if "low" in known:
+        text += f", 95 %: {known['low']:.5g} ... {known['high']:.5g}"
+    if coordinate.effect is not None:
+        knob = coordinate.effect.knob.name
+        return f"{coordinate.effect.name}.{knob} = {quoted(value, coordinate.unit)}{text}"
+    table = coordinate.field.partition("_")[0]
+    assert table in quantities.PARAMS
+    return f"{coordinate.field[len(table) + 1 :]} = {quoted(value, coordinate.unit)}{text}"

@@ -1,0 +1,129 @@
+"""Pictures of where the gap is: traces and what the balances lack."""
+
+import textwrap
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.identify.conclusion.result import Result, Unexplained
+from hil_emulator.identify.disagreement.residuals import DRIVER_UNITS, SHOWN, Binned, Map
+from hil_emulator.identify.measured.experiment import UNITS, Array
+from hil_emulator.identify.reporting.canvas import (
+    AFTER,
+    BEFORE,
+    MEASURED,
+    figure,
+    logarithmic,
+    png,
+)
+
+SHOWN_SAMPLES = 2000
+"""Longest stretch of a trace that is drawn."""
+
+
+def widest_trace(result: Result) -> str:
+    """Return the trace whose disagreement shrank by the largest factor, or else the widest one."""
+
+    def worth(name: str) -> float:
+        old, new = (_mean_square(result.traces[name], when) for when in ("before", "after"))
+        return old / new if result.effects else old
+
+    return max(result.traces, key=worth)
+
+
+def _mean_square(trace: dict[str, Array], when: str) -> float:
+    error = trace[f"free_{when}"] if _free(trace) else trace[when]
+    return float(np.nanmean((error / trace["noise"][0]) ** 2)) + 1e-12
+
+
+def _free(trace: dict[str, Array]) -> bool:
+    return bool(np.isfinite(trace["free_before"]).any())
+
+
+def trace(result: Result, name: str) -> str:
+    """Draw measurement and both models where one channel disagrees most, and below the errors."""
+    t = result.traces[name]
+    free = _free(t)
+    prefix = "free_" if free else ""
+    factor, unit = SHOWN[UNITS[name.rpartition("/")[2]]]
+    old, new = t[f"{prefix}before"], t[f"{prefix}after"]
+    here = _stretch(t["time"], old)
+    drawn, (top, bottom) = figure(3.9, rows=2, sharex=True, height_ratios=(3, 2))
+    both = bool(result.effects)
+    top.plot(
+        t["time"][here], factor * t["measured"][here], color=MEASURED, lw=1.4, label="measured"
+    )
+    models = [("configured model", old, BEFORE, "--")]
+    if both:
+        models.append(("with what was found", new, AFTER, "-"))
+    for label, error, colour, line in models:
+        top.plot(t["time"][here], factor * (t["measured"] - error)[here], line, color=colour,
+                 lw=1.1, label=label)  # fmt: skip
+        bottom.plot(t["time"][here], factor * error[here], line, color=colour, lw=0.9)
+    bottom.axhline(0.0, color=MEASURED, lw=0.5)
+    experiment, _, channel = name.rpartition("/")
+    top.set_ylabel(f"{channel.replace('_', ' ')} [{unit}]", fontsize=9)
+    bottom.set_ylabel(f"error [{unit}]", fontsize=9)
+    bottom.set_xlabel("time [s]", fontsize=9)
+    run = "free run, restarted every 0.5 s" if free else "force balance"
+    top.set_title(f"{experiment}: {run}", fontsize=9, loc="left")
+    top.legend(fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    return png(drawn)
+
+
+def _stretch(time: Array, error: Array) -> Any:
+    """Return the samples of the stretch in which an error is largest."""
+    count = min(len(time), SHOWN_SAMPLES)
+    total = np.concatenate([[0.0], np.cumsum(np.nan_to_num(error) ** 2)])
+    first = int(np.argmax(total[count:] - total[:-count]))
+    return slice(first, first + count)
+
+
+def balance(drawn_map: Map, both: bool) -> str:
+    """Draw what a balance lacks over its driver, before and after, and over frequency."""
+    wide = len(drawn_map.frequency) > 0
+    widths = [1.0, 1.0, 0.9] if both else [1.2, 1.0]
+    drawn, axes = figure(2.9, columns=len(widths), width_ratios=widths)
+    panels = [("configured model", drawn_map.before, BEFORE)]
+    if both:
+        panels.append(("with what was found", drawn_map.after, AFTER))
+    for one, (label, binned, colour) in zip(axes, panels, strict=False):
+        _band(one, drawn_map, binned, colour)
+        one.set_title(label, fontsize=9, loc="left", color=colour)
+        words = textwrap.fill(f"{drawn_map.driver} [{drawn_map.driver_unit}]", 28)
+        one.set_xlabel(words, fontsize=8)
+    axes[0].set_ylabel(f"lacks [{drawn_map.unit}]", fontsize=9)
+    if both:
+        axes[1].sharey(axes[0])
+    last = axes[-1]
+    if wide:
+        for (_, _, colour), power, line in zip(
+            panels, drawn_map.spectra, ("--", "-"), strict=False
+        ):
+            last.plot(drawn_map.frequency, power, line, color=colour, lw=1.2)
+        logarithmic(last.xaxis)
+        logarithmic(last.yaxis, 60.0)
+        last.set_xlabel("frequency [Hz]", fontsize=8)
+        last.set_ylabel(f"density [{drawn_map.unit}/Hz$^{{1/2}}$]", fontsize=8)
+        last.set_title("spectrum", fontsize=9, loc="left")
+    return png(drawn)
+
+
+def _band(axes: Any, drawn_map: Map, binned: Binned, colour: str) -> None:
+    """Draw median and spread of a residual in bins of its driver."""
+    axes.fill_between(drawn_map.centres, binned.low, binned.high, color=colour, alpha=0.25, lw=0)
+    axes.plot(drawn_map.centres, binned.middle, "o-", color=colour, ms=3, lw=1.2)
+    axes.axhline(0.0, color=MEASURED, lw=0.5)
+
+
+def term(unexplained: Unexplained) -> str:
+    """Draw an unexplained term over its driver."""
+    factor, unit = SHOWN[unexplained.unit]
+    drawn, axes = figure(2.4)
+    knots = np.array(unexplained.knots)
+    scale, driver_unit = SHOWN.get(DRIVER_UNITS.get(unexplained.driver, ""), (1.0, "SI"))
+    axes.plot(scale * knots, factor * np.array(unexplained.curve), "o-", color=BEFORE)
+    axes.axhline(0.0, color=MEASURED, lw=0.5)
+    axes.set_xlabel(f"{unexplained.driver} [{driver_unit}]", fontsize=9)
+    axes.set_ylabel(f"lacking in the\n{unexplained.balance} [{unit}]", fontsize=8)
+    return png(drawn)

@@ -1,0 +1,208 @@
+"""Joint refits of the likeliest candidates, and which of them comes first."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil_emulator.identify.estimation.finite_difference import Derivative
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.restarts import nudged
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.pool import Batch
+from hil_emulator.identify.selection.acceptance_test import Evidence, inflation, needed_gain
+from hil_emulator.identify.selection.scan import Projection, Score
+
+REFITS = 5
+"""Iterations of a joint refit, before it is asked whether more are worth while."""
+
+MORE = 4
+"""Most times that it goes on."""
+
+WORTH = 0.01
+"""Part of the gain so far that these iterations must have added for it to go on (assumed)."""
+
+PROMISING = 0.2
+"""Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
+
+RIVALLING = 0.5
+"""The same below which it is not tried from further starts (assumed)."""
+
+CONTENDERS = 0.75
+"""Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
+
+NEAR = 0.9
+"""Of effects that gain at least this part of the best on held-out and on training data, the one
+with the fewest assumed shape parameters is named (assumed)."""
+
+
+UNBELIEVED = 5.0
+"""Prior standard deviations beyond which no ordinary parameter is believed to be, unless it was so
+without the candidate (assumed)."""
+
+
+@dataclass
+class Trial:
+    """One candidate, refitted.
+
+    Attributes:
+        score: from the scan.
+        fit: with the effect's knob last, and before it what else its law holds.
+        evidence: for and against it.
+        deviation: standard deviation of the knob's coordinate, serial correlation counted.
+        beside: the candidate beside which it was judged, see `lookahead`; mostly "".
+
+    """
+
+    score: Score
+    fit: Fit
+    evidence: Evidence
+    deviation: float
+    beside: str = ""
+
+
+class Contest:
+    """Refits candidates together with everything that is in the model.
+
+    Args:
+        fitter: with the training data frozen.
+        base: the fit without any of them.
+        held: frozen validation data, or None.
+
+    """
+
+    def __init__(self, fitter: Fitter, base: Fit, held: Batch | None) -> None:
+        self._fitter, self._base, self._held = fitter, base, held
+        self._needed = needed_gain(len(base.residual))
+
+    def enter(self, likely: Sequence[Score]) -> list[Trial]:
+        """Refit candidates, all roughly and the better ones to the end; the best comes first."""
+        fits = [self._rough(score) for score in likely]
+        self._improve(fits, PROMISING, lambda i: self._complete(fits[i], likely[i].coordinate))
+        self._improve(fits, RIVALLING, lambda i: self._pushed(fits[i]))
+        fits.reverse()
+        return ranked([self._weighed(score, fits.pop()) for score in likely])
+
+    def _improve(self, fits: list[Fit], part: float, better: Callable[[int], Fit]) -> None:
+        """Put a better fit in the place of each that gains at least this part of the best."""
+        gains = [self._base.chi2 - fit.chi2 for fit in fits]
+        level = max([self._needed, *(part * gain for gain in gains)])
+        for i, gain in enumerate(gains):
+            if gain > level:
+                fits[i] = better(i)
+
+    def _rough(self, score: Score) -> Fit:
+        base = self._base
+        free = [*base.coordinates, score.coordinate]
+        if score.start is not None:
+            return self._fitter.fit(free, score.start, 2)
+        at = np.append(base.at + score.estimate * score.response, score.estimate)
+        slopes = np.column_stack([base.jacobian, score.slope])
+        return self._fitter.fit(free, at, 2, jacobian=slopes)
+
+    def _complete(self, fit: Fit, coordinate: Coordinate) -> Fit:
+        """Refit with all that the effect's law holds: what is usual need not be what is there."""
+        fit = self._converged(fit)
+        shapes = self._fitter.predictor.twin.shapes(coordinate)
+        if not shapes:
+            return fit
+        free = [*fit.coordinates[:-1], *shapes, fit.coordinates[-1]]
+        last = len(fit.at) - 1
+        at = np.insert(fit.at, last, np.zeros(len(shapes)))
+        wanted = [Derivative(free, at, last + i) for i in range(len(shapes))]
+        columns = np.column_stack(list(self._fitter.columns(wanted, fit.residual)))
+        slopes = np.insert(fit.jacobian, [last], columns, axis=1)
+        return self._converged(Fit(free, at, fit.residual, slopes, fit.chi2))
+
+    def _pushed(self, fit: Fit) -> Fit:
+        other = nudged(self._fitter, fit, len(fit.at) - 1)
+        return fit if other is fit else self._converged(other)
+
+    def _converged(self, fit: Fit) -> Fit:
+        for _ in range(MORE):
+            before = fit.chi2
+            fit = self._fitter.fit(fit.coordinates, fit.at, REFITS, jacobian=fit.jacobian)
+            if before - fit.chi2 < WORTH * max(self._base.chi2 - fit.chi2, self._needed):
+                break
+        return fit
+
+    def _weighed(self, score: Score, fit: Fit) -> Trial:
+        wald, deviation, inflation = self._certainty(score.coordinate.name, fit)
+        held_out, expected = float("nan"), 0.0
+        if self._held is not None:
+            before = self._fitter.residual(self._base.coordinates, self._base.at, self._held)
+            after = self._fitter.residual(fit.coordinates, fit.at, self._held)
+            held_out = float(before @ before - after @ after)
+            expected = float((after - before) @ (after - before))
+        gain = self._base.chi2 - fit.chi2
+        strange = unbelieved(self._base, fit)
+        evidence = Evidence(
+            gain, wald, held_out, self._needed, expected, inflation, strange
+        )  # fmt: skip
+        # slopes of several fits of a long recording are large
+        lean = replace(fit, jacobian=fit.jacobian.astype(np.float32))
+        return Trial(score.lean(), lean, evidence, deviation)
+
+    def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float]:
+        """Return Wald statistic, standard deviation and inflation of the last coordinate."""
+        last = len(fit.at) - 1
+        # an effect that is off has no shape: whether it is there does not hang on how it looks
+        rest = [i for i, c in enumerate(fit.coordinates[:-1]) if not c.name.startswith(f"{name}.")]
+        others = [fit.coordinates[i] for i in rest]
+        project = Projection(Fit(others, fit.at[rest], fit.residual, fit.jacobian[:, rest], 0.0))
+        fresh = self._fitter.column(fit.coordinates, fit.at, fit.residual, last)
+        shown, believed = np.split(project(fresh), [len(fit.residual)])
+        information = float(shown @ shown + believed @ believed)
+        if believed @ believed < shown @ shown:
+            factor = inflation(shown, fit.residual, self._fitter.stretch)
+            variance = factor / float(shown @ shown)
+            return float(fit.at[-1] ** 2) / variance, math.sqrt(variance), factor
+        # all but what is believed of an ordinary parameter could stand in its place: slopes that
+        # nearly cancel show no serial correlation, what the effect has changed does
+        changed = self._base.residual - fit.residual
+        factor = inflation(changed, fit.residual, self._fitter.stretch)
+        gain = self._base.chi2 - fit.chi2
+        return gain / factor, math.sqrt(factor / max(information, 1e-9)), factor
+
+
+def unbelieved(base: Fit, fit: Fit) -> str:
+    """Say which ordinary parameter a candidate drives where nobody believes it, or ""."""
+    before = {c.name: float(at) for c, at in zip(base.coordinates, base.at, strict=True)}
+    for coordinate, at in zip(fit.coordinates, fit.at, strict=True):
+        most = UNBELIEVED * coordinate.prior
+        if coordinate.name in before and abs(before[coordinate.name]) < most < abs(at):
+            share = float(coordinate.value(float(at))) / coordinate.neutral
+            return f"{coordinate.name} would have to be {share:.2g} times its configured value"
+    return ""
+
+
+def ranked(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the candidates in the order of what they explain, the strange ones last.
+
+    Where several explain the training data about equally well, held-out data decide: a law that
+    holds elsewhere beats one that bends to its data.
+    """
+    by_gain = sorted(trials, key=lambda t: -t.evidence.gain)
+    sound = [t for t in by_gain if not t.evidence.strange]
+    return _ranked(sound) + [t for t in by_gain if t.evidence.strange]
+
+
+def _ranked(by_gain: list[Trial]) -> list[Trial]:
+    if not by_gain or by_gain[0].evidence.gain <= 0.0:
+        return by_gain
+    level = CONTENDERS * by_gain[0].evidence.gain
+    contenders = [t for t in by_gain if t.evidence.gain >= level]
+    if all(np.isfinite(t.evidence.held_out) for t in contenders):
+        contenders.sort(key=lambda t: -t.evidence.held_out)
+        first = contenders[0].evidence
+        equals = [t for t in contenders if t.evidence.held_out >= NEAR * first.held_out
+                  and t.evidence.gain >= NEAR * first.gain]  # fmt: skip
+        contenders = [*sorted(equals, key=lambda t: _assumed(t.score.coordinate)),
+                      *(t for t in contenders if t not in equals)]  # fmt: skip
+    return contenders + [t for t in by_gain if t.evidence.gain < level]
+
+
+def _assumed(coordinate: Coordinate) -> int:
+    """Return how many shape parameters of an effect are taken on trust."""
+    return len(coordinate.effect.shape) if coordinate.effect else 0

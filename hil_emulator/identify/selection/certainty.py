@@ -1,0 +1,67 @@
+"""How certain the value of an effect is, and which are too faint for one that is not.
+
+Every machine has a little of everything, like friction that ripples along the stroke. What explains
+hardly anything is named only where it can be nothing else.
+"""
+
+import math
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.selection.progress import Search
+
+FAINT = 0.005
+"""Share of the innovations' variance below which an effect needs a law that fits and a value that
+differs from none (assumed)."""
+
+SURE = 1.96
+"""Standard deviations to either end of a 95 % interval."""
+
+
+def faint(search: Search) -> list[str]:
+    """Return the effects that explain next to nothing, and may as well be something else or none.
+
+    Args:
+        search: finished, with what speaks against the laws of its effects.
+
+    """
+    least = FAINT * len(search.rounds[-1].base.residual)
+    return [c.name for c in search.effects
+            if search.naming(c.name).best < least
+            and (c.name in search.forms or _may_be_none(search, c.name))]  # fmt: skip
+
+
+def deviation(search: Search, fit: Fit, name: str) -> float:
+    """Return the standard deviation of an effect's coordinate, everything counted.
+
+    Args:
+        search: with the effect in the model.
+        fit: of the model.
+        name: of the effect.
+
+    """
+    i = [c.name for c in fit.coordinates].index(name)
+    spread = float(np.sqrt(fit.covariance()[i, i]))
+    found = max(spread, search.naming(name).trials[0].deviation)
+    return math.hypot(found, doubts(search, fit)[i])
+
+
+def doubts(search: Search, fit: Fit) -> Array:
+    """Return the deviation of each coordinate that comes from what no law explains.
+
+    Friction that changes along the stroke, say, is taken for something else in part: how much, its
+    strength tells, while its shape is anyone's.
+    """
+    last = search.rounds[-1]
+    names = [c.name for c in last.base.coordinates]
+    found = [dict(zip(names, b.doubt, strict=True)) for b in last.blocks if len(b.doubt)]
+    return np.array([np.linalg.norm([d.get(c.name, 0.0) for d in found])
+                     for c in fit.coordinates])  # fmt: skip
+
+
+def _may_be_none(search: Search, name: str) -> bool:
+    fit = search.rounds[-1].base
+    at = fit.at[[c.name for c in fit.coordinates].index(name)]
+    return bool(abs(at) < SURE * deviation(search, fit, name))

@@ -1,0 +1,93 @@
+"""Rivals that complete the law of a named effect, and are no further effect.
+
+Play of several elements, named as that of one, leaves something that a hysteresis explains, which
+had explained nearly as much in its place. The law is one between both.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.candidate_refit import Trial
+
+RIVALLED = 0.75
+"""Part of the gain of an effect, when it was named, that the rival had then (assumed)."""
+
+BETWEEN = 0.1
+"""Part of that gain below which the rival only completes its law (assumed)."""
+
+SAME_WORK = 0.5
+"""Squared cosine between the traces of two candidates from which they do the same (assumed)."""
+
+
+@dataclass(frozen=True)
+class Completion:
+    """A rival that completes a law.
+
+    Attributes:
+        named: the effect in the model.
+        rival: what nearly explained the same.
+        part: gain of the rival beside it, over its own.
+
+    """
+
+    named: str
+    rival: str
+    part: float
+
+    def __str__(self) -> str:
+        """Say what speaks against the law."""
+        return f"{self.rival}, which nearly explains the same, explains {self.part:.0%} more"
+
+
+def completions(
+    contests: Iterable[Sequence[Trial]], trials: Sequence[Trial]
+) -> Mapping[str, Completion]:  # fmt: skip
+    """Return which candidates only complete a law, by name, those that explain the most first.
+
+    Where a near rival does, others at its place that do the same work and no more of it do too.
+
+    Args:
+        contests: of each effect in the model, the trials in which it was named, itself first.
+        trials: of the round.
+
+    """
+    found: dict[str, Completion] = {}
+    completing: list[tuple[Trial, Trial]] = []
+    rivalled = {_name(rival): best for best, rival in near(contests)}
+    for trial in sorted(trials, key=lambda t: -t.evidence.gain):
+        likely = [best for best, rival in completing if _same_work(trial, rival)]
+        best = rivalled.get(_name(trial)) or (likely[0] if likely else None)
+        if best is None or not trial.evidence.passed:
+            continue
+        part = trial.evidence.gain / best.evidence.gain
+        if part < BETWEEN:
+            found[_name(trial)] = Completion(_name(best), _name(trial), part)
+            completing.append((best, trial))
+    return found
+
+
+def _same_work(trial: Trial, rival: Trial) -> bool:
+    """Tell whether a candidate acts at the place of another, and mostly does what that does."""
+    one, other = trial.score, rival.score
+    product = float(one.column @ other.column)
+    alike = product**2 > SAME_WORK * one.information * other.information
+    return alike and place(one.coordinate) == place(other.coordinate)
+
+
+def near(contests: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, Trial]]:
+    """Yield effects with the rivals at the same place that explained nearly as much."""
+    for best, *rivals in contests:
+        for rival in rivals:
+            here = place(rival.score.coordinate) == place(best.score.coordinate)
+            if here and rival.evidence.gain > RIVALLED * best.evidence.gain:
+                yield best, rival
+
+
+def _name(trial: Trial) -> str:
+    return trial.score.coordinate.name
+
+
+def place(coordinate: Coordinate) -> str:
+    """Return the sensor, or the part of the machine, at which an effect acts."""
+    return coordinate.channel or (coordinate.effect.stage.table if coordinate.effect else "")

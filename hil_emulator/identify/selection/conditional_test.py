@@ -1,0 +1,110 @@
+"""Further effects beside the law of a named one that does not fit.
+
+What a law of another form leaves is larger than many an effect, and resembles others that do not
+act. Free shapes of that law take it up; what still explains something then is something else.
+"""
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.balances import BlockScore
+from hil_emulator.identify.selection.acceptance_test import needed_gain
+from hil_emulator.identify.selection.candidate_refit import ranked
+from hil_emulator.identify.selection.law_form import directions
+from hil_emulator.identify.selection.nearest import acts_in
+from hil_emulator.identify.selection.progress import Round
+from hil_emulator.identify.selection.scan import Projection, Score
+
+PARSIMONIOUS = 0.7
+"""Part of what a free shape of the law of an effect in the model would gain, that another effect
+must gain to be named in its place (assumed)."""
+
+BESIDE = 0.5
+"""Part of its gain that a candidate must have beside a free shape of that law (assumed)."""
+
+OUTSHONE = 3.0
+"""How many times as much as the best effect a free term may explain, chance set aside, for it to be
+the one (assumed; laws of another form stay below two)."""
+
+LEFT = 1e-4
+"""Part of its information that something must keep beside free terms to be told from them
+(assumed)."""
+
+
+class Beside:
+    """What something explains that no correction of given laws could.
+
+    Args:
+        laws: terms that are free to take any shape.
+        fit: without what is asked about.
+
+    """
+
+    def __init__(self, laws: Sequence[BlockScore], fit: Fit) -> None:
+        self._project = Projection(fit)
+        self._columns = np.column_stack([self._project(c) for b in laws for c in b.columns.T])
+        self._basis = directions(self._columns)
+        self._rest = self._basis.T @ (self._columns.T @ self._project.residual)
+
+    def candidate(self, score: Score) -> float:
+        """Return the gain in chi-square of a candidate of any size."""
+        own = score.column.astype(np.float64)
+        mine = self._basis.T @ (self._columns.T @ own)
+        information = float(own @ own - mine @ mine)
+        if information <= LEFT * score.information:
+            return 0.0
+        return float(own @ self._project.residual - mine @ self._rest) ** 2 / information
+
+    def term(self, block: BlockScore) -> float:
+        """Return the gain in chi-square of a free term."""
+        columns = np.column_stack([self._project(c) for c in block.columns.T])
+        mine = self._basis.T @ (self._columns.T @ columns)
+        values, vectors = np.linalg.eigh(columns.T @ columns - mine.T @ mine)
+        there = values > LEFT * float(np.max(np.sum(np.square(columns), axis=0)))
+        gradient = columns.T @ self._project.residual - mine.T @ self._rest
+        return float(np.sum((vectors[:, there].T @ gradient) ** 2 / values[there]))
+
+    def stands_out(self, score: Score, residuals: int) -> bool:
+        """Tell whether a candidate keeps enough of its gain, and enough for a name."""
+        return self.candidate(score) > max(needed_gain(residuals), BESIDE * score.statistic)
+
+
+def overshadowed(found: Round, laws: Sequence[BlockScore]) -> bool:
+    """Tell whether a free shape of a law in the model explains more than the best candidate."""
+    best = found.best
+    return any(best < PARSIMONIOUS * b.surplus or _of_one_sensor(found, b) for b in laws)
+
+
+def stands_beside(found: Round, laws: Sequence[BlockScore], without: Collection[str]) -> bool:
+    """Put the best candidate first that stands out beside given laws; tell whether it is named.
+
+    For that it has to explain, beside them, what any other free term does; in the balance of such a
+    law, what that does.
+
+    Args:
+        found: a round.
+        laws: terms of it that are laws of effects in the model.
+        without: names of candidates that complete such a law.
+
+    """
+    beside = Beside(laws, found.base)
+    residuals = len(found.base.residual)
+    there = ranked([t for t in found.trials if t.score.coordinate.name not in without
+                    and beside.stands_out(t.score, residuals)])  # fmt: skip
+    found.trials = there + [t for t in found.trials if t not in there]
+    if not there or not there[0].evidence.passed:
+        return False
+    first = there[0]
+    most = OUTSHONE * beside.candidate(first.score)
+    rest = [beside.term(b) - b.limit for b in found.worthwhile if b not in laws]
+    # what acts where that law does may be a part of it
+    rest += [b.certain for b in laws if acts_in(first.score.coordinate, b.balance)]
+    return all(explained <= most for explained in rest)
+
+
+def _of_one_sensor(found: Round, block: BlockScore) -> bool:
+    """Tell whether the best candidate is another error of the sensor that a term is about."""
+    channel = found.trials[0].score.coordinate.channel if found.trials else ""
+    return bool(channel) and channel == block.balance.channel

@@ -1,0 +1,172 @@
+"""Which candidates hold in the model itself, and where a refit of them had better begin."""
+
+import heapq
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.acceptance_test import SMALLEST_GAIN
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.scan import Projection, Score, score_of
+from hil_emulator.identify.selection.takeover import DEAR, SIZES, Takeover, tries_of
+
+WORTHLESS = 8.0
+"""Expected gain in chi-square below which a candidate is not looked at."""
+
+KEPT = 0.5
+"""Part of the gain that the linear model expects which the model itself must show (assumed)."""
+
+SECANTS = 2
+"""Most of their secants that are followed."""
+
+LOOKS = 16
+"""Most candidates that are tried at several sizes."""
+
+SAME = 0.998
+"""Squared cosine between the traces of effects above which they are the same (assumed)."""
+
+
+class Confirmation:
+    """Looks at candidates with the model itself.
+
+    Args:
+        fitter: with frozen experiments.
+        fit: where the scores were taken.
+
+    """
+
+    def __init__(self, fitter: Fitter, fit: Fit) -> None:
+        self._fitter, self._fit = fitter, fit
+        self._project = Projection(fit)
+        self._takeover = Takeover(fitter, fit)
+
+    def best(self, scores: Sequence[Score], wanted: int) -> list[Score]:
+        """Return the best scores that hold where the linear model puts the estimate.
+
+        An effect that bends, or that is far stronger than its typical size, gets a slope that leads
+        nowhere; its statistic is then what the model gains at the best of a few sizes. Of effects
+        with the same trace one is enough.
+
+        Args:
+            scores: of the linear model.
+            wanted: how many are enough.
+
+        """
+        queue = [(-s.statistic, i, s) for i, s in enumerate(scores) if s.statistic > WORTHLESS]
+        heapq.heapify(queue)
+        found: list[Score] = []
+        tried: dict[int, Score] = {}
+        while queue and len(found) < wanted and len(tried) < LOOKS:
+            _, i, score = heapq.heappop(queue)
+            if i in tried:
+                found.append(score)
+                continue
+            holds = self._gained(score) >= KEPT * score.statistic
+            options = [score] if holds else []
+            if not any(_alike(score, other) for other in (*tried.values(), *found)):
+                options += self._takeover.starts(score)
+                options += [] if holds else self._sounding(score)
+            best = max(options, key=lambda s: s.statistic, default=score)
+            if best is score and holds:
+                found.append(score)
+                continue
+            tried[i] = score
+            if options and best.sensible and best.statistic > WORTHLESS:
+                heapq.heappush(queue, (-best.statistic, i, best))
+        return found + self._kin(found, [s for i, s in enumerate(scores) if i not in tried])
+
+    def returning(
+        self, scores: Sequence[Score], likely: Sequence[Score], before: Sequence[Trial]
+    ) -> list[Score]:
+        """Return the likely candidates, with those of the round before where these ended.
+
+        What gained a lot at a far end of a curved valley is not found there again by its slope.
+
+        Args:
+            scores: of the linear model.
+            likely: the best of them.
+            before: what was refitted in the round before, and not named.
+
+        """
+        found = {s.coordinate.name: s for s in likely}
+        of = {s.coordinate.name: s for s in scores}
+        for trial in before:
+            name, ended = trial.score.coordinate.name, trial.fit
+            free = [*self._fit.coordinates, trial.score.coordinate]
+            values = dict(zip([c.name for c in free], np.append(self._fit.at, 0.0), strict=True))
+            values |= zip([c.name for c in ended.coordinates], ended.at, strict=True)
+            at = np.array([values[c.name] for c in free])
+            gained = next(self._gains_at(free, [at]))
+            known = found[name].statistic if name in found else WORTHLESS
+            if name in of and gained > known:
+                found[name] = replace(
+                    of[name], statistic=gained, estimate=float(at[-1]), start=at
+                )  # fmt: skip
+        return list(found.values())
+
+    def _kin(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
+        """Return effects that act at the place in the model at which the best one does.
+
+        Of two that do the same, the slope of one may lead somewhere and that of the other nowhere.
+        """
+        best = max(found, key=lambda s: s.statistic, default=None)
+        if best is None or best.coordinate.channel or best.statistic < SMALLEST_GAIN:
+            return []
+        known = {s.coordinate.name for s in found}
+        kin = [s for s in rest if s.coordinate.name not in known and _stage(s) == _stage(best)]
+        starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
+        return [s for s in starts if s.statistic > KEPT * best.statistic]
+
+    def _gained(self, score: Score) -> float:
+        return self._gains([score])[0]
+
+    def _gains(self, scores: Sequence[Score]) -> list[float]:
+        """Return what the model itself gains where scores of one candidate put its estimate."""
+        fit, fitter = self._fit, self._fitter
+        free = [*fit.coordinates, scores[0].coordinate]
+        points = [np.append(fit.at + s.estimate * s.response, s.estimate) for s in scores]
+        dear = [abs(p[-1]) < SIZES[1] and fitter.cost(free, p) > DEAR for p in points]
+        tried = [p for p, costs in zip(points, dear, strict=True) if not costs]
+        gains = self._gains_at(free, tried)
+        return [float("-inf") if costs else next(gains) for costs in dear]
+
+    def _gains_at(self, free: Sequence[Coordinate], points: Sequence[Array]) -> Iterator[float]:
+        residuals = self._fitter.residuals(free, points)
+        for at, residual in zip(points, residuals, strict=True):
+            yield self._fit.chi2 - self._fitter.loss(free, at, residual)
+
+    def _sounding(self, score: Score) -> list[Score]:
+        """Return starts at several sizes, and where the most promising secants to them lead.
+
+        Between sizes that explain something, all may be worse.
+        """
+        sense = -1.0 if score.estimate < 0.0 else 1.0
+        fit = self._fit
+        free = [*fit.coordinates, score.coordinate]
+        sizes = (score.estimate, *(sense * k for k in SIZES))
+        tries = list(tries_of(self._fitter, score, fit, sizes))
+        starts, secants = [], []
+        for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
+            gained = fit.chi2 - self._fitter.loss(free, at, residual)
+            starts.append(replace(score, statistic=gained, estimate=float(at[-1]), start=at))
+            slope = (residual - fit.residual) / at[-1]
+            secants.append(score_of(score.coordinate, slope, self._project))
+        secants = sorted(secants, key=lambda s: -s.statistic)[:SECANTS]
+        gains = self._gains(secants) if secants else []
+        return starts + [replace(s, statistic=g) for s, g in zip(secants, gains, strict=True)]
+
+
+def _stage(score: Score) -> str:
+    """Return the stage of the model at which an effect acts."""
+    effect = score.coordinate.effect
+    return effect.stage.name if effect else ""
+
+
+def _alike(one: Score, other: Score) -> bool:
+    """Return whether no data like these tell two candidates apart."""
+    product = float(one.column @ other.column)
+    return product**2 > SAME * one.information * other.information

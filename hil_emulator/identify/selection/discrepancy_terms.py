@@ -1,0 +1,123 @@
+"""What free terms explain: a block's hat functions along the trajectory, against chance."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.balances import (
+    BLOCKS,
+    FINE,
+    HATS,
+    PISTON,
+    Balance,
+    BlockScore,
+)  # fmt: skip
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.scan import Projection
+
+
+def hats(values: Array, knots: Array) -> Array:
+    """Return hat functions of `values` on `knots`, shape (samples, knots)."""
+    clipped = np.clip(values, knots[0], knots[-1])
+    return np.column_stack([np.interp(clipped, knots, row) for row in np.eye(len(knots))])
+
+
+def _knots(values: Array, count: int) -> Array | None:
+    """Return knots at the quantiles of a driver; None for one that stands still."""
+    spread = np.quantile(values, np.linspace(0.01, 0.99, count))
+    if spread[-1] - spread[0] < 1e-12:
+        return None
+    even = np.linspace(spread[0], spread[-1], count)
+    return np.asarray(0.5 * (spread + even))
+
+
+def score_blocks(
+    fitter: Fitter, coordinates: Sequence[Coordinate], at: Array, project: Projection, seed: int = 0
+) -> list[BlockScore]:
+    """Return what every block explains, best first.
+
+    Args:
+        fitter: with frozen experiments.
+        coordinates: what was free.
+        at: where it ended.
+        project: takes out what the free parameters explain.
+        seed: of the random signs that give the limits.
+
+    """
+    twin = fitter.predictor.twin
+    par, chan = twin.memory(coordinates, at)
+    tracks = [fitter.predictor.innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
+    predictor = fitter.predictor
+    driven = [predictor.drivers(f, t) for f, t in zip(fitter.frozen, tracks, strict=True)]
+    wanted = [b for b in BLOCKS if b[0] in predictor.balances]
+    found = []
+    for balance, driver in wanted:
+        count = FINE if balance is PISTON and driver.startswith("position") else HATS
+        knots = _knots(np.concatenate([d[driver] for d in driven]), count)
+        if knots is None:
+            continue
+        terms = [hats(d[driver], knots) for d in driven]
+        rows = len(project.residual) - len(coordinates)
+        columns: Array = np.empty((rows, count), dtype=np.float32)
+        for i in range(count):
+            columns[:, i] = _column(fitter, balance, terms, i)
+        found.append(_score(balance, driver, knots, columns, project, seed, fitter.stretch))
+    found.sort(key=lambda b: b.limit - b.statistic)
+    best = next((b for b in found if not b.balance.channel), None)
+    # columns of a long recording are large
+    return [b if b.significant or b is best else replace(b, columns=b.columns[:, :0].copy())
+            for b in found]  # fmt: skip
+
+
+def _column(fitter: Fitter, balance: Balance, terms: Sequence[Array], hat: int) -> Array:
+    parts = [
+        fitter.predictor.through(frozen, balance, term[:, hat] * balance.scale)
+        for frozen, term in zip(fitter.frozen, terms, strict=True)
+    ]
+    return np.concatenate(parts)
+
+
+def _score(
+    balance: Balance, driver: str, knots: Array, columns: Array, project: Projection, seed: int,
+    stretch: int,
+) -> BlockScore:  # fmt: skip
+    residual = project.residual
+    projected = np.empty((len(residual), columns.shape[1]))
+    responses = []
+    for i, column in enumerate(columns.T):
+        exact = column.astype(np.float64)
+        responses.append(project.response(exact))
+        projected[:, i] = project(exact, responses[i])
+    values, vectors = np.linalg.eigh(projected.T @ projected)
+    keep = values > 1e-4 * max(values[-1], 1e-30)
+    basis = projected @ (vectors[:, keep] / np.sqrt(values[keep]))
+    gain = basis.T @ residual
+    curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ gain * balance.scale
+    statistic = float(gain @ gain)
+    # what the term explains is no measure of chance
+    usual, limit = chance(basis, residual - basis @ gain, seed, 2 * stretch)
+    strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
+    doubt = np.sqrt(strength * np.sum(np.square(responses), axis=0))
+    return BlockScore(balance, driver, statistic, limit, knots, curve, columns, doubt, usual)
+
+
+def chance(basis: Array, residual: Array, seed: int, length: int) -> tuple[float, float]:
+    """Return the statistic of residuals without any effect: the mean, and one in ten thousand.
+
+    Whole stretches of the residual get random signs, which keeps their serial correlation.
+    """
+    rows = len(residual) // length * length
+    if rows < 4 * length:
+        return float("inf"), float("inf")
+    parts = np.einsum(
+        "blk,bl->bk", basis[:rows].reshape(-1, length, basis.shape[1]),
+        residual[:rows].reshape(-1, length),
+    )  # fmt: skip
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(400, len(parts)))
+    sums = np.sum((signs @ parts) ** 2, axis=1)
+    # a gamma law through mean and variance reaches further than 400 draws
+    mean, variance = float(np.mean(sums)), float(np.var(sums))
+    return mean, mean + 7.5 * float(np.sqrt(variance)) + 10.0

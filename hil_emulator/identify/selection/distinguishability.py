@@ -1,0 +1,163 @@
+"""Which effects these data cannot tell apart.
+
+Where a rival was refitted together with everything else, the realised margin decides: by how much
+its chi-square is larger than that of the named effect, on training and held-out data. Elsewhere the
+linearised data decide, by D = θ² (G_ii - G_ij²/G_jj) with the projected columns' products G. What
+looks alike so far is then put into the finished model in the named effect's place, and refitted.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.acceptance_test import inflation
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.progress import Round, StandIn
+from hil_emulator.identify.selection.scan import Score
+
+INSEPARABLE = 12.0
+"""Difference in chi-square below which two explanations count as the same (assumed)."""
+
+REFITS = 4
+"""Iterations of a refit of the finished model with a rival in it."""
+
+ELSEWHERE = 0.5
+"""Part of what a rival explains in an effect's place that it may still explain beside it
+(assumed)."""
+
+
+def separability(chosen: Score, rival: Score, size: float) -> float:
+    """Return by how much chi-square grows if the rival takes the place of the chosen effect.
+
+    Args:
+        chosen: the effect that is there.
+        rival: what would take its place.
+        size: of the chosen effect, in typical sizes.
+
+    """
+    return float(np.sum(_difference(chosen, rival, size) ** 2))
+
+
+def _difference(chosen: Score, rival: Score, size: float) -> Array:
+    """Return what of the chosen effect's trace the best size of the rival leaves."""
+    mine = chosen.column.astype(np.float64)
+    if rival.information <= 0.0:
+        return np.asarray(size * mine)
+    other = rival.column.astype(np.float64)
+    return np.asarray(size * (mine - other * (float(mine @ other) / rival.information)))
+
+
+def margin(best: Trial, rival: Trial, stretch: int) -> float:
+    """Return by how much a refitted rival explains less, in chi-square of uncorrelated residuals.
+
+    Negative where the rival explains more.
+    """
+    lost = best.evidence.gain - rival.evidence.gain
+    held = best.evidence.held_out - rival.evidence.held_out
+    if np.isfinite(held):
+        lost += held
+    apart = np.asarray(rival.fit.residual - best.fit.residual)
+    return lost / inflation(apart, best.fit.residual, stretch)
+
+
+def rivals_of(
+    best: Trial, scores: Sequence[Score], trials: Sequence[Trial] = (), stretch: int = 1
+) -> tuple[list[str], float | None]:
+    """Return the effects that cannot be told from the best, and the size that would separate.
+
+    Args:
+        best: the named effect.
+        scores: the round in which it was named.
+        trials: the candidates of that round that were refitted.
+        stretch: successive residuals that may be correlated.
+
+    Returns:
+        Names, the nearest first; and the size [unit of the effect] at which the nearest of all
+        rivals would separate, None without one.
+
+    """
+    chosen, size = best.score, float(best.fit.at[-1])
+    refitted = {t.score.coordinate.name: t for t in trials}
+    found: list[tuple[float, str]] = []
+    worst = 0.0
+    for rival in scores:
+        name = rival.coordinate.name
+        if rival.coordinate is chosen.coordinate:
+            continue
+        linear = _linear_margin(best, rival, stretch)
+        apart = margin(best, refitted[name], stretch) if name in refitted else linear
+        if apart < INSEPARABLE:
+            found.append((apart, name))
+        if linear < INSEPARABLE or apart < INSEPARABLE:
+            worst = max(worst, _separating(chosen, rival))
+    names = [name for _, name in sorted(found)]
+    return names, worst * abs(chosen.coordinate.scale) if size and worst else None
+
+
+def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn]) -> list[str]:
+    """Return the rivals that explain as much in the finished model, in their order.
+
+    A rival that was weighed before the other effects were found may have profited from them. One
+    that explains as much beside the named effect as in its place explains something else.
+
+    Args:
+        fitter: with the training data; its gains are frozen anew.
+        final: the finished model.
+        named: the effect whose place they take.
+        rivals: what they bring along, and where it starts; see `weighed`.
+
+    """
+    stays = [i for i, c in enumerate(final.coordinates) if not belongs(c, named)]
+    rest = [final.coordinates[i] for i in stays]
+    fitter.freeze(final.coordinates, final.at)
+    right = fitter.fit(final.coordinates, final.at, 2)
+    without = fitter.fit(rest, right.at[stays], 2)
+    found = []
+    for own, start in rivals:
+        at = np.concatenate([right.at[stays], start])
+        other = fitter.fit([*rest, *own], at, REFITS)
+        widened = inflation(other.residual - right.residual, right.residual, fitter.stretch)
+        if (other.chi2 - right.chi2) / widened > INSEPARABLE:
+            continue
+        beside = fitter.fit(
+            [*final.coordinates, *own], np.concatenate([right.at, start]), REFITS
+        )  # fmt: skip
+        if right.chi2 - beside.chi2 < ELSEWHERE * (without.chi2 - other.chi2):
+            found.append(own[-1].name)
+    return found
+
+
+def belongs(coordinate: Coordinate, effect: str) -> bool:
+    """Tell whether a coordinate is the knob or a shape parameter of an effect."""
+    return coordinate.name == effect or coordinate.name.startswith(f"{effect}.")
+
+
+def weighed(found: Round, name: str) -> StandIn:
+    """Return what a candidate of a round brings along."""
+    if name in found.near:
+        return found.near[name]
+    for trial in found.trials:
+        if trial.score.coordinate.name == name:
+            own = [i for i, c in enumerate(trial.fit.coordinates) if belongs(c, name)]
+            return [trial.fit.coordinates[i] for i in own], trial.fit.at[own]
+    score = next(s for s in found.scores if s.coordinate.name == name)
+    return [score.coordinate], np.array([score.estimate])
+
+
+def _linear_margin(best: Trial, rival: Score, stretch: int) -> float:
+    """Return the margin that the linearised data expect, or have shown where that is larger."""
+    chosen, size = best.score, float(best.fit.at[-1])
+    difference = _difference(chosen, rival, size)
+    residual = best.fit.residual
+    widened = inflation(difference[: len(residual)], residual, stretch)
+    shown = chosen.statistic - rival.statistic
+    return max(float(np.sum(difference**2)), shown) / widened
+
+
+def _separating(chosen: Score, rival: Score) -> float:
+    """Return the size in typical units at which two effects would separate."""
+    share = separability(chosen, rival, 1.0)
+    return float(np.sqrt(INSEPARABLE / share)) if share > 0.0 else 0.0

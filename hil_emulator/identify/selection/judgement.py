@@ -1,0 +1,95 @@
+"""Whether the best candidate of a round is named, and whether the law of what was named fits."""
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.selection.completion import completions
+from hil_emulator.identify.selection.conditional_test import OUTSHONE, overshadowed, stands_beside
+from hil_emulator.identify.selection.doubts import strained
+from hil_emulator.identify.selection.law_form import own_blocks, sole_laws
+from hil_emulator.identify.selection.progress import Round, Search
+
+OTHER_LAW = 2.0
+"""How many times as much as an effect a free term may have explained when it was named, if it still
+leaves something in the end; beyond, it is not the one that acts (assumed)."""
+
+INEXACT = 0.01
+"""Part of what an effect gained when it was named that a further one must gain (assumed): no law is
+so exact that less could not be what it leaves."""
+
+DIFFERENT = 0.05
+"""Part of what the model would lose without an effect that a free shape of its law may still gain
+before its form differs (assumed)."""
+
+UNKNOWN = 1.0
+"""The same, chance set aside, from which on the effect is not the one that acts (assumed)."""
+
+
+def judge(search: Search, found: Round) -> None:
+    """Accept the best candidate of a round, or say that none is justified.
+
+    Where a free term explains far more, none is, nor where an earlier effect explained a hundred
+    times as much. Where the law of an effect in the model explains what remains better than any
+    candidate does, only a candidate that gains beside a free shape of that law is accepted; what a
+    sensor reads over anything counts as such a shape of an error of it. None is that only completes
+    the law of one in the model.
+    """
+    completing = completions(search.contests, found.trials)
+    found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
+    owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
+    sensors = {c.channel for c in search.effects if c.channel}
+    own = [b for b in found.significant if b.title in owners or b.balance.channel in sensors]
+    if overshadowed(found, own):
+        found.accepted = stands_beside(found, own, completing)
+    else:
+        found.accepted = bool(found.trials) and found.trials[0].evidence.passed
+        found.accepted &= all(b.certain <= OUTSHONE * found.best for b in found.worthwhile)
+    found.accepted &= found.best > INEXACT * _named_for(search)
+    found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
+    search.between = {c.named: c for c in reversed(list(completing.values()))}
+    found.unknown = not found.accepted and any(b.title not in owners for b in found.worthwhile)
+
+
+def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
+    """Return the effects that are not the ones that act, and why the laws of others differ.
+
+    Args:
+        fitter: with the training data, frozen at the last round.
+        search: a finished one.
+
+    """
+    last = search.rounds[-1]
+    names = [c.name for c in search.effects]
+    owners = sole_laws(last.base, names, last.significant)
+    owners |= own_blocks(last.base, names, last.significant)
+    strains = strained(last.base, names)
+    rejected, forms = [], {}
+    for name in names:
+        own = [b for b in last.significant if owners.get(b.title) == name]
+        block = max(own, key=lambda b: b.statistic, default=None)
+        left = block.surplus if block else 0.0
+        stands = standing(fitter, search, last.base, name) if block else 0.0
+        times, doubt = search.outdone.get(name, (1.0, ""))
+        differs = block is not None and left > DIFFERENT * stands
+        if (block and block.certain > UNKNOWN * stands) or (differs and times > OTHER_LAW):
+            rejected.append(name)
+        elif block and differs:
+            part = 100.0 * left / (left + stands)
+            forms[name] = f"a free term in the {block.title} explains {part:.0f} % more"
+        elif name in search.between:
+            forms[name] = str(search.between[name])
+        elif doubt or name in strains:
+            forms[name] = doubt or strains[name]
+    return rejected, forms
+
+
+def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
+    """Return what the model loses in chi-square without one of its effects, refitted."""
+    kept = {c.name for c in search.without(name)}
+    stay = [i for i, c in enumerate(fit.coordinates) if c.name in kept]
+    rest = [fit.coordinates[i] for i in stay]
+    without = fitter.fit(rest, fit.at[stay], 3, jacobian=fit.jacobian[:, stay])
+    return without.chi2 - fit.chi2
+
+
+def _named_for(search: Search) -> float:
+    """Return the most that an effect in the model gained when it was named."""
+    return max((trials[0].evidence.gain for trials in search.contests), default=0.0)

@@ -1,0 +1,114 @@
+"""Laws between two of the catalogue: an effect and a near rival that share its work.
+
+Beside an effect that was fitted alone no slope shows the rival: a little of it does harm as long as
+the effect does all the work. A refit that begins with part of the work on each side shows it. Where
+the rival was named as a further effect, the first may have little left to do.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.prediction.pool import Batch
+from hil_emulator.identify.selection.acceptance_test import (
+    SMALLEST_HELD_OUT,
+    SMALLEST_WALD,
+    inflation,
+    needed_gain,
+)
+from hil_emulator.identify.selection.completion import BETWEEN, RIVALLED, Completion, place
+from hil_emulator.identify.selection.distinguishability import weighed
+from hil_emulator.identify.selection.judgement import standing
+from hil_emulator.identify.selection.progress import Round, Search, StandIn
+
+SHARE = 0.25
+"""Part of the work with which the rival begins (assumed)."""
+
+ITERATIONS = 6
+"""Of the refit of both (assumed)."""
+
+
+def between(fitter: Fitter, search: Search, held: Batch | None) -> dict[str, Completion]:
+    """Return, by effect in the model, the rival that only completes its law.
+
+    Args:
+        fitter: with the training data, frozen at the last round.
+        search: a finished one.
+        held: frozen validation data, or None.
+
+    """
+    base = search.rounds[-1].base
+    found: dict[str, Completion] = {}
+    for first, rival in _near(search):
+        name = first.trials[0].score.coordinate.name
+        if rival in _names(base):
+            continue
+        both = _shared(fitter, base, name, weighed(first, rival))
+        part = (base.chi2 - both.chi2) / first.trials[0].evidence.gain
+        if part < BETWEEN and _certain(fitter, base, both, held):
+            found.setdefault(name, Completion(name, rival, part))
+    return found
+
+
+def overtaken(fitter: Fitter, search: Search) -> Completion | None:
+    """Return an effect that only completes the law of a near rival that was named after it.
+
+    Args:
+        fitter: with the training data, frozen at the last round.
+        search: a finished one.
+
+    """
+    base = search.rounds[-1].base
+    for first, rival in _near(search):
+        name = first.trials[0].score.coordinate.name
+        if rival not in _names(base):
+            continue
+        part = standing(fitter, search, base, name) / first.trials[0].evidence.gain
+        if part < BETWEEN:
+            return Completion(rival, name, part)
+    return None
+
+
+def _near(search: Search) -> Iterator[tuple[Round, str]]:
+    """Yield the rounds in which effects were named, with rivals that explained nearly as much."""
+    for effect in search.effects:
+        found = search.naming(effect.name)
+        best = found.trials[0]
+        parts = {s.coordinate.name: s.statistic / best.score.statistic for s in found.scores}
+        parts |= {t.score.coordinate.name: t.evidence.gain / best.evidence.gain
+                  for t in found.trials}  # fmt: skip
+        for score in found.scores:
+            rival = score.coordinate
+            here = rival.name != effect.name and place(rival) == place(effect)
+            if here and parts[rival.name] > RIVALLED:
+                yield found, rival.name
+
+
+def _names(fit: Fit) -> set[str]:
+    return {c.name for c in fit.coordinates}
+
+
+def _shared(fitter: Fitter, base: Fit, name: str, rival: StandIn) -> Fit:
+    """Return the model with both, fitted from where they share the work."""
+    own, start = rival
+    at = np.append(base.at, start)
+    at[[c.name for c in base.coordinates].index(name)] *= 1.0 - SHARE
+    # a slope at zero may lead far beyond the sizes that occur
+    at[-1] = SHARE * np.clip(at[-1], -1.0, 1.0)
+    return fitter.fit([*base.coordinates, *own], at, ITERATIONS)
+
+
+def _certain(fitter: Fitter, base: Fit, both: Fit, held: Batch | None) -> bool:
+    """Tell whether both explain more than one, beyond chance and on data that took no part."""
+    gain = base.chi2 - both.chi2
+    if gain <= needed_gain(len(base.residual)):
+        return False
+    widened = inflation(base.residual - both.residual, both.residual, fitter.stretch)
+    if gain < SMALLEST_WALD * widened:
+        return False
+    if held is None:
+        return True
+    before = fitter.residual(base.coordinates, base.at, held)
+    after = fitter.residual(both.coordinates, both.at, held)
+    return float(before @ before - after @ after) > SMALLEST_HELD_OUT

@@ -1,0 +1,146 @@
+"""Pairs of candidates that hide each other.
+
+A friction that is larger one way and a pressure reading that is off act against each other: each
+alone explains little, both together nearly all. Taking one at a time would begin with a third.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.pool import Batch
+from hil_emulator.identify.selection.candidate_refit import Contest, Trial
+from hil_emulator.identify.selection.confirmation import KEPT
+from hil_emulator.identify.selection.scan import Projection, Score, score_of
+
+FURTHER = 1.25
+"""Times what the best candidate and its best partner explain that a pair must explain (assumed)."""
+
+DISTINCT = 0.95
+"""Squared cosine between the traces of two candidates above which they are one (assumed)."""
+
+LOOKS = 4
+"""Most pairs that are tried in the model."""
+
+REFITS = 3
+"""Iterations of a refit with the first of a pair."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two candidates, and what the linear model expects of both.
+
+    Attributes:
+        scores: of each by itself.
+        sizes: of each beside the other, in typical sizes.
+        gain: in chi-square, of both.
+
+    """
+
+    scores: tuple[Score, Score]
+    sizes: tuple[float, float]
+    gain: float
+
+
+class Lookahead:
+    """Tries pairs where one candidate at a time would go astray.
+
+    Args:
+        fitter: with the training data frozen.
+        base: the fit without any candidate, where the scores were taken.
+        held: frozen validation data, or None.
+
+    """
+
+    def __init__(self, fitter: Fitter, base: Fit, held: Batch | None) -> None:
+        self._fitter, self._base, self._held = fitter, base, held
+
+    def leader(self, pairs: Sequence[Pair], alone: float) -> Trial | None:
+        """Return the candidate to begin with, judged beside its partner; None without a pair.
+
+        Args:
+            pairs: the likeliest first, see `pairs_of`.
+            alone: what the best single candidate gains.
+
+        """
+        for pair in pairs:
+            if self._gained(pair) < KEPT * pair.gain:
+                continue
+            first, second = pair.scores
+            trials = [self._beside(first, second), self._beside(second, first)]
+            gains = [self._base.chi2 - t.fit.chi2 for t in trials]
+            if all(t.evidence.passed for t in trials) and min(gains) > FURTHER * alone:
+                best = max(trials, key=lambda t: t.evidence.gain)
+                return replace(best, fit=best.fit.without([best.beside]))
+        return None
+
+    def _gained(self, pair: Pair) -> float:
+        """Return what the model itself gains where the linear one puts a pair."""
+        base = self._base
+        free = [*base.coordinates, *(s.coordinate for s in pair.scores)]
+        moved = sum(x * s.response for x, s in zip(pair.sizes, pair.scores, strict=True))
+        at = np.append(base.at + moved, pair.sizes)
+        return base.chi2 - self._fitter.loss(free, at, self._fitter.residual(free, at))
+
+    def _beside(self, first: Score, second: Score) -> Trial:
+        """Judge a candidate in a model that has another one already."""
+        at = np.append(self._base.at, 0.0)
+        free = [*self._base.coordinates, first.coordinate]
+        model = self._fitter.fit(free, at, REFITS)
+        slope = self._fitter.column(
+            [*free, second.coordinate], np.append(model.at, 0.0), model.residual, len(free)
+        )
+        score = score_of(second.coordinate, slope, Projection(model))
+        trial = Contest(self._fitter, model, self._held).enter([score])[0]
+        return replace(trial, score=second.lean(), beside=first.coordinate.name)
+
+
+def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
+    """Return pairs that explain clearly more than the best candidate with any partner.
+
+    Args:
+        scores: of all candidates.
+        fit: where they were taken.
+
+    """
+    able = [s for s in scores if s.visible]
+    if len(able) < 2:
+        return []
+    traces = np.stack([s.column for s in able])
+    normal = (traces @ traces.T).astype(np.float64)
+    slope = -(traces @ Projection(fit).residual.astype(np.float32)).astype(np.float64)
+    sizes, gains = _jointly(normal, slope)
+    ends = np.array([s.coordinate.bounds for s in able])
+    inside = (sizes >= ends[:, :1]) & (sizes <= ends[:, 1:])
+    gains = np.where(inside & inside.T, gains, 0.0)
+    best = max(range(len(able)), key=lambda i: able[i].statistic)
+    least = FURTHER * max(float(np.max(gains[best])), able[best].statistic)
+    found = _above(gains, least)
+    return [Pair((able[i], able[j]), (float(sizes[i, j]), float(sizes[j, i])), float(gains[i, j]))
+            for i, j in islice(found, LOOKS)]  # fmt: skip
+
+
+def _jointly(normal: Array, slope: Array) -> tuple[Array, Array]:
+    """Return the size of each candidate beside each other one, and what both gain."""
+    power = np.diag(normal)
+    room = np.outer(power, power) - normal**2
+    apart = room > (1.0 - DISTINCT) * np.outer(power, power)
+    sizes = np.where(
+        apart, slope[:, None] * power - normal * slope, 0.0
+    ) / np.where(apart, room, 1.0)  # fmt: skip
+    parts = sizes * slope[:, None]
+    return sizes, parts + parts.T
+
+
+def _above(gains: Array, least: float) -> Iterator[tuple[int, int]]:
+    """Yield the pairs that gain more than the least, the best first."""
+    upper = np.triu(gains, 1)
+    for flat in np.argsort(-upper, axis=None):
+        i, j = np.unravel_index(flat, upper.shape)
+        if upper[i, j] <= least:
+            return
+        yield int(i), int(j)

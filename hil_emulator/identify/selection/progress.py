@@ -1,0 +1,167 @@
+"""Where a search stands: its rounds, and the effects that are in the model."""
+
+from collections import Counter
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.balances import HATS, BlockScore
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.completion import Completion
+from hil_emulator.identify.selection.scan import Score
+
+NOTICEABLE = 0.01
+"""Share of the innovations' variance, chance set aside, below which an unexplained term is not
+worth a word: ripple of friction and supply, which every machine has, is there and significant
+(assumed). A term of many hat functions follows it, and needs in proportion more."""
+
+StandIn = tuple[list[Coordinate], Array]
+"""What a rival brings along into a model, its knob last, and where that ends."""
+
+
+@dataclass
+class Round:
+    """One pass over the catalogue.
+
+    Attributes:
+        base: the fit before it.
+        scores: of all candidates, best first.
+        trials: the likeliest, refitted, best first.
+        blocks: nonparametric terms, the worthwhile ones first.
+        accepted: whether the first trial became part of the model.
+        unknown: whether something remains that no effect explains.
+        alike: effects that the data of the accepted one cannot tell from it, the nearest first.
+        separating: size at which the nearest of them would separate; None without any.
+        near: rivals that nearly explain as much in the finished model, the best first.
+
+    """
+
+    base: Fit
+    scores: list[Score]
+    trials: list[Trial]
+    blocks: list[BlockScore]
+    accepted: bool = False
+    unknown: bool = False
+    alike: list[str] = field(default_factory=list)
+    separating: float | None = None
+    near: dict[str, StandIn] = field(default_factory=dict)
+
+    def slim(self) -> None:
+        """Forget the candidates' traces and slopes: long recordings would fill the memory."""
+        self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
+        for trial in self.trials[1:]:
+            trial.fit = replace(trial.fit, jacobian=np.zeros((0, len(trial.fit.at))))
+
+    def thin(self, kept: int) -> None:
+        """Forget the columns of all terms but the strongest of each balance."""
+        seen: Counter[str] = Counter()
+        for i in sorted(range(len(self.blocks)), key=lambda i: -self.blocks[i].statistic):
+            block = self.blocks[i]
+            if seen[block.balance.name] >= kept:
+                self.blocks[i] = replace(block, columns=np.zeros((0, 0), np.float32))
+            seen[block.balance.name] += 1
+
+    @property
+    def best(self) -> float:
+        """Gain of the first candidate."""
+        return self.trials[0].evidence.gain if self.trials else 0.0
+
+    @property
+    def significant(self) -> list[BlockScore]:
+        """Terms that are hardly chance."""
+        return [b for b in self.blocks if b.significant]
+
+    @property
+    def worthwhile(self) -> list[BlockScore]:
+        """Terms that are neither chance nor too small for a word."""
+        least = NOTICEABLE * len(self.base.residual)
+        return [b for b in self.significant if b.surplus > least * len(b.knots) / HATS]
+
+
+@dataclass
+class Search:
+    """Where a search stands.
+
+    Attributes:
+        nuisances: ordinary parameters.
+        shapes: what else the laws of the effects in the model hold.
+        effects: knobs of the effects in the model.
+        at: coordinates of all of them, in this order.
+        rounds: so far.
+        forms: why the law of an effect in the model is another one than the catalogue's, by name.
+        outdone: how many times as much a free term explained than each effect when it was named,
+            and that in words where it is clearly more.
+        between: the rival that only completes the law of an effect in the model, by its name.
+        dropped: why an effect that was named is in the model no more, by name.
+        nearest: the catalogued effect that what remains unexplained resembles most, or "".
+        final: the last fit.
+
+    """
+
+    nuisances: list[Coordinate]
+    shapes: list[Coordinate] = field(default_factory=list)
+    effects: list[Coordinate] = field(default_factory=list)
+    at: Array = field(default_factory=lambda: np.zeros(0))
+    rounds: list[Round] = field(default_factory=list)
+    forms: dict[str, str] = field(default_factory=dict)
+    outdone: dict[str, tuple[float, str]] = field(default_factory=dict)
+    between: dict[str, Completion] = field(default_factory=dict)
+    dropped: dict[str, str] = field(default_factory=dict)
+    nearest: str = ""
+    final: Fit | None = None
+
+    @property
+    def ordinary(self) -> list[Coordinate]:
+        """What is fitted beside the effects."""
+        return [*self.nuisances, *self.shapes]
+
+    @property
+    def contests(self) -> list[list[Trial]]:
+        """The trials in which each effect in the model was named, itself first."""
+        names = {c.name for c in self.effects}
+        return [r.trials for r in self.rounds
+                if r.accepted and r.trials[0].score.coordinate.name in names]  # fmt: skip
+
+    def naming(self, name: str) -> Round:
+        """Return the round in which an effect was named, the last one if it was more than once."""
+        return next(r for r in reversed(self.rounds)
+                    if r.accepted and r.trials[0].score.coordinate.name == name)  # fmt: skip
+
+    @property
+    def free(self) -> list[Coordinate]:
+        """Everything that is fitted."""
+        return [*self.ordinary, *self.effects]
+
+    def adopt(self, fit: Fit) -> None:
+        """Take over coordinates from a fit, whatever their order."""
+        found = {c.name: a for c, a in zip(fit.coordinates, fit.at, strict=True)}
+        self.at = np.array([found[c.name] for c in self.free])
+
+    def add(self, trial: Trial) -> None:
+        """Take an effect into the model."""
+        known = {c.name for c in self.free}
+        new = [c for c in trial.fit.coordinates[:-1] if c.name not in known]
+        self.shapes += new
+        self.effects.append(trial.fit.coordinates[-1])
+        self.adopt(trial.fit)
+
+    def without(self, name: str) -> list[Coordinate]:
+        """Return what is free without one effect."""
+        return [c for c in self.free if c.name != name and not c.name.startswith(f"{name}.")]
+
+    def remove(self, name: str, why: str) -> None:
+        """Take an effect out of the model, and keep in words why."""
+        self.dropped[name] = why
+        kept = {c.name for c in self.without(name)}
+        values = dict(zip([c.name for c in self.free], self.at, strict=True))
+        self.shapes = [c for c in self.shapes if c.name in kept]
+        self.effects = [c for c in self.effects if c.name in kept]
+        self.at = np.array([values[c.name] for c in self.free])
+        if self.final is not None:
+            gone = {c.name for c in self.final.coordinates} - kept
+            self.final = self.final.without(gone)
+        self.forms.pop(name, None)
+        self.between.pop(name, None)

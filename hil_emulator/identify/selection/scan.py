@@ -1,0 +1,108 @@
+"""Score every candidate at once, with what ordinary parameters could explain projected out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil_emulator.identify.estimation.finite_difference import Derivative
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.plant_model import Coordinate
+
+SEEN = 9.0
+"""Least expected gain in chi-square of an effect at its typical size that counts as visible."""
+
+FAR = 5.0
+"""Typical sizes beyond which an estimate from a hardly visible effect is nonsense (assumed)."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """What the linearised data say about one candidate.
+
+    Attributes:
+        coordinate: the candidate.
+        statistic: gain in chi-square that the linear model expects.
+        estimate: its linear estimate, in typical sizes.
+        information: squared norm of its projected column: the gain of the effect at typical size.
+        column: derivative of the residual, ordinary parameters projected out; empty once forgotten.
+        slope: the same, nothing projected out; empty in a lean score.
+        response: change of the ordinary parameters with the candidate.
+        start: where a refit begins; None for where the linear model puts it.
+
+    """
+
+    coordinate: Coordinate
+    statistic: float
+    estimate: float
+    information: float
+    column: Array
+    slope: Array
+    response: Array
+    start: Array | None = None
+
+    @property
+    def visible(self) -> bool:
+        """Whether these data would show the effect at its typical size."""
+        return self.information > SEEN
+
+    @property
+    def sensible(self) -> bool:
+        """Whether the estimate is a size in which the effect occurs, or the data show it well."""
+        return self.visible or abs(self.estimate) < FAR
+
+    def lean(self) -> "Score":
+        """Return the score without its slope: long recordings would fill the memory."""
+        return replace(self, slope=np.zeros(0))
+
+
+class Projection:
+    """Takes out of a column what the free parameters, within their priors, can explain."""
+
+    def __init__(self, fit: Fit) -> None:
+        self._weights = prior_rows(fit.coordinates)
+        self._jacobian = fit.jacobian
+        normal = fit.jacobian.T @ fit.jacobian + np.diag(self._weights**2)
+        self._scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-12))
+        scaled = normal * np.outer(self._scale, self._scale)
+        self._inverse = np.linalg.pinv(scaled, rcond=1e-10, hermitian=True)
+        self.residual = np.concatenate([fit.residual, self._weights * fit.at])
+
+    def response(self, column: Array) -> Array:
+        """Return what the free parameters do to compensate a unit of the column."""
+        return np.asarray(
+            -self._scale * (self._inverse @ (self._scale * (self._jacobian.T @ column)))
+        )
+
+    def __call__(self, column: Array, response: Array | None = None) -> Array:
+        """Return the projected column, with its part in the prior rows at the end."""
+        moved = self.response(column) if response is None else response
+        return np.concatenate([column + self._jacobian @ moved, self._weights * moved])
+
+
+def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Score]:
+    """Return the candidates' scores, best first."""
+    project = Projection(fit)
+    at, last = np.append(fit.at, 0.0), len(fit.at)
+    wanted = [Derivative([*fit.coordinates, c], at, last) for c in candidates]
+    slopes = fitter.columns(wanted, fit.residual)
+    scores = [
+        score_of(c, slope.astype(np.float32), project)
+        for c, slope in zip(candidates, slopes, strict=True)
+    ]
+    return sorted(scores, key=lambda s: -s.statistic)
+
+
+def score_of(candidate: Coordinate, slope: Array, project: Projection) -> Score:
+    """Return the score of a candidate by its slope, or by a secant."""
+    response = project.response(slope)
+    column = project(slope, response)
+    information = float(column @ column)
+    gradient = float(column @ project.residual)
+    low, high = candidate.bounds
+    estimate = float(np.clip(-gradient / information, low, high)) if information > 1e-9 else 0.0
+    gain = -2.0 * estimate * gradient - estimate**2 * information
+    return Score(
+        candidate, max(gain, 0.0), estimate, information, column.astype(np.float32), slope, response
+    )

@@ -1,0 +1,209 @@
+"""Greedy search with joint refits, re-examination and a gate in front of every name."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction.balances import BlockScore
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.pool import Batch, Pool
+from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.selection.candidate_refit import Contest, Trial
+from hil_emulator.identify.selection.certainty import faint
+from hil_emulator.identify.selection.confirmation import Confirmation
+from hil_emulator.identify.selection.discrepancy_terms import score_blocks
+from hil_emulator.identify.selection.distinguishability import rivals_of, weighed
+from hil_emulator.identify.selection.doubts import outdone
+from hil_emulator.identify.selection.judgement import judge, laws
+from hil_emulator.identify.selection.law_between import between, overtaken
+from hil_emulator.identify.selection.lookahead import Lookahead, pairs_of
+from hil_emulator.identify.selection.nearest import nearest
+from hil_emulator.identify.selection.outer_iteration import settle
+from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.re_examination import re_examine
+from hil_emulator.identify.selection.redundant_effects import hollow, same_part
+from hil_emulator.identify.selection.scan import Projection, Score, scan
+
+REFITTED = 4
+"""Candidates that are refitted together with everything else."""
+
+SEVERAL = 5
+"""Most effects that are looked for."""
+
+KEPT = 2
+"""Terms of each balance whose traces are kept of the first round, for the account of the gap."""
+
+
+class Searcher:
+    """Runs a search.
+
+    Args:
+        predictor: computes innovations.
+        training: experiments for the fit.
+        validation: experiments for the gate.
+        candidates: effects that may be named.
+        nuisances: ordinary parameters.
+        pool: where experiments are predicted; without one, in this thread.
+        tell: takes progress in words.
+
+    """
+
+    def __init__(
+        self, predictor: Predictor, training: Sequence[Experiment],
+        validation: Sequence[Experiment], candidates: Sequence[Coordinate],
+        nuisances: Sequence[Coordinate], pool: Pool | None = None,
+        tell: Callable[[str], None] = lambda _: None,
+    ) -> None:  # fmt: skip
+        self.predictor = predictor
+        self.fitter = Fitter(predictor, training, pool)
+        self.validation = list(validation)
+        self.candidates = list(candidates)
+        self.nuisances = list(nuisances)
+        self.tell = tell
+        self._search = Search(self.nuisances)
+
+    def stopped(self) -> Search:
+        """Return a search that was interrupted, with the effects that were accepted and fitted."""
+        search = self._search
+        fitted = [c.name for c in search.final.coordinates] if search.final else []
+        if search.rounds and any(c.name not in fitted for c in search.free):
+            last = search.rounds[-1].trials[0].fit
+            names = [c.name for c in last.coordinates]
+            order = [names.index(c.name) for c in search.free]
+            slope = last.jacobian[:, order]
+            search.final = Fit(search.free, last.at[order], last.residual, slope, last.chi2)
+        return search
+
+    def run(self) -> Search:
+        """Search until nothing more is justified."""
+        search = self._begin()
+        while True:
+            found = self._round(search)
+            search.rounds.append(found)
+            judge(search, found)
+            if found.accepted:
+                self._name(search, found)
+            found.slim()
+            if found.accepted:
+                re_examine(self.fitter, search, self.tell)
+            elif not self._set_aside(search, found):
+                break
+        self._conclude(search)
+        return search
+
+    def _name(self, search: Search, found: Round) -> None:
+        """Take the best candidate of a round into the model."""
+        named = found.trials[0]
+        found.alike, found.separating = rivals_of(
+            named, found.scores, found.trials, self.fitter.stretch
+        )
+        search.add(named)
+        search.outdone[search.effects[-1].name] = outdone(named, found)
+        found.thin(KEPT if found is search.rounds[0] else 0)
+
+    def _set_aside(self, search: Search, found: Round) -> bool:
+        """Take out an effect that does what an unknown one does; the search goes on elsewhere."""
+        emptied = hollow(search, found)
+        if emptied is None:
+            return False
+        effect, term = emptied
+        self.tell(f"{effect.name} explains little beside the {term}")
+        search.remove(effect.name, f"named, but explains little beside a free term in the {term}")
+        self.candidates = [c for c in self.candidates if not same_part(c, effect)]
+        return True
+
+    def look(self) -> Search:
+        """Look for terms alone: no effect is screened, and none accepted."""
+        search = self._begin()
+        self.tell(f"refitting {len(search.free)} parameters")
+        base = settle(self.fitter, search)
+        self.tell("looking for balances that disagree")
+        found = Round(base, [], [], self._blocks(base))
+        found.unknown = bool(found.worthwhile)
+        search.rounds.append(found)
+        return search
+
+    def _begin(self) -> Search:
+        self._search = Search(self.nuisances)
+        self._search.at = np.zeros(len(self.nuisances))
+        return self._search
+
+    def _round(self, search: Search) -> Round:
+        self.tell(f"refitting {len(search.free)} parameters")
+        base = settle(self.fitter, search)
+        names = {c.name for c in search.effects}
+        rest = [c for c in self.candidates if c.name not in names]
+        if len(names) == SEVERAL:
+            rest = []
+        self.tell(f"screening {len(rest)} effects")
+        scores, trials = self._screened(search, base, rest)
+        self.tell("looking for what no effect explains")
+        return Round(base, scores, trials, self._blocks(base))
+
+    def _screened(
+        self, search: Search, base: Fit, rest: Sequence[Coordinate]
+    ) -> tuple[list[Score], list[Trial]]:
+        """Return the score of every candidate, and the likeliest, refitted."""
+        scores = scan(self.fitter, base, rest)
+        look = Confirmation(self.fitter, base)
+        likely = look.best([s for s in scores if s.sensible], REFITTED)
+        before = search.rounds[-1].trials[1:] if search.rounds else []
+        likely = look.returning(scores, likely, before)
+        scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
+        held = self._held_out(base)
+        trials = Contest(self.fitter, base, held).enter(likely)
+        alone = max((t.evidence.gain for t in trials), default=0.0)
+        leader = Lookahead(self.fitter, base, held).leader(pairs, alone)
+        if leader is not None:
+            others = [t for t in trials if t.score.coordinate != leader.score.coordinate]
+            trials = [leader, *others]
+        return scores, trials
+
+    def _blocks(self, base: Fit) -> list[BlockScore]:
+        """Return nonparametric terms, those that are worth a word first."""
+        project = Projection(base)
+        blocks = score_blocks(self.fitter, base.coordinates, base.at, project)
+        worthwhile = {b.title for b in Round(base, [], [], blocks).worthwhile}
+        return sorted(blocks, key=lambda b: b.title not in worthwhile)
+
+    def _conclude(self, search: Search) -> None:
+        """Say of each effect in the model whether its law fits what it was named for."""
+        self._complete(search)
+        rejected, search.forms = laws(self.fitter, search)
+        for name in rejected:
+            self.tell(f"{name} does not explain it")
+            why = "named, but a free shape of its law explains more than it does"
+            self._take_out(search, name, why, unknown=True)
+        for name in faint(search):
+            self.tell(f"{name} is too faint")
+            why = "named, but too faint for a law or a value as uncertain as that"
+            self._take_out(search, name, why, search.rounds[-1].unknown)
+        last = search.rounds[-1]
+        if last.unknown:
+            search.nearest = nearest(last.worthwhile[0], last.scores) if last.worthwhile else ""
+
+    def _complete(self, search: Search) -> None:
+        """Find the laws that lie between two of the catalogue."""
+        completion = overtaken(self.fitter, search)
+        if completion is not None:
+            why = f"named, but only completes the law of {completion.named}"
+            self._take_out(search, completion.rival, why, search.rounds[-1].unknown)
+            search.between[completion.named] = completion
+            begins = weighed(search.naming(completion.rival), completion.rival)
+            search.naming(completion.named).near[completion.rival] = begins
+        held = self._held_out(search.rounds[-1].base)
+        search.between = {**between(self.fitter, search, held), **search.between}
+
+    def _take_out(self, search: Search, name: str, why: str, unknown: bool) -> None:
+        """Take an effect out of the model at the end, and look again at what remains."""
+        search.remove(name, why)
+        base = settle(self.fitter, search, 2)
+        last = search.rounds[-1]
+        search.rounds.append(Round(base, last.scores, [], self._blocks(base), unknown=unknown))
+
+    def _held_out(self, base: Fit) -> Batch | None:
+        if not self.validation:
+            return None
+        return self.fitter.frozen_at(self.validation, base.coordinates, base.at)

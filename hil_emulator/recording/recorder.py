@@ -1,0 +1,142 @@
+"""The tape: hands every tick to a process beside the loop, and never waits for it."""
+
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.frame import Frame
+from hil_emulator.model.plant import Plant
+from hil_emulator.recording import journal
+from hil_emulator.recording.exports import check_file
+from hil_emulator.recording.journal import Kind
+from hil_emulator.recording.pre_trigger import Capture
+from hil_emulator.recording.writer_process import READY
+from hil_emulator.signals.columns import columns, fill_row
+
+_TICKS_PER_WRITE = 32  # one system call for as many ticks; 32 ms at 1 kHz (assumed)
+_PIPE_BYTES = 1 << 20  # what Linux grants without privileges
+_SET_PIPE_SIZE = 1031  # F_SETPIPE_SZ of <linux/fcntl.h>
+
+
+class FileTape:
+    """Writes a recording through a process of its own.
+
+    Neither a slow disk nor a sudden end of this process harms it.
+
+    Args:
+        files: what to write; see `exports`.
+        header: see `header.header`.
+        capture: holds ticks back until its condition holds, where there is one.
+
+    Raises:
+        UserError: for a file that cannot be written.
+
+    """
+
+    def __init__(
+        self, files: Sequence[Path], header: Mapping[str, Any], capture: Capture | None = None
+    ) -> None:
+        for file in files:
+            check_file(file)
+        self._row = np.empty(len(columns()))
+        self._capture = capture
+        self._tick = bytearray()  # this tick so far
+        self._buffer = bytearray(journal.header_entry(header))
+        self._unsent: deque[bytes] = deque()
+        self._ticks = 0
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by close()
+        command = [sys.executable, "-m", "hil_emulator.recording.writer_process", *map(str, files)]
+        self._scribe = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
+        )
+        assert self._scribe.stdin is not None
+        assert self._scribe.stdout is not None
+        with self._scribe.stdout as ready:
+            if ready.read(len(READY)) != READY:
+                self._finish()
+        self._pipe = self._scribe.stdin.fileno()
+        os.set_blocking(self._pipe, False)
+        _widen(self._pipe)
+
+    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
+        """Take a tick."""
+        fill_row(self._row, now_ns, plant, measured)
+        self._tick += journal.entry(Kind.ROW, self._row.tobytes())
+        if self._capture is None:
+            self._buffer += self._tick
+        else:
+            self._buffer += self._capture.passed(now_ns, self._row, bytes(self._tick))
+        self._tick.clear()
+        self._ticks += 1
+        if self._ticks % _TICKS_PER_WRITE == 0:
+            self._hand_over()
+
+    def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
+        """Take frames."""
+        self._tick += journal.bus_entry(now_ns, frames, sent=sent)
+
+    def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
+        """Take what was done to the rig."""
+        self._tick += journal.event_entry(now_ns, what)
+
+    def close(self) -> None:
+        """Hand over the rest and wait until all files are written.
+
+        Raises:
+            UserError: if one could not be written, or not to its end.
+
+        """
+        os.set_blocking(self._pipe, True)
+        self._hand_over()
+        assert self._scribe.stdin is not None
+        with contextlib.suppress(BrokenPipeError):
+            self._scribe.stdin.close()
+        self._finish()
+
+    def _finish(self) -> None:
+        """Wait for the writer, and say what went wrong."""
+        failed = self._scribe.wait()
+        self._errors.seek(0)
+        text = self._errors.read().decode(errors="replace").strip()
+        self._errors.close()
+        if failed:
+            raise UserError(f"recording: {text or f'the writer ended with {failed}'}")
+
+    def _hand_over(self) -> None:
+        """Write as much as the pipe takes; the rest waits here."""
+        self._unsent.append(bytes(self._buffer))
+        self._buffer.clear()
+        try:
+            while self._unsent:
+                first = self._unsent[0]
+                written = os.write(self._pipe, first)
+                if written == len(first):
+                    self._unsent.popleft()
+                else:
+                    self._unsent[0] = first[written:]
+        except BlockingIOError:
+            pass
+        except BrokenPipeError:
+            self._unsent.clear()  # the writer is gone; close() tells why
+
+
+def _widen(pipe: int) -> None:
+    """Let the pipe hold a second or so, where the system can."""
+    if sys.platform.startswith("linux"):
+        import fcntl
+
+        with contextlib.suppress(OSError):
+            fcntl.fcntl(pipe, _SET_PIPE_SIZE, _PIPE_BYTES)

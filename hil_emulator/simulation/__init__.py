@@ -1,0 +1,1 @@
+"""The running emulator: a rig per actuator, their clock, and the loop that lets time pass."""

@@ -1,0 +1,186 @@
+"""The emulator inside a test: one object, in lock-step, on a virtual bus of its own."""
+
+import itertools
+import os
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Any, Self
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.config.load import Configuration
+from hil_emulator.errors import UserError
+from hil_emulator.faults.active import Running
+from hil_emulator.platform.paths import cache_folder
+from hil_emulator.recording.header import header, remembered
+from hil_emulator.recording.journal import Recording
+from hil_emulator.signals import condition
+from hil_emulator.signals.columns import MODEL, Recorder, columns
+from hil_emulator.signals.inputs import setting
+from hil_emulator.simulation.rig import assemble
+from hil_emulator.units import to_si
+
+_numbers = itertools.count()
+
+Time = str | float
+"""A time with its unit, such as "200 ms", or a number of seconds."""
+
+
+class NeverHeldError(AssertionError):
+    """What was waited for did not come in time."""
+
+
+class Signals:
+    """The present values of all recorded signals as attributes, SI.
+
+    `signals.position` is what the sensor reports, `signals.model.position` what is true.
+    """
+
+    def __init__(self, value: Callable[[str], float], prefix: str = "") -> None:
+        self._value = value
+        self._prefix = prefix
+
+    def __getattr__(self, name: str) -> Any:
+        if not self._prefix and name == MODEL.rstrip("."):
+            return Signals(self._value, MODEL)
+        if self._prefix + name not in columns():
+            known = ", ".join(columns())
+            raise AttributeError(f"no signal '{self._prefix}{name}'; there are {known}")
+        return self._value(self._prefix + name)
+
+
+class Emulator:
+    """A rig in lock-step: time passes in `run_for`, `wait_until` and `tick`, and nowhere else.
+
+    Args:
+        config: the rig's description.
+
+    Attributes:
+        config: as given.
+        rig: the rig itself.
+        bus: settings of its virtual bus, for `can.Bus(**settings)` in this process.
+        signals: present values of all signals, SI.
+        recorder: everything since the start.
+
+    """
+
+    def __init__(self, config: Configuration) -> None:
+        self.config = config
+        self.bus = {
+            "interface": "virtual",
+            "channel": f"hil-emulator {os.getpid()} {next(_numbers)}",
+        }
+        self.recorder = Recorder()
+        self._door = Bus(self.bus)
+        self.rig = assemble(config, self._door, cache_folder(), self.recorder)
+        self.signals = Signals(self.rig.value)
+        self._listeners: list[Callable[[], None]] = []
+        self._ticking = False
+
+    @property
+    def now(self) -> float:
+        """Emulator time [s]."""
+        return self.rig.now_ns * 1e-9
+
+    def every_tick(self, call: Callable[[], None]) -> None:
+        """Call something after each tick from now on: a controller, a log."""
+        self._listeners.append(call)
+
+    def tick(self) -> None:
+        """Let one tick pass, then let those who listen act; within such a call, do nothing."""
+        if self._ticking:
+            return
+        self._ticking = True
+        try:
+            self.rig.step()
+            for call in self._listeners:
+                call()
+        finally:
+            self._ticking = False
+
+    def run_for(self, time: Time) -> None:
+        """Let emulator time pass.
+
+        Raises:
+            UserError: for what is no time.
+
+        """
+        for _ in range(self._ticks(time)):
+            self.tick()
+
+    def wait_until(self, what: str | Callable[[Signals], bool], within: Time = "1 s") -> float:
+        """Let time pass until something holds.
+
+        Args:
+            what: a function of the signals, or text such as "position > 60 mm".
+            within: how long it may take at most.
+
+        Returns:
+            How long it took [s].
+
+        Raises:
+            NeverHeldError: if it did not hold in time.
+            UserError: for a condition that cannot be read.
+
+        """
+        holds = self._condition(what)
+        begin = self.now
+        for _ in range(self._ticks(within)):
+            if holds():
+                return self.now - begin
+            self.tick()
+        if holds():
+            return self.now - begin
+        text = what if isinstance(what, str) else "the condition"
+        values = ", ".join(f"{n} = {self.rig.value(n):.6g} {u}" for n, u in self._watched(what))
+        raise NeverHeldError(f"{text} did not hold within {within}; at {self.now:.3f} s {values}")
+
+    def fault(self, target: str, kind: str, **options: Any) -> Running:
+        """Let something break, until the block ends; see `hil_emulator.faults.fault.fault`."""
+        return self.rig.fault(target, kind, **options)
+
+    def set(self, name: str, value: str) -> None:
+        """Set a condition of the surroundings, such as `set("supply_pressure", "120 bar")`.
+
+        Raises:
+            UserError: for an unknown setting or a wrong unit.
+
+        """
+        self.rig.set(name, setting(name, value))
+
+    def recording(self) -> Recording:
+        """Return everything since the start."""
+        return remembered(self.recorder, header(self.config, self.rig.nodes))
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._door.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _condition(self, what: str | Callable[[Signals], bool]) -> Callable[[], bool]:
+        if callable(what):
+            return lambda: what(self.signals)
+        parsed = condition.parse(what)
+        return lambda: parsed.holds(self.rig.value)
+
+    def _ticks(self, time: Time) -> int:
+        try:
+            seconds = to_si(time, "s", "200 ms") if isinstance(time, str) else time
+        except ValueError as error:
+            raise UserError(str(error)) from None
+        return round(seconds * 1e9 / self.config.tick_ns)
+
+    def _watched(self, what: object) -> list[tuple[str, str]]:
+        units: Mapping[str, str] = columns()
+        if isinstance(what, str):
+            return [(name, units[name]) for name, _, _ in condition.parse(what).terms]
+        return [(n, units[n]) for n in self.rig.sensors.names]

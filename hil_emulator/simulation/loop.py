@@ -1,0 +1,113 @@
+"""The loop: ticks under a clock, and how punctual they were."""
+
+import time
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from hil_emulator.errors import UserError
+from hil_emulator.simulation.clock import Clock
+
+_BINS = 20_000  # 1 us each; what takes longer is counted in the last one
+
+
+class Ticking(Protocol):
+    """What the loop moves."""
+
+    @property
+    def now_ns(self) -> int:
+        """Emulator time at which the next tick begins [ns]."""
+        ...
+
+    @property
+    def tick_ns(self) -> int:
+        """Period of the loop [ns]."""
+        ...
+
+    def step(self) -> None:
+        """Let one tick pass."""
+        ...
+
+
+@dataclass
+class Durations:
+    """A histogram of durations in bins of 1 us, with constant memory.
+
+    Attributes:
+        counts: how often each bin was met.
+        longest_ns: the longest duration [ns].
+
+    """
+
+    counts: list[int] = field(default_factory=lambda: [0] * (_BINS + 1))
+    longest_ns: int = 0
+
+    def add(self, duration_ns: int) -> None:
+        """Count one duration."""
+        self.counts[min(duration_ns // 1000, _BINS)] += 1
+        if duration_ns > self.longest_ns:
+            self.longest_ns = duration_ns
+
+    def percentile_us(self, share: float) -> float:
+        """Return the duration [us] that `share` (0 ... 1) of all stay within."""
+        wanted = share * sum(self.counts)
+        passed = 0
+        for bin_us, count in enumerate(self.counts):
+            passed += count
+            if passed >= wanted and count:
+                return min(bin_us + 1.0, self.longest_ns / 1000.0)
+        return 0.0
+
+    def summary(self) -> dict[str, float]:
+        """Return p50, p99, p999 and max [us]."""
+        return {
+            "p50": self.percentile_us(0.5),
+            "p99": self.percentile_us(0.99),
+            "p999": self.percentile_us(0.999),
+            "max": self.longest_ns / 1000.0,
+        }
+
+
+@dataclass
+class Timing:
+    """How punctual a run was.
+
+    Attributes:
+        lateness: how late ticks began.
+        execution: how long they took.
+        ticks: how many there were.
+        overruns: how many began a whole period late or more.
+
+    """
+
+    lateness: Durations = field(default_factory=Durations)
+    execution: Durations = field(default_factory=Durations)
+    ticks: int = 0
+    overruns: int = 0
+
+
+def run(
+    rig: Ticking, clock: Clock, ticks: int, timing: Timing, stop_when_late: bool = False
+) -> None:
+    """Run ticks under a clock.
+
+    Raises:
+        UserError: for a tick that begins a whole period late, if `stop_when_late`.
+
+    """
+    measure = time.perf_counter_ns
+    for _ in range(ticks):
+        t_ns = rig.now_ns
+        lateness = clock.wait_until(t_ns)
+        begin = measure()
+        rig.step()
+        timing.execution.add(measure() - begin)
+        timing.lateness.add(lateness)
+        timing.ticks += 1
+        if lateness >= rig.tick_ns:
+            timing.overruns += 1
+            if stop_when_late:
+                raise UserError(
+                    f"stopped: the tick at {t_ns * 1e-9:.3f} s began "
+                    f'{lateness * 1e-6:.1f} ms late and rig.late = "stop"; free the machine, '
+                    'or set rig.late = "count"'
+                )

@@ -1,0 +1,243 @@
+"""One tick of the emulator in a few lines; the only module that knows everybody."""
+
+import functools
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from hil_emulator.config.load import Configuration
+from hil_emulator.device.abort import SdoAbort
+from hil_emulator.device.binding import raw_value
+from hil_emulator.device.measured import Measured
+from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
+from hil_emulator.faults.active import Faults, Running
+from hil_emulator.faults.fault import Fault, fault
+from hil_emulator.frame import Frame
+from hil_emulator.model import kernel
+from hil_emulator.model.declare import Effect
+from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.signals.columns import MODEL, Tape
+from hil_emulator.signals.inputs import SETTINGS
+from hil_emulator.simulation.active_effects import acting
+from hil_emulator.simulation.frame_router import Hearing
+from hil_emulator.simulation.node_factory import nodes
+
+__all__ = ["COMMANDS", "FrameDoor", "Rig", "assemble", "compiled", "nodes"]
+
+COMMANDS = ("valve_current",)
+"""What a node commands the plant to do."""
+
+
+class FrameDoor(Protocol):
+    """The bus as the rig sees it."""
+
+    def receive(self) -> list[Frame]:
+        """Return what has arrived, never wait."""
+        ...
+
+    def send(self, frames: Iterable[Frame]) -> None:
+        """Send frames, never wait."""
+        ...
+
+
+class Rig:
+    """Plant, sensors and nodes on one bus, moved tick by tick.
+
+    Args:
+        plant: the actuator.
+        sensors: its sensor channels.
+        nodes: the CANopen nodes that show it.
+        bus: carries the frames.
+        tick_ns: period of the loop [ns].
+        steps: integration steps per tick.
+        tape: takes down every tick, where there is one.
+
+    Attributes:
+        now_ns: emulator time at which the next tick begins [ns].
+        faults: what is broken.
+
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        sensors: Sensors,
+        nodes: Sequence[Node],
+        bus: FrameDoor,
+        tick_ns: int,
+        steps: int,
+        tape: Tape | None = None,
+    ) -> None:
+        self.plant = plant
+        self.sensors = sensors
+        self.nodes = tuple(nodes)
+        self.bus = bus
+        self.tick_ns = tick_ns
+        self.now_ns = 0
+        self.tape = tape
+        self.faults = Faults(plant, sensors, nodes, self.value, self._ended)
+        self._steps = steps
+        self._hearing = Hearing(self.nodes)
+        self._measured = self._measure()
+
+    def step(self) -> None:
+        """Let one tick pass; the order of these lines is the contract."""
+        self.faults.schedule(self.now_ns)
+        self._receive(self.bus.receive())
+        self.plant.step(self._steps)
+        self._measured = self._measure()
+        self._publish()
+        if self.tape:
+            self.tape.row(self.now_ns, self.plant, self._measured.values)
+        self.now_ns += self.tick_ns
+
+    def serve(self, frames: Sequence[Frame]) -> None:
+        """Let the nodes answer frames at the present moment; the plant stands still."""
+        if self.tape:
+            self.tape.event(self.now_ns, {"serve": len(frames)})
+        self._receive(frames)
+        self._publish()
+
+    def fault(self, target: str, kind: str, **options: Any) -> Running:
+        """Let something break; the result ends it, by `end()` or as a `with` block.
+
+        See `hil_emulator.faults.fault.fault` for the arguments.
+
+        Raises:
+            UserError: for a target, kind or option that does not exist.
+
+        """
+        return self.inject(fault(target, kind, **options))
+
+    def inject(self, chosen: Fault) -> Running:
+        """Let something break.
+
+        Raises:
+            UserError: for a node that is not there.
+
+        """
+        ids = [node.node_id for node in self.nodes]
+        if chosen.node is not None and chosen.node not in ids:
+            known = ", ".join(map(str, ids))
+            raise UserError(f"fault {chosen.target}: no node {chosen.node}; there are {known}")
+        running = self.faults.inject(chosen, self.now_ns)
+        if self.tape:
+            what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}
+            self.tape.event(self.now_ns, {"fault": what})
+        return running
+
+    def set(self, name: str, value: float) -> None:
+        """Set a condition of the surroundings or a set point, SI: one of `SETTINGS`.
+
+        Raises:
+            UserError: lists the settings that there are, or the limit that a set point breaks.
+
+        """
+        if name not in SETTINGS:
+            raise UserError(f"no setting '{name}'; there are {', '.join(SETTINGS)}")
+        if name in COMMANDS:
+            self._command(name, value)
+        elif name in (self.plant.kernel.inputs.names or ()):
+            self.plant.command({name: value})
+        else:
+            self.faults.parameters.set_sound(name, value)
+        if self.tape:
+            self.tape.event(self.now_ns, {"set": {name: value}})
+
+    def value(self, name: str) -> float:
+        """Return the present value of a recorded signal, SI; see `record.columns`.
+
+        Raises:
+            ValueError: for a name that is not a column of a recording.
+
+        """
+        if name == "time":
+            return self.now_ns * 1e-9
+        if name in self.sensors.names:
+            return self._measured.values[self.sensors.names.index(name)]
+        if name.startswith(MODEL):
+            return float(self.plant.signals[name.removeprefix(MODEL)])
+        return float(self.plant.inputs[name])
+
+    def _command(self, name: str, value: float) -> None:
+        """Write a set point into the nodes, as an SDO client does."""
+        for node in self.nodes:
+            entry = node.dictionary.named(name)
+            if entry is None:  # a node that only measures
+                continue
+            try:
+                node.dictionary.write(entry.index, entry.subindex, raw_value(entry, value))
+            except SdoAbort as abort:
+                raise UserError(f"{name}: {value:g} is refused: {abort}") from None
+
+    def _ended(self, running: Running) -> None:
+        if self.tape:
+            self.tape.event(self.now_ns, {"end": running.number})
+
+    def _receive(self, frames: Sequence[Frame]) -> None:
+        if self.tape and frames:
+            self.tape.bus(self.now_ns, frames, sent=False)
+        faulty = self.faults.active  # faults meet every frame, whoever takes it
+        for node, arriving in self._hearing.arriving(frames, everything=faulty):
+            if faulty:
+                arriving = self.faults.arriving(self.now_ns, node, arriving)
+            commands = node.receive(self.now_ns, arriving)
+            if commands:
+                self.plant.command(commands)
+        self.faults.act_on(self.now_ns, self.plant)
+
+    def _measure(self) -> Measured:
+        self.sensors.sample(self.plant.signal_vector)
+        sound = Measured(self.sensors.reading.tolist(), self.sensors.overrange.tolist())
+        return self.faults.sensed(self.now_ns, sound)
+
+    def _publish(self) -> None:
+        outgoing: list[Frame] = []
+        for node in self.nodes:
+            sent: Sequence[Frame] = node.publish(self.now_ns, self._measured)
+            if self.faults.active:
+                sent = self.faults.leaving(self.now_ns, node, sent)
+            self._hearing.say(node, sent)
+            outgoing += sent
+        if outgoing:
+            self.bus.send(outgoing)
+            if self.tape:
+                self.tape.bus(self.now_ns, outgoing, sent=True)
+
+
+@functools.cache
+def compiled(effects: tuple[Effect, ...], cache: Path | None) -> kernel.Kernel:
+    """Return the compiled model of a catalogue, once in a process."""
+    return kernel.build(effects, cache)
+
+
+def assemble(
+    config: Configuration,
+    bus: FrameDoor,
+    cache: Path | None = None,
+    tape: Tape | None = None,
+) -> Rig:
+    """Make the rig that a configuration describes; compiles the model and runs it once.
+
+    The model knows the effects that can act, see `acting`.
+
+    Args:
+        config: the rig's description.
+        bus: carries its frames.
+        cache: folder that keeps the compiled model for the next start.
+        tape: takes down every tick, where there is one.
+
+    Raises:
+        UserError: if a node cannot be made from its EDS.
+
+    """
+    config = acting(config)
+    model = compiled(config.effects, cache)
+    plant = Plant(model, config.plant, config.step)
+    random = np.random.default_rng(config.seed)
+    sensors = Sensors(model, config.sensors, config.tick_ns * 1e-9, random)
+    made = nodes(config, sensors.names)
+    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, tape)

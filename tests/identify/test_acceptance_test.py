@@ -1,0 +1,75 @@
+"""What a name must pass."""
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.parameters import ordinary
+from hil_emulator.identify.selection.acceptance_test import Evidence, inflation, needed_gain
+from hil_emulator.identify.selection.candidate_refit import unbelieved
+from tests.identify.rig_data import knee_twin
+
+
+def evidence(gain: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
+             expected: float = 400.0, inflation: float = 1.0) -> Evidence:  # fmt: skip
+    """Return evidence that passes unless told otherwise."""
+    return Evidence(gain, wald, held_out, needed_gain(40_000), expected, inflation)
+
+
+def test_all_evidence_together_passes() -> None:
+    """Gain, Wald statistic and held-out data that agree justify a name."""
+    assert evidence().passed
+
+
+def test_each_lack_is_an_objection() -> None:
+    """A small gain, a small Wald statistic, or held-out data that object, each bar a name."""
+    assert not evidence(gain=20.0).passed
+    assert not evidence(wald=8.0).passed
+    assert not evidence(held_out=-3.0).passed
+
+
+def test_held_out_data_must_show_what_training_promised() -> None:
+    """An effect that gains a tenth of what its size would gain elsewhere is not there."""
+    assert not evidence(held_out=40.0).passed
+
+
+def test_held_out_data_must_not_show_far_more_than_training_promised() -> None:
+    """What gains six times as much as its size explains is not what gains."""
+    assert not evidence(held_out=280.0, expected=46.0, inflation=9.0).passed
+    assert evidence(held_out=115.0, expected=56.0).passed
+
+
+def test_held_out_data_may_confirm_a_serially_correlated_estimate() -> None:
+    """A Wald statistic of 12 does not do alone, and does with a full gain on held-out data."""
+    assert not evidence(wald=12.0, held_out=150.0).passed
+    assert evidence(wald=12.0, held_out=390.0).passed
+
+
+def test_a_serially_correlated_size_may_be_another_on_held_out_data() -> None:
+    """A quarter of the gain is too little, unless its deviation is as much as another quarter."""
+    assert not evidence(held_out=300.0, expected=1200.0).passed
+    assert evidence(held_out=300.0, expected=1200.0, inflation=25.0).passed
+    assert not evidence(held_out=10.0, expected=40.0, inflation=25.0).passed
+
+
+def test_a_parameter_driven_where_nobody_believes_it_is_an_objection() -> None:
+    """A gain error that needs 1.7 times the oil in a chamber is none, whatever it explains."""
+    volume = next(c for c in ordinary(knee_twin()) if c.name == "cylinder_dead_volume_b")
+
+    def fit(at: float) -> Fit:
+        return Fit([volume], np.array([at]), np.zeros(1), np.zeros((1, 1)), 0.0)
+
+    said = unbelieved(fit(0.7), fit(7.0))
+    assert said == "cylinder_dead_volume_b would have to be 1.7 times its configured value"
+    assert said in Evidence(500.0, 50.0, 400.0, 20.0, 400.0, unbelieved=said).objections
+    assert not unbelieved(fit(0.7), fit(4.0))
+    assert not unbelieved(fit(6.0), fit(7.0))
+
+
+def test_serial_correlation_widens_the_variance() -> None:
+    """Residuals that keep their sign for 100 samples count as some hundredth of as many."""
+    random = np.random.default_rng(1)
+    column = np.ones(20_000)
+    white = random.standard_normal(20_000)
+    slow = np.repeat(random.standard_normal(200), 100)
+    assert 50.0 < inflation(column, slow, 100) < 200.0
+    assert inflation(column, white, 100) < 1.5

@@ -1,0 +1,118 @@
+"""Further effects beside a law that does not fit, on problems with a known answer."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.balances import FLOW_B, LEAKAGE, LOAD, Balance, BlockScore
+from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.selection.acceptance_test import Evidence
+from hil_emulator.identify.selection.candidate_refit import Trial, ranked
+from hil_emulator.identify.selection.conditional_test import Beside
+from hil_emulator.identify.selection.judgement import judge
+from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.scan import Projection, Score, score_of
+from tests.identify.rig_data import INSTRUMENTS, knee_twin
+
+COORDINATES = {c.name: c for c in candidates(knee_twin(), INSTRUMENTS)}
+N = 2000
+LEAK, SHAPE, NULL, BEND, SPRING = (
+    np.sin(2.0 * np.pi * (3 + k) * np.arange(N) / N) * np.sqrt(2.0 / N) for k in range(5)
+)
+"""Traces at right angles, each of length one: a leak, what another law of it leaves, and others."""
+
+OTHER_LEAK = 0.6 * SHAPE + 0.8 * BEND
+
+
+def base(residual: np.ndarray) -> Fit:
+    """Return a model with a leak in it that leaves such a residual."""
+    leak = COORDINATES["internal_leakage"]
+    return Fit([leak], np.ones(1), residual, 100.0 * LEAK[:, None], float(residual @ residual))
+
+
+def term(balance: Balance, driver: str, fit: Fit, *columns: np.ndarray) -> BlockScore:
+    """Return a free term of such a shape; chance reaches 10."""
+    gain = sum(float(c @ fit.residual) ** 2 for c in columns)
+    knots = np.zeros(6)
+    return BlockScore(balance, driver, gain, 10.0, knots, knots, np.column_stack(columns))
+
+
+def candidate(name: str, fit: Fit, trace: np.ndarray) -> Score:
+    """Return the score of an effect of which fifty such traces are a typical size."""
+    return score_of(COORDINATES[name], -50.0 * trace, Projection(fit))
+
+
+def judged(spring: float, *names: str) -> Round:
+    """Return a round after a leak of another law was named.
+
+    It leaves 70, the null 22, something at the load `spring` standard deviations.
+    """
+    fit = base(70.0 * SHAPE + 22.0 * NULL + spring * SPRING)
+    blocks = [
+        term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE),
+        term(FLOW_B, "pressure b", fit, SHAPE),
+        term(LOAD, "velocity", fit, SPRING),
+    ]
+    traces = {"null_bias": NULL, "external_leakage": OTHER_LEAK}
+    found = Round(fit, [], [], blocks)
+    for name in names:
+        score = candidate(name, fit, traces[name])
+        gain = score.statistic
+        found.trials.append(Trial(score, fit, Evidence(gain, gain, gain, 20.0, gain), 1.0))
+    search = Search([], effects=[COORDINATES["internal_leakage"]])
+    judge(search, found)
+    return found
+
+
+def test_what_a_law_of_another_form_leaves_is_no_gain_beside_it() -> None:
+    """A null that is off explains the same beside any leak; another leak explains nothing more."""
+    fit = base(70.0 * SHAPE + 22.0 * NULL)
+    beside = Beside([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
+    assert beside.candidate(candidate("null_bias", fit, NULL)) == pytest.approx(22.0**2)
+    other = candidate("external_leakage", fit, OTHER_LEAK)
+    assert other.statistic == pytest.approx(42.0**2)
+    assert beside.candidate(other) == pytest.approx(0.0, abs=1e-3)
+    assert beside.candidate(candidate("external_leakage", fit, SHAPE)) == 0.0
+
+
+def test_a_term_that_says_what_a_law_leaves_explains_nothing_beside_it() -> None:
+    """The flow into a chamber shows what the leak leaves: once more, and not something else."""
+    fit = base(70.0 * SHAPE + 22.0 * NULL)
+    beside = Beside([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
+    assert beside.term(term(FLOW_B, "pressure b", fit, SHAPE)) == pytest.approx(0.0, abs=1e-6)
+    both = term(FLOW_B, "pressure b", fit, SHAPE + NULL, BEND)
+    assert beside.term(both) == pytest.approx(22.0**2)
+
+
+def test_a_second_effect_is_named_beside_a_law_that_does_not_fit() -> None:
+    """The null is named, however much larger what the leak leaves, which another leak resembles."""
+    found = judged(0.0, "external_leakage", "null_bias")
+    assert found.accepted
+    assert found.trials[0].score.coordinate.name == "null_bias"
+    assert not judged(0.0, "external_leakage").accepted
+
+
+@pytest.mark.parametrize(("spring", "accepted"), [(30.0, True), (60.0, False)])
+def test_no_name_where_something_else_explains_far_more(spring: float, accepted: bool) -> None:
+    """Beside that law, too, an unknown term that explains seven times as much comes first."""
+    found = judged(spring, "null_bias")
+    assert found.accepted is accepted
+    assert found.unknown is not accepted
+
+
+def test_candidates_that_all_do_harm_are_in_order() -> None:
+    """Where every refit ended above where it began, the least bad one comes first."""
+    fit = base(22.0 * NULL)
+    score = candidate("null_bias", fit, NULL)
+    trials = [Trial(score, fit, Evidence(g, 0.0, 1.0, 20.0), 1.0) for g in (-30.0, -20.0)]
+    assert [t.evidence.gain for t in ranked(trials)] == [-20.0, -30.0]
+
+
+@pytest.mark.parametrize(("hats", "worth"), [(6, True), (24, False)])
+def test_a_term_that_follows_any_ripple_needs_more(hats: int, worth: bool) -> None:
+    """What is worth a word of a term of six hat functions is not, of one of twenty-four."""
+    fit = base(22.0 * NULL)
+    knots = np.zeros(hats)
+    statistic = 2.0 * 0.01 * N + 5.0
+    block = BlockScore(LOAD, "position", statistic, 10.0, knots, knots, NULL[:, None], usual=5.0)
+    assert bool(Round(fit, [], [], [block]).worthwhile) is worth

@@ -1,0 +1,112 @@
+"""Which effects data cannot tell apart, on problems whose answer is known by hand."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.acceptance_test import Evidence
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.distinguishability import (
+    INSEPARABLE,
+    inflation,
+    rivals_of,
+    separability,
+)
+from hil_emulator.identify.selection.scan import Score
+
+N = 4000
+
+
+def coordinate(name: str, scale: float = 1.0) -> Coordinate:
+    """Return an effect that only has a name and a typical size."""
+    return Coordinate(name, name, "", "N", "N", scale, 0.0, False, -1e9, 1e9, np.inf, None)
+
+
+class Problem:
+    """Linear effects a, b in noise: y = size a + noise, both fitted one after the other.
+
+    Args:
+        angle: between the two effects' traces.
+        power: gain in chi-square of the true effect a at size one.
+        correlation: of the noise from sample to sample.
+        seed: of the noise.
+
+    """
+
+    def __init__(self, angle: float, power: float, correlation: float = 0.0, seed: int = 0) -> None:
+        random = np.random.default_rng(seed)
+        slow = np.sin(2.0 * np.pi * 8.0 * np.arange(N) / N)
+        other = np.cos(2.0 * np.pi * 8.0 * np.arange(N) / N)
+        a = slow / np.linalg.norm(slow)
+        b = np.cos(angle) * a + np.sin(angle) * other / np.linalg.norm(other)
+        noise = random.standard_normal(N)
+        for k in range(1, N):
+            noise[k] = correlation * noise[k - 1] + np.sqrt(1.0 - correlation**2) * noise[k]
+        data = np.sqrt(power) * a + noise
+        self.trials = [self._trial(n, c, data) for n, c in (("a", a), ("b", b))]
+        self.scores = [t.score for t in self.trials]
+
+    def _trial(self, name: str, trace: np.ndarray, data: np.ndarray) -> Trial:
+        size = float(trace @ data)
+        score = Score(coordinate(name), size**2, size, 1.0, -trace, -trace, np.zeros(0))
+        fit = Fit([score.coordinate], np.array([size]), data - size * trace, -trace[:, None], 0.0)
+        return Trial(score, fit, Evidence(size**2, size**2, np.nan, 20.0), 1.0)
+
+
+def test_separability_is_what_a_rival_would_lose() -> None:
+    """D is the squared sine of the angle between two traces times the squared size."""
+    p = Problem(0.3, 100.0)
+    assert separability(*p.scores, size=5.0) == pytest.approx(25.0 * np.sin(0.3) ** 2, rel=1e-3)
+    assert separability(p.scores[0], p.scores[0], size=5.0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_near_effects_are_a_group_and_far_ones_are_not() -> None:
+    """With a gain of 400, an angle of 0.1 loses 4 and an angle of 0.5 loses 92."""
+    for angle, group in ((0.1, ["b"]), (0.5, [])):
+        p = Problem(angle, 400.0)
+        assert rivals_of(p.trials[0], p.scores)[0] == group
+        assert rivals_of(p.trials[0], p.scores, p.trials)[0] == group
+
+
+def test_a_refit_overrules_the_linear_forecast() -> None:
+    """A rival that lost 100 in fact is no rival; one that lost 1 is, whatever D says."""
+    near, far = Problem(0.1, 400.0), Problem(0.5, 400.0)
+    gains = Evidence(near.trials[0].evidence.gain - 100.0, 0.0, np.nan, 20.0)
+    lost = Trial(near.scores[1], near.trials[1].fit, gains, 1.0)
+    assert rivals_of(near.trials[0], near.scores, [near.trials[0], lost])[0] == []
+    level = Evidence(far.trials[0].evidence.gain - 1.0, 0.0, np.nan, 20.0)
+    kept = Trial(far.scores[1], far.trials[1].fit, level, 1.0)
+    assert rivals_of(far.trials[0], far.scores, [far.trials[0], kept])[0] == ["b"]
+
+
+def test_held_out_data_separate_too() -> None:
+    """A rival that ties in training and loses 50 on other data is no rival."""
+    p = Problem(0.05, 400.0)
+
+    def with_held(trial: Trial, held: float) -> Trial:
+        e = trial.evidence
+        return Trial(trial.score, trial.fit, Evidence(e.gain, e.wald, held, e.needed), 1.0)
+
+    best, rival = with_held(p.trials[0], 300.0), with_held(p.trials[1], 250.0)
+    assert rivals_of(best, p.scores, [best, rival])[0] == []
+
+
+def test_correlated_noise_widens_a_group() -> None:
+    """Slow noise counts fewer independent residuals: what is apart in white noise is not in it."""
+    white, slow = [], []
+    for seed in range(30):
+        for correlation, found in ((0.0, white), (0.9, slow)):
+            p = Problem(0.3, 400.0, correlation, seed)
+            apart = p.trials[1].fit.residual - p.trials[0].fit.residual
+            found.append(inflation(apart, p.trials[0].fit.residual, 100))
+    assert np.median(white) < 2.0
+    assert np.median(slow) > 2.0 * np.median(white)
+
+
+def test_the_separating_size_separates() -> None:
+    """At the size that is stated, D of the nearest rival is the limit."""
+    p = Problem(0.1, 400.0)
+    _, size = rivals_of(p.trials[0], p.scores, p.trials)
+    assert size is not None
+    assert separability(*p.scores, size=size) == pytest.approx(INSEPARABLE, rel=1e-3)

@@ -1,0 +1,119 @@
+"""Laws between two of the catalogue: a valve with dry friction and a magnetic loop at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.acceptance_test import Evidence
+from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.law_between import between, overtaken
+from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.scan import Score
+from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+
+COORDINATES = {c.name: c for c in parameters.candidates(knee_twin(), INSTRUMENTS)}
+THRESHOLD, HYSTERESIS = COORDINATES["threshold"], COORDINATES["hysteresis"]
+BOTH = {"threshold_current": 4e-5, "hysteresis_width": 2e-5}
+ONE = {"threshold_current": 4e-5}
+
+
+def measured(changes: dict[str, float]) -> list[Experiment]:
+    """Return what a machine with such a valve does."""
+    return [recorded(changes, kind, 5 + i) for i, kind in enumerate(("multisine", "triangles"))]
+
+
+def fitted(fitter: Fitter, effects: list[Coordinate], sizes: list[float]) -> Fit:
+    """Return the model with these effects, its gains frozen there."""
+    free = [c for c in parameters.ordinary(knee_twin())
+            if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
+    whole, at = [*free, *effects], np.append(np.zeros(len(free)), sizes)
+    for _ in range(2):
+        fitter.freeze(whole, at)
+        fit = fitter.fit(whole, at, 6)
+        at = fit.at
+    return fit
+
+
+def trial(knob: Coordinate, gain: float, size: float) -> Trial:
+    """Return a candidate that ended at a size, and gained so much."""
+    none = np.zeros(0)
+    fit = Fit([knob], np.array([size]), none, np.zeros((0, 1)), 0.0)
+    score = Score(knob, gain, size, gain, none, none, none)
+    return Trial(score, fit, Evidence(gain, gain, gain, 20.0, gain), 1.0)
+
+
+def named(*trials: Trial) -> Round:
+    """Return a round in which the first of some candidates was named."""
+    return Round(trials[0].fit, [t.score for t in trials], list(trials), [], accepted=True)
+
+
+@pytest.fixture(scope="module")
+def twofold() -> Fitter:
+    """Return what fits a machine that has both."""
+    return Fitter(Observer(knee_twin(), INSTRUMENTS), measured(BOTH))
+
+
+@pytest.fixture(scope="module")
+def single() -> Fitter:
+    """Return what fits a machine whose spool only sticks."""
+    return Fitter(Observer(knee_twin(), INSTRUMENTS), measured(ONE))
+
+
+def searched(base: Fit, *rounds: Round) -> Search:
+    """Return a search that ended with such a model."""
+    effects = [r.trials[0].score.coordinate for r in rounds]
+    ordinary = [c for c in base.coordinates if c not in effects]
+    search = Search(ordinary, effects=effects, rounds=list(rounds), final=base)
+    search.rounds.append(replace(rounds[0], base=base, trials=[], accepted=False))
+    return search
+
+
+WON = trial(THRESHOLD, 40000.0, 1.6), trial(HYSTERESIS, 32000.0, 0.5)
+"""Of the round in which the threshold was named."""
+
+
+def test_a_rival_that_shares_the_work_completes_the_law(twofold: Fitter) -> None:
+    """A refit that begins between both shows the loop beside the fitted threshold."""
+    base = fitted(twofold, [THRESHOLD], [1.6])
+    found = between(twofold, searched(base, named(*WON)), None)
+    assert list(found) == ["threshold"]
+    assert found["threshold"].rival == "hysteresis"
+    assert 0.0 < found["threshold"].part < 0.1
+
+
+def test_where_the_law_fits_nothing_completes_it(single: Fitter) -> None:
+    """A rival that explained much in its place, and adds nothing, is only a rival."""
+    base = fitted(single, [THRESHOLD], [1.6])
+    assert between(single, searched(base, named(*WON)), None) == {}
+
+
+def test_a_rival_that_fails_on_held_out_data_completes_nothing(
+    twofold: Fitter, single: Fitter
+) -> None:
+    """The loop that the training data show is not in the valve of the others."""
+    base = fitted(twofold, [THRESHOLD], [1.6])
+    held = twofold.frozen_at(single.experiments, base.coordinates, base.at)
+    assert between(twofold, searched(base, named(*WON)), held) == {}
+
+
+def test_an_effect_with_little_left_to_do_completes_the_later_one(single: Fitter) -> None:
+    """A loop was named first, then the threshold, which does it all."""
+    base = fitted(single, [HYSTERESIS, THRESHOLD], [0.05, 1.6])
+    first = named(trial(HYSTERESIS, 20000.0, 0.5), trial(THRESHOLD, 16000.0, 1.6))
+    found = overtaken(single, searched(base, first, named(trial(THRESHOLD, 4000.0, 0.8))))
+    assert found is not None
+    assert (found.named, found.rival) == ("threshold", "hysteresis")
+    assert found.part < 0.05
+
+
+def test_two_that_both_have_work_to_do_stay_two(twofold: Fitter) -> None:
+    """What the first had gained when it was named is what its work is measured by."""
+    base = fitted(twofold, [HYSTERESIS, THRESHOLD], [0.3, 1.6])
+    first = named(trial(HYSTERESIS, 1000.0, 0.5), trial(THRESHOLD, 900.0, 1.6))
+    assert overtaken(twofold, searched(base, first, named(trial(THRESHOLD, 800.0, 0.8)))) is None

@@ -1,0 +1,101 @@
+"""Effects that were named for what an unknown one does, on problems with a known answer."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.balances import LOAD, PISTON, Balance, BlockScore
+from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.redundant_effects import hollow, same_part
+from tests.identify.rig_data import INSTRUMENTS, knee_twin
+
+COORDINATES = {c.name: c for c in candidates(knee_twin(), INSTRUMENTS)}
+N = 2000
+
+
+def waves() -> tuple[np.ndarray, np.ndarray]:
+    """Return two traces at right angles, each of length one."""
+    time = 2.0 * np.pi * np.arange(N) / N
+    return np.sin(8.0 * time) * np.sqrt(2.0 / N), np.cos(8.0 * time) * np.sqrt(2.0 / N)
+
+
+def after(
+    mine: float, unknown: float, name: str = "supply_pressure.gain_error",
+    balance: Balance = PISTON,
+) -> tuple[Search, Round]:  # fmt: skip
+    """Return a search that named an effect whose trace is half that of an unknown term's.
+
+    Args:
+        mine: how much of the effect there is in the data.
+        unknown: how much of the term.
+        name: of the effect.
+        balance: where the term sits.
+
+    """
+    straight, aside = waves()
+    term, trace = straight, 0.5 * straight + np.sqrt(0.75) * aside
+    data = mine * trace + unknown * term
+    size = float(trace @ data)
+    residual = data - size * trace
+    effect = COORDINATES[name]
+    fit = Fit([effect], np.array([size]), residual, -trace[:, None], float(residual @ residual))
+    left = float((unknown * np.sqrt(0.75)) ** 2)
+    columns = -term[:, None]
+    block = BlockScore(balance, "velocity", left, 0.1 * left, np.zeros(1), np.zeros(1), columns)
+    found = Round(fit, [], [], [block], unknown=True)
+    return Search([], effects=[effect], at=fit.at, rounds=[found]), found
+
+
+def test_an_effect_that_only_stands_for_an_unknown_one_is_told() -> None:
+    """Of a term that is there alone, half as much along the effect's trace was named as it."""
+    found = hollow(*after(0.0, 100.0))
+    assert found is not None
+    assert found[0].name == "supply_pressure.gain_error"
+    assert found[1] == "force on the piston over velocity"
+
+
+@pytest.mark.parametrize(
+    ("mine", "unknown"), [(100.0, 100.0), (100.0, 20.0), (-100.0, 150.0), (100.0, 0.0)]
+)
+def test_an_effect_that_is_there_stays(mine: float, unknown: float) -> None:
+    """Beside another one of any size, and where nothing remains."""
+    assert hollow(*after(mine, unknown)) is None
+
+
+def test_a_free_shape_of_its_own_law_does_not_count_against_an_effect() -> None:
+    """A spring that hardens leaves a force over the position: that is its law."""
+    name = "load_spring"
+    assert hollow(*after(0.0, 100.0, name, LOAD)) is not None
+    straight, aside = waves()
+    search, found = after(0.0, 100.0, name, LOAD)
+    block = found.blocks[0]
+    found.blocks[0] = BlockScore(
+        LOAD, "position", block.statistic, block.limit, block.knots, block.curve,
+        np.column_stack([straight, aside]),
+    )  # fmt: skip
+    assert hollow(search, found) is None
+
+
+def test_a_search_goes_on_at_another_part() -> None:
+    """Errors of one sensor, and effects of one stage of the model, stand for each other."""
+
+    def same(one: str, other: str) -> bool:
+        return same_part(COORDINATES[one], COORDINATES[other])
+
+    assert same("pressure_a.offset", "pressure_a.gain_error")
+    assert not same("pressure_a.offset", "pressure_b.offset")
+    assert not same("pressure_a.offset", "load_spring")
+    assert same("load_spring", "wall")
+    assert not same("load_spring", "backlash")
+
+
+def test_what_is_set_aside_is_remembered_with_the_reason() -> None:
+    """The report says of every name what became of it, and the model goes without it."""
+    search, found = after(0.0, 100.0)
+    search.final = found.base
+    search.remove("supply_pressure.gain_error", "explains nothing")
+    assert not search.effects
+    assert not len(search.at)
+    assert not search.final.coordinates
+    assert search.dropped == {"supply_pressure.gain_error": "explains nothing"}

@@ -1,0 +1,194 @@
+"""Recording beside the loop: what survives, and what it costs."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recorded import TICKS
+from rigs import START, bench, reference, set_point
+
+from hil_emulator.errors import UserError
+from hil_emulator.platform.paths import shipped
+from hil_emulator.recording.header import header
+from hil_emulator.recording.journal import Recording, read
+from hil_emulator.recording.pre_trigger import Capture
+from hil_emulator.recording.recorder import FileTape
+from hil_emulator.signals import condition
+
+
+def test_every_tick_is_in_the_recording(recording: Recording) -> None:
+    """Time, readings and frames of each tick; the fault that was injected; the seed."""
+    assert recording.table()["time"] == pytest.approx(np.arange(TICKS) * 1e-3)
+    sent = [f for _, own, f in recording.frames if own and f.can_id == 0x285]
+    assert len(sent) == TICKS - 6  # the node starts in tick 5, its timer then
+    assert recording.events[0][1]["fault"]["kind"] == "stuck"
+    assert recording.events[1] == (150_000_000, {"end": 0})
+    assert recording.provenance["seed"] == "1"
+
+
+def test_a_cut_journal_is_readable_up_to_the_cut(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """Wherever the file ends, all entries before that are there."""
+    data = journal.read_bytes()
+    for share in (0.3, 0.6, 0.9):
+        file = tmp_path / "cut.rec"
+        file.write_bytes(data[: int(len(data) * share)])
+        rows = read(file).rows
+        assert len(rows) == pytest.approx(share * TICKS, abs=20)
+        assert rows.tobytes() == recording.rows[: len(rows)].tobytes()
+
+
+def running(*options: str) -> subprocess.Popen[str]:
+    """Return an emulator under the wall clock that has begun to tick."""
+    command = [sys.executable, "-m", "hil_emulator", "run", str(shipped("configs/hyq_knee.toml"))]
+    process = subprocess.Popen(
+        [*command, "--bus", "virtual:recording", *options], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    next(line for line in process.stdout if "Ctrl-C ends." in line)
+    return process
+
+
+def test_killing_the_emulator_loses_at_most_the_last_second(tmp_path: Path) -> None:
+    """SIGKILL in the middle: the process beside it still writes all formats, to the end."""
+    import asammdf
+    import pandas as pd
+
+    names = ["run.csv", "run.parquet", "run.mf4", "run.rec"]
+    options = [text for name in names for text in ("--record", str(tmp_path / name))]
+    process = running(*options)
+    begin = time.monotonic()
+    time.sleep(2.0)
+    process.send_signal(signal.SIGKILL)
+    lasted = time.monotonic() - begin
+    process.wait()
+    until(lambda: (tmp_path / "run.mf4").exists() and not (tmp_path / "run.csv.rec").exists())
+    time.sleep(1.0)  # the last file is being closed
+    last = [
+        float((tmp_path / "run.csv").read_text().splitlines()[-1].split(",")[0]),
+        pd.read_parquet(tmp_path / "run.parquet")["time"].iloc[-1],
+        asammdf.MDF(tmp_path / "run.mf4").get("position").timestamps[-1],
+        read(tmp_path / "run.rec").rows[-1, 0],
+    ]
+    assert min(last) > lasted - 1.0
+    assert max(last) - min(last) < 1e-6
+
+
+def test_killing_the_writer_too_leaves_the_journal(tmp_path: Path) -> None:
+    """With both processes gone at once, what was written so far is read and exported."""
+    process = running("--record", str(tmp_path / "run.csv"))
+    file = tmp_path / "run.csv.rec"
+    until(lambda: file.stat().st_size > 500_000)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    if not children.exists():
+        pytest.skip("this system does not tell which children a process has")
+    for child in children.read_text().split():
+        os.kill(int(child), signal.SIGKILL)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert not (tmp_path / "run.csv").exists()
+    assert read(file).rows[-1, 0] > 0.5
+
+
+def until(done: object, seconds: float = 20.0) -> None:
+    """Wait for something in the outer world."""
+    deadline = time.monotonic() + seconds
+    while not done():
+        assert time.monotonic() < deadline, "it never came"
+        time.sleep(0.05)
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_run(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """What fitted is readable, and the message says why there is no more."""
+    limit = journal.stat().st_size // 2
+
+    def small() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    file = tmp_path / "full.rec"
+    result = subprocess.run(
+        [sys.executable, "-m", "hil_emulator.recording.writer_process", str(file)],
+        input=journal.read_bytes(),
+        capture_output=True,
+        preexec_fn=small,
+        check=False,
+    )
+    assert result.returncode == 1
+    assert b"ends early: File too large" in result.stderr
+    rows = read(file).rows
+    assert 0.4 * TICKS < len(rows) < 0.6 * TICKS
+    assert rows.tobytes() == recording.rows[: len(rows)].tobytes()
+
+
+def test_a_file_that_cannot_be_opened_stops_the_run_before_it_begins(tmp_path: Path) -> None:
+    """Where a folder stands in the place of the file, the message comes at once."""
+    (tmp_path / "run.rec").mkdir()
+    config = reference()
+    with bench(config) as b, pytest.raises(UserError, match=r"run\.rec: cannot be written"):
+        FileTape([tmp_path / "run.rec"], header(config, b.rig.nodes))
+
+
+def test_a_writer_that_dies_is_reported_at_the_end(tmp_path: Path) -> None:
+    """The ticks go on; closing the tape says that the recording is not complete."""
+    config = reference()
+    with bench(config) as b:
+        tape = FileTape([tmp_path / "run.rec"], header(config, b.rig.nodes))
+        b.rig.tape = tape
+        b.ticks(50)
+        tape._scribe.kill()
+        tape._scribe.wait()
+        b.ticks(100)
+        with pytest.raises(UserError, match="the writer ended with -9"):
+            tape.close()
+        assert b.rig.now_ns == 150_000_000
+
+
+def test_a_capture_keeps_what_was_before_the_trigger(tmp_path: Path) -> None:
+    """50 ms before the rod passes 45 mm, 20 ms after it, and nothing else."""
+    config, file = reference(), tmp_path / "capture.rec"
+    capture = Capture(condition.parse("model.position > 45 mm"), 50_000_000, 20_000_000)
+    with bench(config) as b:
+        b.rig.tape = FileTape([file], header(config, b.rig.nodes, capture.text), capture)
+        b.ticks(5)
+        b.tick(START)
+        b.ticks(400, set_point(1.0))
+        b.rig.tape.close()
+    table = read(file).table()
+    assert len(table["time"]) == 71
+    at = np.flatnonzero(table["model.position"] > 45e-3)[0]
+    assert at == 50
+    assert capture.triggered_ns == round(table["time"][at] * 1e9)
+
+
+def test_the_loop_makes_one_system_call_in_thirty_two_ticks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Frames and rows in between stay in memory; closing hands over the rest, and none is lost."""
+    config, calls, ticks = reference(), [], 100
+    write = os.write
+
+    def counted(pipe: int, data: bytes) -> int:
+        calls.append(len(data))
+        return write(pipe, data)
+
+    with bench(config) as b:
+        tape = FileTape([tmp_path / "run.rec"], header(config, b.rig.nodes))
+        monkeypatch.setattr(os, "write", counted)
+        for k in range(ticks):
+            tape.bus(k, [set_point(0.1), START], sent=False)
+            tape.row(k * 1_000_000, b.rig.plant, list(b.rig.sensors.reading))
+        assert len(calls) == ticks // 32
+        tape.close()
+    assert len(calls) == ticks // 32 + 1
+    kept = read(tmp_path / "run.rec")
+    assert len(kept.rows) == ticks
+    assert len(kept.frames) == 2 * ticks

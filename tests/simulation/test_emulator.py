@@ -1,0 +1,75 @@
+"""The emulator inside a test: its time, its signals, its answers to mistakes."""
+
+from typing import Any
+
+import pytest
+
+from hil_emulator.errors import UserError
+from hil_emulator.simulation.emulator import Emulator, NeverHeldError
+
+
+def test_time_passes_only_where_it_is_let(emulator: Emulator) -> None:
+    """200 ms are 200 ticks; text and seconds mean the same."""
+    assert emulator.now == 0.0
+    emulator.run_for("200 ms")
+    assert emulator.rig.now_ns == 200_000_000
+    emulator.run_for(0.1)
+    assert emulator.rig.now_ns == 300_000_000
+
+
+def test_waiting_returns_how_long_it_took(emulator: Emulator, wait_until: Any) -> None:
+    """With a load that pulls, the rod passes a place after a time; text and function agree."""
+    emulator.set("external_force", "-2 kN")
+    took = wait_until("model.position > 40.05 mm", within="2 s")
+    assert 0.0 < took < 2.0
+    assert wait_until(lambda s: s.model.position > 40.05e-3) == 0.0
+
+
+def test_what_never_comes_fails_the_test_with_the_values(wait_until: Any) -> None:
+    """The message names the condition, the time and the signals that it looks at."""
+    with pytest.raises(
+        NeverHeldError, match=r"position > 70 mm did not hold within 50 ms; at 0\.050 s"
+    ):
+        wait_until("position > 70 mm", within="50 ms")
+
+
+def test_an_unknown_signal_lists_the_known_ones(emulator: Emulator) -> None:
+    """As an attribute and in a condition."""
+    with pytest.raises(AttributeError, match="no signal 'speed'; there are time, valve_current"):
+        _ = emulator.signals.speed
+    with pytest.raises(UserError, match="no signal 'speed'"):
+        emulator.wait_until("speed > 1 m/s")
+
+
+def test_an_unknown_setting_lists_the_known_ones(emulator: Emulator) -> None:
+    """The supply and the load can be set; a wrong unit is named."""
+    with pytest.raises(UserError, match="there are supply_pressure, external_force"):
+        emulator.set("temperature", "50 degC")
+    with pytest.raises(UserError, match="a pressure is wanted"):
+        emulator.set("supply_pressure", "50 mm")
+
+
+@pytest.mark.emulator("configs/hyq_knee.toml", "configs/spring_load.toml", seed=7)
+def test_the_marker_chooses_configuration_and_seed(emulator: Emulator) -> None:
+    """Two files of the package, laid over each other, and another seed."""
+    assert emulator.config.plant["load_spring_stiffness"] == 50e3
+    assert emulator.config.seed == 7
+
+
+def test_each_test_has_a_bus_of_its_own(emulator: Emulator) -> None:
+    """A second emulator in the same process hears nothing of the first one."""
+    with Emulator(emulator.config) as other:
+        emulator.run_for("5 ms")
+        assert other.bus != emulator.bus
+        assert other.recorder.frames == []
+
+
+def test_a_python_can_bus_hears_and_is_heard(emulator: Emulator, can_bus: Any) -> None:
+    """The boot-up comes; a frame sent now arrives with the next tick."""
+    import can
+
+    emulator.tick()
+    assert can_bus.recv(0).arbitration_id == 0x705
+    can_bus.send(can.Message(arbitration_id=0, data=[1, 5], is_extended_id=False))
+    emulator.tick()
+    assert emulator.rig.nodes[0].state.name == "OPERATIONAL"
