@@ -10,7 +10,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import cache_folder, shipped
-from hil_emulator.signals.columns import Recorder
+from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.simulation.clock import Clock, LockStep
 from hil_emulator.simulation.loop import Timing, run
 from hil_emulator.simulation.rig import Rig, assemble
@@ -37,7 +37,7 @@ class Bench:
     rig: Rig
     peer: Bus
     clock: Clock
-    recorder: Recorder
+    recorder: MemoryRecorder
     heard: list[Frame] = field(default_factory=list)
 
     def tick(self, *frames: Frame) -> list[Frame]:
@@ -57,7 +57,7 @@ class Bench:
 def bench(config: Configuration, clock: Clock | None = None) -> Iterator[Bench]:
     """Yield a rig on a virtual bus of its own, with a peer."""
     settings = {"interface": "virtual", "channel": f"rig test {next(_numbers)}"}
-    recorder = Recorder()
+    recorder = MemoryRecorder()
     with Bus(settings) as own, Bus(settings) as peer:
         rig = assemble(config, own, cache_folder(), recorder)
         yield Bench(rig, peer, clock or LockStep(), recorder)

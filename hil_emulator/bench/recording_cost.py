@@ -9,7 +9,7 @@ import numpy as np
 from hil_emulator.config.load import Configuration
 from hil_emulator.frame import Frame
 from hil_emulator.recording.header import header
-from hil_emulator.recording.recorder import FileTape
+from hil_emulator.recording.recorder import FileRecorder
 from hil_emulator.simulation.rig import Rig
 
 _TICKS = 3_000
@@ -17,21 +17,21 @@ _HEARD = [Frame(0x200, bytes(4)), Frame(0x080)]  # a set point and a SYNC
 _SENT = [Frame(0x180 + i, bytes(8)) for i in range(4)]
 
 
-def measure_tape(config: Configuration, rig: Rig) -> dict[str, float]:
+def measure_recording(config: Configuration, rig: Rig) -> dict[str, float]:
     """Return p50 and p99 of what the loop does for its recording in a tick [us].
 
     It is the time that this thread runs: the writer beside it, and other programs, do not count.
     """
     spent = []
     with tempfile.TemporaryDirectory() as folder:
-        tape = FileTape([Path(folder) / "run.rec"], header(config, rig.nodes))
+        recorder = FileRecorder([Path(folder) / "run.rec"], header(config, rig.nodes))
         values = list(rig.sensors.reading)
         for now_ns in range(0, _TICKS * rig.tick_ns, rig.tick_ns):
             begin = time.thread_time_ns()
-            tape.bus(now_ns, _HEARD, sent=False)
-            tape.bus(now_ns, _SENT, sent=True)
-            tape.row(now_ns, rig.plant, values)
+            recorder.bus(now_ns, _HEARD, sent=False)
+            recorder.bus(now_ns, _SENT, sent=True)
+            recorder.row(now_ns, rig.plant, values)
             spent.append(time.thread_time_ns() - begin)
-        tape.close()
+        recorder.close()
     p50, p99 = np.percentile(spent, (50, 99)) * 1e-3
     return {"p50": float(p50), "p99": float(p99)}

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil_emulator.bench.fleet import FleetSpeed, measure_fleet
-from hil_emulator.bench.recording_cost import measure_tape
+from hil_emulator.bench.recording_cost import measure_recording
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.frame import Frame
@@ -49,7 +49,7 @@ class Speeds:
         rk4_step_all_us: the same with every effect of the catalogue at its typical value.
         tick_us: p50 and p99 of a full tick in lock-step: one set point and a SYNC in, four TPDOs
             out to one listener on the virtual bus.
-        tape_us: p50 and p99 of what a recording to a file takes of a tick, frames and row.
+        recording_us: p50 and p99 of what a recording to a file takes of a tick, frames and row.
         lockstep_x: emulated over elapsed time of such ticks.
         lateness_us: p50, p99, p999 and max of how late ticks began under the wall clock.
         execution_us: the same of how long they took.
@@ -63,7 +63,7 @@ class Speeds:
     rk4_step_us: float
     rk4_step_all_us: float
     tick_us: dict[str, float]
-    tape_us: dict[str, float]
+    recording_us: dict[str, float]
     lockstep_x: float
     lateness_us: dict[str, float]
     execution_us: dict[str, float]
@@ -89,7 +89,7 @@ def measure(
         say("Lock-step ...")
         lockstep_x, tick = _lockstep(rig, master)
         say("Recording ...")
-        tape_us = measure_tape(config, rig)
+        recording_us = measure_recording(config, rig)
         say("Eight actuators ...")
         fleet = measure_fleet(cache)
         say("TCP ...")
@@ -101,7 +101,7 @@ def measure(
         rk4_step_us=step_us,
         rk4_step_all_us=step_all_us,
         tick_us={key: tick.execution.summary()[key] for key in ("p50", "p99")},
-        tape_us=tape_us,
+        recording_us=recording_us,
         lockstep_x=lockstep_x,
         lateness_us=wall.lateness.summary(),
         execution_us=wall.execution.summary(),

@@ -64,7 +64,7 @@ def _table(s: Speeds, duration: float) -> str:
         ("integration step (RK4) [us]", f"{s.rk4_step_us:.2f}"),
         ("the same, all effects on [us]", f"{s.rk4_step_all_us:.2f}"),
         ("tick in lock-step [us]", _spread(s.tick_us)),
-        ("recording to a file, of a tick [us]", _spread(s.tape_us)),
+        ("recording to a file, of a tick [us]", _spread(s.recording_us)),
         ("lock-step over real time", f"{s.lockstep_x:.1f}"),
         (f"tick under the wall clock, {duration:g} s [us]", _spread(s.execution_us)),
         ("lateness under the wall clock [us]", _spread(s.lateness_us)),

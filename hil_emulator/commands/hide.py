@@ -18,7 +18,7 @@ from hil_emulator.identify.experiment_design.library import Stimulus, Target, li
 from hil_emulator.identify.experiment_design.practice import Ground
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.measured.reading import SET_POINT
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.platform.paths import cache_folder, near, shipped
 from hil_emulator.units import factor
@@ -57,14 +57,14 @@ def hide(
     chosen = secrets.randbelow(2**31) if seed is None else seed
     config = _copied(list(configs) or [shipped("configs/hyq_knee.toml")], out)
     click.echo("Preparing the model (a quarter of a minute the first time) ...", err=True)
-    twin = Twin(config, cache_folder())
+    model = PlantModel(config, cache_folder())
     if surprise:
-        hidden = [practice.surprise(twin, sizes[0], chosen)]
+        hidden = [practice.surprise(model, sizes[0], chosen)]
     else:
         each = sizes if len(sizes) > 1 else [sizes[0]] * len(effects)
         pairs = zip(effects, each, strict=True)
-        hidden = [practice.hide(twin, e, s) for e, s in pairs if e != NOTHING]
-    ground = practice.ground(twin, hidden, chosen)
+        hidden = [practice.hide(model, e, s) for e, s in pairs if e != NOTHING]
+    ground = practice.ground(model, hidden, chosen)
     for part, names in (("training", practice.TRAINING), ("validation", practice.VALIDATION)):
         first = 0 if part == "training" else len(practice.TRAINING)
         for i, e in enumerate(practice.campaign(ground, names, duration, first)):
@@ -86,7 +86,7 @@ def play(file: Path, out: Path) -> None:
     """
     truth = sealed.unseal(out)
     config = load(_configurations(out))
-    ground = sealed.restored(Twin(config, cache_folder()), truth)
+    ground = sealed.restored(PlantModel(config, cache_folder()), truth)
     number = len(list((out / "training").glob("*.csv"))) + 1
     made = _stimulus(file, ground)
     target = out / "training" / f"{number:02d}_{file.stem}.csv"
@@ -182,8 +182,8 @@ def _stimulus(file: Path, ground: Ground) -> Target:
         raise UserError(
             f"{file}: no stimulus: {error}; write one with `hil-emulator experiment NAME`"
         ) from None
-    allowed = limits(ground.twin.plant_values)
-    if position.min() < 0.0 or position.max() > ground.twin.plant_values["cylinder_stroke"]:
+    allowed = limits(ground.model.plant_values)
+    if position.min() < 0.0 or position.max() > ground.model.plant_values["cylinder_stroke"]:
         raise UserError(f"{file}: leaves the stroke of this cylinder; take a smaller amplitude")
     jumps = bool(np.max(np.abs(np.diff(position))) / period > 2.0 * allowed.speed)
     entry = Stimulus(file.stem, "from a file", "", lambda t, _: t, 1.0, jumps=jumps)

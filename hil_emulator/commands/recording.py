@@ -14,13 +14,13 @@ from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import near
 from hil_emulator.recording.header import header
 from hil_emulator.recording.pre_trigger import Capture
-from hil_emulator.recording.recorder import FileTape
+from hil_emulator.recording.recorder import FileRecorder
 from hil_emulator.simulation.machine import Machine
 from hil_emulator.simulation.rig import Rig
 
 
 @contextmanager
-def taped(
+def recorded(
     rig: Rig, config: Configuration, files: Sequence[Path], capture: Capture | None
 ) -> Iterator[None]:
     """Record what happens meanwhile, where there are files to record into."""
@@ -28,18 +28,18 @@ def taped(
         yield
         return
     text = capture.text if capture else ""
-    tape = FileTape(files, header(config, rig.nodes, text), capture)
-    rig.tape = tape
+    recorder = FileRecorder(files, header(config, rig.nodes, text), capture)
+    rig.recorder = recorder
     try:
         yield
     finally:
-        tape.close()
+        recorder.close()
         for file in files:
             click.echo(f"recorded  {near(file)}")
 
 
 @contextmanager
-def machine_taped(
+def machine_recorded(
     machine: Machine, settings: MachineSettings, files: Sequence[Path], capture: Capture | None
 ) -> Iterator[None]:
     """Record every actuator of a machine; a capture waits for the signals of each by itself.
@@ -55,7 +55,7 @@ def machine_taped(
         for actuator in settings.actuators:
             own = [of_actuator(file, actuator.name) for file in files]
             rig = machine.rigs[actuator.name]
-            stack.enter_context(taped(rig, actuator.config, own, copy.deepcopy(capture)))
+            stack.enter_context(recorded(rig, actuator.config, own, copy.deepcopy(capture)))
         yield
 
 

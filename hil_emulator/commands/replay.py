@@ -19,8 +19,8 @@ from hil_emulator.platform.paths import cache_folder
 from hil_emulator.recording import journal
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
+from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.recording.messages import describe, from_json
-from hil_emulator.signals.columns import Recorder
 from hil_emulator.simulation.rig import Rig, assemble
 
 _SHOWN = 10  # differing signals that are listed
@@ -101,7 +101,7 @@ def replay(file: Path, files: Sequence[Path]) -> bool:
 def compare(recording: Recording, config: Configuration) -> Comparison:
     """Return a recording beside its repetition in lock-step."""
     script = Script((now, f) for now, sent, f in recording.frames if not sent)
-    recorder = Recorder()
+    recorder = MemoryRecorder()
     rig = assemble(config, script, cache_folder(), recorder)
     last_ns = max([now for now, _, _ in recording.frames], default=0)
     ticks = len(recording.rows) or last_ns // config.tick_ns + 1

@@ -11,7 +11,7 @@ from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
-from hil_emulator.commands.recording import taped
+from hil_emulator.commands.recording import recorded
 from hil_emulator.commands.run_machine import run_machine
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
@@ -20,7 +20,7 @@ from hil_emulator.faults.fault import spoken
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.pre_trigger import Capture
-from hil_emulator.remote.control_server import Desk
+from hil_emulator.remote.control_server import ControlServer
 from hil_emulator.signals import condition
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
@@ -72,12 +72,12 @@ def run(
         click.echo("Preparing the model (a few seconds the first time) ...", err=True)
         rig = assemble(config, follow or door, cache_folder())
         refuse_collisions("bus", rig.nodes)
-        with taped(rig, config, record, capture), _desk(control) as desk:
+        with recorded(rig, config, record, capture), _control_server(control) as control_server:
             for fault in broken:
                 rig.inject(fault)
             measures = [] if clock == "lockstep" else realtime.apply()
             click.echo(_banner(config, rig, door, clock, measures))
-            _live(rig, _clock(clock, config, follow, rig), duration, door, config, desk)
+            _live(rig, _clock(clock, config, follow, rig), duration, door, config, control_server)
 
 
 def _live(
@@ -86,7 +86,7 @@ def _live(
     duration: float | None,
     bus: Bus,
     config: Configuration,
-    desk: Desk | None,
+    control_server: ControlServer | None,
 ) -> None:
     """Run with a status line, and tell how it went however it ends."""
     ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
@@ -98,7 +98,7 @@ def _live(
             ticks,
             timing,
             lambda: _status(rig, timing, bus),
-            between=(lambda: desk.serve(rig)) if desk else None,
+            between=(lambda: control_server.serve(rig)) if control_server else None,
             stop_when_late=config.late == "stop",
         )
     finally:
@@ -106,17 +106,17 @@ def _live(
 
 
 @contextmanager
-def _desk(port: int | None) -> Iterator[Desk | None]:
+def _control_server(port: int | None) -> Iterator[ControlServer | None]:
     """Serve the remote control meanwhile, where there is a port for it."""
     if port is None:
         yield None
         return
-    desk = Desk(port)
+    control_server = ControlServer(port)
     try:
-        click.echo(f"control   http://127.0.0.1:{desk.port}")
-        yield desk
+        click.echo(f"control   http://127.0.0.1:{control_server.port}")
+        yield control_server
     finally:
-        desk.close()
+        control_server.close()
 
 
 def capture(trigger: str | None, before: float, after: float) -> Capture | None:

@@ -10,7 +10,7 @@ from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
-from hil_emulator.commands.recording import machine_taped
+from hil_emulator.commands.recording import machine_recorded
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
@@ -55,7 +55,7 @@ def run_machine(
         for name in buses:
             there = [a.name for a in settings.actuators if a.bus == name]
             refuse_collisions(name, [n for a in there for n in machine.rigs[a].nodes])
-        stack.enter_context(machine_taped(machine, settings, record, capture))
+        stack.enter_context(machine_recorded(machine, settings, record, capture))
         for name, fault in broken:
             machine.rigs[name].inject(fault)
         measures = [] if clock == "lockstep" else realtime.apply()

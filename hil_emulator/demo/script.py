@@ -12,7 +12,8 @@ from hil_emulator.config.load import load
 from hil_emulator.platform.paths import shipped
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
-from hil_emulator.signals.columns import MODEL, Recorder
+from hil_emulator.recording.memory import MemoryRecorder
+from hil_emulator.signals.columns import MODEL
 from hil_emulator.simulation.clock import LockStep
 from hil_emulator.simulation.loop import Timing, run
 from hil_emulator.simulation.reference_controller import Controller
@@ -103,7 +104,7 @@ def perform(cache: Path, say: Callable[[str], None]) -> Outcome:
     files = [shipped("configs/hyq_knee.toml"), shipped("configs/spring_load.toml")]
     config = load(files)
     settings = {"interface": "virtual", "channel": _CHANNEL}
-    recorder = Recorder()
+    recorder = MemoryRecorder()
     period = config.tick_ns * 1e-9
     with Bus(settings) as emulator_bus, Bus(settings) as controller_bus:
         say("Preparing the model (a few seconds the first time) ...")

@@ -23,7 +23,7 @@ class FrameFault(Protocol):
         ...
 
 
-class Sound:
+class PassThrough:
     """Lets everything pass; what the others have in common."""
 
     def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
@@ -39,7 +39,7 @@ class Sound:
         return [], []
 
 
-class Rewriting(Sound):
+class Rewriting(PassThrough):
     """Puts other frames, or none, in the place of single ones.
 
     Args:
@@ -66,7 +66,7 @@ class Rewriting(Sound):
     leaving = arriving
 
 
-class Delayed(Sound):
+class Delayed(PassThrough):
     """Holds frames back for a time, in both directions."""
 
     def __init__(self, chosen: Callable[[Frame], bool], time_ns: int) -> None:
@@ -101,7 +101,7 @@ class Delayed(Sound):
         return due + passed
 
 
-class Reordered(Sound):
+class Reordered(PassThrough):
     """Lets a frame change places with the one after it, in this tick or a later one."""
 
     def __init__(self, chosen: Callable[[Frame], bool]) -> None:

@@ -7,7 +7,7 @@ from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
 from hil_emulator.device.node import Node
 from hil_emulator.faults.catalogue import BUS
 from hil_emulator.faults.fault import Fault
-from hil_emulator.faults.frame_filters import Delayed, FrameFault, Reordered, Rewriting, Sound
+from hil_emulator.faults.frame_filters import Delayed, FrameFault, PassThrough, Reordered, Rewriting
 from hil_emulator.faults.strength import Strength
 from hil_emulator.frame import Frame
 
@@ -17,7 +17,7 @@ RECOVERED_FROM_BUS_OFF = 0x8140
 _BITS_PER_BYTE = 8
 
 
-class Cut(Sound):
+class Cut(PassThrough):
     """Lets frames pass in neither direction, or only inward.
 
     Args:
@@ -48,7 +48,7 @@ class Cut(Sound):
         return [], []
 
 
-class Babbling(Sound):
+class Babbling(PassThrough):
     """Puts frames of a strange node in front of those that the node sends."""
 
     def __init__(self, can_id: int, count: int) -> None:
@@ -63,7 +63,7 @@ class Babbling(Sound):
         return [*(strange if s.hits() else []), *frames]
 
 
-class Restart(Sound):
+class Restart(PassThrough):
     """Resets the node once, as a dip of its supply does."""
 
     def __init__(self, node: Node) -> None:
@@ -78,7 +78,7 @@ class Restart(Sound):
         return [Frame(0x000, bytes([129, self._node.node_id])), *frames]
 
 
-class Reported(Sound):
+class Reported(PassThrough):
     """An error that the node itself reports."""
 
     def __init__(self, node: Node, code: int) -> None:

@@ -18,7 +18,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.cluster_pool import ClusterPool
 from hil_emulator.identify.prediction.instrumentation import examinable, predicting, priors
-from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.pool import Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.progress import Search
@@ -76,16 +76,16 @@ def _identified(
     only: Sequence[str], exclude: Sequence[str], pooled: Pools, tell: Tell, cache: Path | None,
     search: bool,
 ) -> Result:  # fmt: skip
-    twin = Twin(config, cache)
+    model = PlantModel(config, cache)
     learn, check = counted(*_split(training, validation))
     notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
-    predictor, learn, check, why = predicting(twin, learn, check)
+    predictor, learn, check, why = predicting(model, learn, check)
     if predictor is None:
         return Result("cannot_examine", why, notes=notes)
     notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
-    twin = predictor.twin
-    candidates = _chosen(examinable(twin, predictor), only, exclude)
-    nuisances = parameters.ordinary(twin, priors(predictor))
+    model = predictor.model
+    candidates = _chosen(examinable(model, predictor), only, exclude)
+    nuisances = parameters.ordinary(model, priors(predictor))
     searcher = Searcher(predictor, learn, check, candidates, nuisances, pooled(predictor), tell)
     found = _found(searcher, search)
     if found is None:
@@ -98,7 +98,7 @@ def _identified(
     result.notes = notes
     result.digests = {e.name: e.digest for e in (*learn, *check)}
     result.held_out = [e.name for e in check]
-    every = {c.name for c in parameters.candidates(twin, twin.names)}
+    every = {c.name for c in parameters.candidates(model, model.names)}
     beyond = set() if only or exclude else every - {c.name for c in candidates}
     result.unseen = sorted({*result.unseen, *beyond})
     return result

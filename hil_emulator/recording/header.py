@@ -7,8 +7,9 @@ from hil_emulator import __version__
 from hil_emulator.config.load import Configuration
 from hil_emulator.device.node import Node
 from hil_emulator.recording.journal import Recording
+from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.recording.messages import as_json, messages
-from hil_emulator.signals.columns import Recorder, columns
+from hil_emulator.signals.columns import columns
 
 
 def provenance(config: Configuration) -> dict[str, str]:
@@ -42,6 +43,6 @@ def header(config: Configuration, nodes: Sequence[Node], capture: str = "") -> d
     }
 
 
-def remembered(recorder: Recorder, head: dict[str, Any]) -> Recording:
+def remembered(recorder: MemoryRecorder, head: dict[str, Any]) -> Recording:
     """Return what a recorder has kept in memory as a recording."""
     return Recording(head, recorder.rows(), list(recorder.frames), list(recorder.events))

@@ -1,4 +1,4 @@
-"""The tape: hands every tick to a process beside the loop, and never waits for it."""
+"""The file recorder: hands every tick to a process beside the loop, and never waits for it."""
 
 import contextlib
 import os
@@ -27,7 +27,7 @@ _PIPE_BYTES = 1 << 20  # what Linux grants without privileges
 _SET_PIPE_SIZE = 1031  # F_SETPIPE_SZ of <linux/fcntl.h>
 
 
-class FileTape:
+class FileRecorder:
     """Writes a recording through a process of its own.
 
     Neither a slow disk nor a sudden end of this process harms it.
@@ -55,19 +55,19 @@ class FileTape:
         self._ticks = 0
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by close()
         command = [sys.executable, "-m", "hil_emulator.recording.writer_process", *map(str, files)]
-        self._scribe = subprocess.Popen(
+        self._writer = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
             start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
         )
-        assert self._scribe.stdin is not None
-        assert self._scribe.stdout is not None
-        with self._scribe.stdout as ready:
+        assert self._writer.stdin is not None
+        assert self._writer.stdout is not None
+        with self._writer.stdout as ready:
             if ready.read(len(READY)) != READY:
                 self._finish()
-        self._pipe = self._scribe.stdin.fileno()
+        self._pipe = self._writer.stdin.fileno()
         os.set_blocking(self._pipe, False)
         _widen(self._pipe)
 
@@ -101,14 +101,14 @@ class FileTape:
         """
         os.set_blocking(self._pipe, True)
         self._hand_over()
-        assert self._scribe.stdin is not None
+        assert self._writer.stdin is not None
         with contextlib.suppress(BrokenPipeError):
-            self._scribe.stdin.close()
+            self._writer.stdin.close()
         self._finish()
 
     def _finish(self) -> None:
         """Wait for the writer, and say what went wrong."""
-        failed = self._scribe.wait()
+        failed = self._writer.wait()
         self._errors.seek(0)
         text = self._errors.read().decode(errors="replace").strip()
         self._errors.close()

@@ -18,7 +18,7 @@ _START_S = 20.0  # for a Python process to begin (assumed limit)
 
 
 class Controlled(Protocol):
-    """The rig as the desk sees it."""
+    """The rig as the control server sees it."""
 
     now_ns: int
     faults: Faults
@@ -36,7 +36,7 @@ class Controlled(Protocol):
         ...
 
 
-class Desk:
+class ControlServer:
     """Starts the server's process and answers what it asks.
 
     Args:

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.frame import Frame
+from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.scenario.outcome import Check, Curve
 from hil_emulator.scenario.schema import Expect
-from hil_emulator.signals.columns import Recorder, columns
+from hil_emulator.signals.columns import columns
 from hil_emulator.units import show
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -16,7 +17,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 _SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
 
 
-def judge(expectations: Sequence[Expect], recorder: Recorder) -> tuple[Check, ...]:
+def judge(expectations: Sequence[Expect], recorder: MemoryRecorder) -> tuple[Check, ...]:
     """Return a check for each expectation."""
     table = recorder.table()
     return tuple(

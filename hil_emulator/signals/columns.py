@@ -1,17 +1,14 @@
-"""What is recorded of a run: the columns, and a recorder that keeps them in memory."""
+"""The columns of a recording: what is read by name, with its unit."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from hil_emulator.frame import Frame
 from hil_emulator.model.actuator import INPUTS, SIGNALS
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sensors import CHANNELS
-
-_CHUNK = 4096  # rows allocated at once
 
 MODEL = "model."
 """Prefix of the model's own signals, which no sensor adds its errors to."""
@@ -31,22 +28,6 @@ def columns() -> dict[str, str]:
     )
 
 
-class Tape(Protocol):
-    """What the rig tells of each tick: into memory, or to another process."""
-
-    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
-        """Keep set points, readings and signals at the end of a tick."""
-        ...
-
-    def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
-        """Keep frames that the emulator has received or sent."""
-        ...
-
-    def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
-        """Keep what was done to the rig."""
-        ...
-
-
 def fill_row(
     row: np.ndarray[Any, np.dtype[np.float64]], now_ns: int, plant: Plant, measured: Sequence[float]
 ) -> None:
@@ -57,47 +38,3 @@ def fill_row(
     row[1:first] = plant.input_vector
     row[first:second] = measured
     row[second:] = plant.signal_vector
-
-
-class Recorder:
-    """Takes one row per tick, and the frames and interventions between the rows.
-
-    Attributes:
-        frames: time [ns], whether the emulator sent it, and frame, oldest first.
-        events: time [ns] and description of what was done to the rig: faults, settings.
-
-    """
-
-    def __init__(self) -> None:
-        self._width = len(columns())
-        self._chunks: list[np.ndarray[Any, np.dtype[np.float64]]] = []
-        self._filled = _CHUNK
-        self.frames: list[tuple[int, bool, Frame]] = []
-        self.events: list[tuple[int, dict[str, Any]]] = []
-
-    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
-        """Keep the present set points, readings and signals."""
-        if self._filled == _CHUNK:
-            self._chunks.append(np.empty((_CHUNK, self._width)))
-            self._filled = 0
-        fill_row(self._chunks[-1][self._filled], now_ns, plant, measured)
-        self._filled += 1
-
-    def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
-        """Keep frames that the emulator has received or sent."""
-        self.frames += [(now_ns, sent, frame) for frame in frames]
-
-    def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
-        """Keep what was done to the rig."""
-        self.events.append((now_ns, dict(what)))
-
-    def rows(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return the recording, shape (ticks, columns)."""
-        if not self._chunks:
-            return np.empty((0, self._width))
-        return np.concatenate([*self._chunks[:-1], self._chunks[-1][: self._filled]])
-
-    def table(self) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
-        """Return the recording, column name to values over time."""
-        rows = self.rows()
-        return {name: rows[:, i] for i, name in enumerate(columns())}

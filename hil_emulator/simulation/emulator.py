@@ -13,8 +13,9 @@ from hil_emulator.faults.active import Running
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
+from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.signals import condition
-from hil_emulator.signals.columns import MODEL, Recorder, columns
+from hil_emulator.signals.columns import MODEL, columns
 from hil_emulator.signals.inputs import setting
 from hil_emulator.simulation.rig import assemble
 from hil_emulator.units import to_si
@@ -69,7 +70,7 @@ class Emulator:
             "interface": "virtual",
             "channel": f"hil-emulator {os.getpid()} {next(_numbers)}",
         }
-        self.recorder = Recorder()
+        self.recorder = MemoryRecorder()
         self._door = Bus(self.bus)
         self.rig = assemble(config, self._door, cache_folder(), self.recorder)
         self.signals = Signals(self.rig.value)

@@ -13,7 +13,7 @@ Spoken = list[tuple[Node, Frame]]
 """Frames with the nodes that sent them."""
 
 
-class Hearing:
+class FrameRouter:
     """Carries frames between the nodes of a rig, and to them.
 
     Args:

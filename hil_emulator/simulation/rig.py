@@ -19,10 +19,11 @@ from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors
-from hil_emulator.signals.columns import MODEL, Tape
+from hil_emulator.recording.memory import Recorder
+from hil_emulator.signals.columns import MODEL
 from hil_emulator.signals.inputs import SETTINGS
 from hil_emulator.simulation.active_effects import acting
-from hil_emulator.simulation.frame_router import Hearing
+from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.node_factory import nodes
 
 __all__ = ["COMMANDS", "FrameDoor", "Rig", "assemble", "compiled", "nodes"]
@@ -53,7 +54,7 @@ class Rig:
         bus: carries the frames.
         tick_ns: period of the loop [ns].
         steps: integration steps per tick.
-        tape: takes down every tick, where there is one.
+        recorder: takes down every tick, where there is one.
 
     Attributes:
         now_ns: emulator time at which the next tick begins [ns].
@@ -69,7 +70,7 @@ class Rig:
         bus: FrameDoor,
         tick_ns: int,
         steps: int,
-        tape: Tape | None = None,
+        recorder: Recorder | None = None,
     ) -> None:
         self.plant = plant
         self.sensors = sensors
@@ -77,10 +78,10 @@ class Rig:
         self.bus = bus
         self.tick_ns = tick_ns
         self.now_ns = 0
-        self.tape = tape
+        self.recorder = recorder
         self.faults = Faults(plant, sensors, nodes, self.value, self._ended)
         self._steps = steps
-        self._hearing = Hearing(self.nodes)
+        self._router = FrameRouter(self.nodes)
         self._measured = self._measure()
 
     def step(self) -> None:
@@ -90,14 +91,14 @@ class Rig:
         self.plant.step(self._steps)
         self._measured = self._measure()
         self._publish()
-        if self.tape:
-            self.tape.row(self.now_ns, self.plant, self._measured.values)
+        if self.recorder:
+            self.recorder.row(self.now_ns, self.plant, self._measured.values)
         self.now_ns += self.tick_ns
 
     def serve(self, frames: Sequence[Frame]) -> None:
         """Let the nodes answer frames at the present moment; the plant stands still."""
-        if self.tape:
-            self.tape.event(self.now_ns, {"serve": len(frames)})
+        if self.recorder:
+            self.recorder.event(self.now_ns, {"serve": len(frames)})
         self._receive(frames)
         self._publish()
 
@@ -124,9 +125,9 @@ class Rig:
             known = ", ".join(map(str, ids))
             raise UserError(f"fault {chosen.target}: no node {chosen.node}; there are {known}")
         running = self.faults.inject(chosen, self.now_ns)
-        if self.tape:
+        if self.recorder:
             what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}
-            self.tape.event(self.now_ns, {"fault": what})
+            self.recorder.event(self.now_ns, {"fault": what})
         return running
 
     def set(self, name: str, value: float) -> None:
@@ -144,8 +145,8 @@ class Rig:
             self.plant.command({name: value})
         else:
             self.faults.parameters.set_sound(name, value)
-        if self.tape:
-            self.tape.event(self.now_ns, {"set": {name: value}})
+        if self.recorder:
+            self.recorder.event(self.now_ns, {"set": {name: value}})
 
     def value(self, name: str) -> float:
         """Return the present value of a recorded signal, SI; see `record.columns`.
@@ -174,14 +175,14 @@ class Rig:
                 raise UserError(f"{name}: {value:g} is refused: {abort}") from None
 
     def _ended(self, running: Running) -> None:
-        if self.tape:
-            self.tape.event(self.now_ns, {"end": running.number})
+        if self.recorder:
+            self.recorder.event(self.now_ns, {"end": running.number})
 
     def _receive(self, frames: Sequence[Frame]) -> None:
-        if self.tape and frames:
-            self.tape.bus(self.now_ns, frames, sent=False)
+        if self.recorder and frames:
+            self.recorder.bus(self.now_ns, frames, sent=False)
         faulty = self.faults.active  # faults meet every frame, whoever takes it
-        for node, arriving in self._hearing.arriving(frames, everything=faulty):
+        for node, arriving in self._router.arriving(frames, everything=faulty):
             if faulty:
                 arriving = self.faults.arriving(self.now_ns, node, arriving)
             commands = node.receive(self.now_ns, arriving)
@@ -200,12 +201,12 @@ class Rig:
             sent: Sequence[Frame] = node.publish(self.now_ns, self._measured)
             if self.faults.active:
                 sent = self.faults.leaving(self.now_ns, node, sent)
-            self._hearing.say(node, sent)
+            self._router.say(node, sent)
             outgoing += sent
         if outgoing:
             self.bus.send(outgoing)
-            if self.tape:
-                self.tape.bus(self.now_ns, outgoing, sent=True)
+            if self.recorder:
+                self.recorder.bus(self.now_ns, outgoing, sent=True)
 
 
 @functools.cache
@@ -218,7 +219,7 @@ def assemble(
     config: Configuration,
     bus: FrameDoor,
     cache: Path | None = None,
-    tape: Tape | None = None,
+    recorder: Recorder | None = None,
 ) -> Rig:
     """Make the rig that a configuration describes; compiles the model and runs it once.
 
@@ -228,7 +229,7 @@ def assemble(
         config: the rig's description.
         bus: carries its frames.
         cache: folder that keeps the compiled model for the next start.
-        tape: takes down every tick, where there is one.
+        recorder: takes down every tick, where there is one.
 
     Raises:
         UserError: if a node cannot be made from its EDS.
@@ -240,4 +241,4 @@ def assemble(
     random = np.random.default_rng(config.seed)
     sensors = Sensors(model, config.sensors, config.tick_ns * 1e-9, random)
     made = nodes(config, sensors.names)
-    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, tape)
+    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, recorder)

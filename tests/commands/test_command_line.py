@@ -90,7 +90,7 @@ def test_bench_tells_what_the_machine_achieves() -> None:
     """The JSON has every promised number, each of a size that time can have."""
     speeds = json.loads(hil_emulator("bench", "--duration", "0.2 s", "--json").stdout)
     assert speeds["tick_us"]["p50"] <= speeds["tick_us"]["p99"]
-    assert 0 < speeds["tape_us"]["p50"] <= speeds["tape_us"]["p99"]
+    assert 0 < speeds["recording_us"]["p50"] <= speeds["recording_us"]["p99"]
     assert speeds["lateness_us"].keys() == {"p50", "p99", "p999", "max"}
     assert speeds["overruns"] >= 0
     assert speeds["rk4_step_us"] > 0

@@ -4,7 +4,8 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from hil_emulator.identify.conclusion.result import Finding, Result
+from hil_emulator.identify.conclusion.findings import Finding
+from hil_emulator.identify.conclusion.result import Result
 
 
 @dataclass(frozen=True)

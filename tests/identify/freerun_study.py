@@ -18,7 +18,7 @@ from hil_emulator.identify.disagreement.gap import Gap, compare, measure
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.selection.outer_iteration import settle
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
@@ -33,13 +33,13 @@ CLOSED = 1.05
 """Most that the found model may leave, over what the true one leaves."""
 
 
-def true_model(twin: Twin, observer: Observer, which: Case, searcher: Searcher) -> Fit:
+def true_model(model: PlantModel, observer: Observer, which: Case, searcher: Searcher) -> Fit:
     """Return the catalogue's model with the hidden effects at their true sizes, refitted."""
-    known = {c.name: c for c in parameters.candidates(twin, observer.channels)}
+    known = {c.name: c for c in parameters.candidates(model, observer.channels)}
     hidden = [(known[EFFECTS[k].name], EFFECTS[k].knob(v)) for k, v in which.effects.items()]
     for coordinate, value in hidden:
-        set_to(twin, coordinate, value)
-    search = Search(parameters.ordinary(twin))
+        set_to(model, coordinate, value)
+    search = Search(parameters.ordinary(model))
     search.nuisances = [c for c in search.nuisances if c.name not in dict(hidden_names(hidden))]
     search.at = np.zeros(len(search.nuisances))
     return settle(searcher.fitter, search)
@@ -50,10 +50,10 @@ def hidden_names(hidden: list[tuple[Coordinate, float]]) -> Iterator[tuple[str, 
     yield from ((c.name, value) for c, value in hidden)
 
 
-def set_to(twin: Twin, coordinate: Coordinate, value: float) -> None:
+def set_to(model: PlantModel, coordinate: Coordinate, value: float) -> None:
     """Give a model's parameter a value."""
-    sensor, i = twin.index(coordinate)
-    (twin.chan if sensor else twin.par)[i] = value
+    sensor, i = model.index(coordinate)
+    (model.chan if sensor else model.par)[i] = value
 
 
 def left(gap: Gap, when: str) -> np.ndarray:
@@ -66,10 +66,10 @@ def examine(which: Case) -> dict[str, object]:
     train, held = campaign(which)
     begin = time.process_time()
     result = identify(load([KNEE]), train, held, cache=CACHE)
-    twin = Twin(load([KNEE]), CACHE)
-    observer = Observer(twin, tuple(result.gap))
-    searcher = Searcher(observer, train, held, [], parameters.ordinary(twin))
-    fit = true_model(twin, observer, which, searcher)
+    model = PlantModel(load([KNEE]), CACHE)
+    observer = Observer(model, tuple(result.gap))
+    searcher = Searcher(observer, train, held, [], parameters.ordinary(model))
+    fit = true_model(model, observer, which, searcher)
     reference = measure(observer, compare(observer, fit, fit, train, held))
     true = left(reference, "after")
     return {

@@ -10,7 +10,7 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.plant import Plant, Sensors
 
 CACHE = Path(tempfile.gettempdir()) / "hil_emulator_test_kernels"
@@ -29,9 +29,9 @@ def knee() -> Configuration:
 
 
 @cache
-def knee_twin() -> Twin:
+def knee_model() -> PlantModel:
     """Return the reference machine, compiled once."""
-    return Twin(knee(), CACHE)
+    return PlantModel(knee(), CACHE)
 
 
 def reference(kind: str, time: np.ndarray, random: np.random.Generator) -> np.ndarray:
@@ -53,15 +53,15 @@ def recorded(
     sensors: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Experiment:  # fmt: skip
     """Drive the plant with changed parameters along a reference and record it."""
-    twin, config = knee_twin(), knee()
+    model, config = knee_model(), knee()
     random = np.random.default_rng(seed)
-    values = dict(twin.plant_values)
+    values = dict(model.plant_values)
     for name, factor in OFF.items():
         values[name] *= factor
-    plant = Plant(twin.kernel, values | dict(changes), 2e-5)
+    plant = Plant(model.kernel, values | dict(changes), 2e-5)
     chain = {n: dict(config.sensors.get(n, {})) | dict((sensors or {}).get(n, {}))
-             for n in twin.names}  # fmt: skip
-    readings = Sensors(twin.kernel, chain, PERIOD, random)
+             for n in model.names}  # fmt: skip
+    readings = Sensors(model.kernel, chain, PERIOD, random)
     time = np.arange(round(duration / PERIOD)) * PERIOD
     wanted = reference(kind, time, random)
     current, drift = np.zeros(len(time)), 0.0

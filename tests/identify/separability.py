@@ -24,7 +24,7 @@ from hil_emulator.identify.experiment_design.library import LIBRARY, Target, lim
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.pool import LocalBatch
 from hil_emulator.identify.selection.acceptance_test import needed_gain
 from hil_emulator.identify.selection.distinguishability import INSEPARABLE, separability
@@ -33,7 +33,7 @@ from tests.identify.generator.bench import record
 from tests.identify.generator.cases import Case, machine, seed
 from tests.identify.generator.effects import EFFECTS
 from tests.identify.generator.sensors import CHANNELS
-from tests.identify.rig_data import knee_twin
+from tests.identify.rig_data import knee_model
 from tests.identify.tables import wilson
 
 SHOWS = 60.0
@@ -75,11 +75,11 @@ class Bench:
 
     def __init__(self, key: str, number: int, first: str) -> None:
         self.key, self.first = key, first
-        self.twin: Twin = knee_twin()
-        self.observer = Observer(self.twin, CHANNELS)
+        self.model: PlantModel = knee_model()
+        self.observer = Observer(self.model, CHANNELS)
         size = EFFECTS[key].medium / 3.0
         self.case = Case(f"separability-{number:03d}", {key: size}, False, False, 2.0)
-        self.nuisances = parameters.ordinary(self.twin)
+        self.nuisances = parameters.ordinary(self.model)
 
     def sized(self, factor: float) -> None:
         """Scale the hidden effect."""
@@ -101,7 +101,7 @@ class Bench:
             fitter.freeze(self.nuisances, at)
             base = fitter.fit(self.nuisances, at, 3)
             at = base.at
-        return fitter, base, scan(fitter, base, parameters.candidates(self.twin, CHANNELS))
+        return fitter, base, scan(fitter, base, parameters.candidates(self.model, CHANNELS))
 
     def explained(self, fitter: Fitter, base: Fit, score: Score, *sizes: float) -> Explanation:
         """Return one effect's best fit to the first recording from several sizes."""
@@ -165,7 +165,7 @@ def examine(bench: Bench) -> Outcome | Beginning:
 def forecast_and_shown(bench: Bench, first: Beginning) -> Outcome:
     """Forecast every experiment of the library, then record it."""
     asked = Forecaster(first.fitter, bench.observer, [first.truth, first.rival])
-    plant = bench.twin.plant_values
+    plant = bench.model.plant_values
     played = [target(e, limits(plant)) for e in LIBRARY]
     predicted = [asked.separability_of(first.truth, t) for t in played]
     realised = [shown(bench, first.fitter, first.truth, first.rival, t, i)

@@ -4,15 +4,19 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.parameters import ordinary
-from hil_emulator.identify.selection.acceptance_test import Evidence, inflation, needed_gain
+from hil_emulator.identify.selection.acceptance_test import (
+    Evidence,
+    hac_variance_factor,
+    needed_gain,
+)
 from hil_emulator.identify.selection.candidate_refit import unbelieved
-from tests.identify.rig_data import knee_twin
+from tests.identify.rig_data import knee_model
 
 
 def evidence(gain: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
-             expected: float = 400.0, inflation: float = 1.0) -> Evidence:  # fmt: skip
+             expected: float = 400.0, hac_variance_factor: float = 1.0) -> Evidence:  # fmt: skip
     """Return evidence that passes unless told otherwise."""
-    return Evidence(gain, wald, held_out, needed_gain(40_000), expected, inflation)
+    return Evidence(gain, wald, held_out, needed_gain(40_000), expected, hac_variance_factor)
 
 
 def test_all_evidence_together_passes() -> None:
@@ -34,7 +38,7 @@ def test_held_out_data_must_show_what_training_promised() -> None:
 
 def test_held_out_data_must_not_show_far_more_than_training_promised() -> None:
     """What gains six times as much as its size explains is not what gains."""
-    assert not evidence(held_out=280.0, expected=46.0, inflation=9.0).passed
+    assert not evidence(held_out=280.0, expected=46.0, hac_variance_factor=9.0).passed
     assert evidence(held_out=115.0, expected=56.0).passed
 
 
@@ -47,13 +51,13 @@ def test_held_out_data_may_confirm_a_serially_correlated_estimate() -> None:
 def test_a_serially_correlated_size_may_be_another_on_held_out_data() -> None:
     """A quarter of the gain is too little, unless its deviation is as much as another quarter."""
     assert not evidence(held_out=300.0, expected=1200.0).passed
-    assert evidence(held_out=300.0, expected=1200.0, inflation=25.0).passed
-    assert not evidence(held_out=10.0, expected=40.0, inflation=25.0).passed
+    assert evidence(held_out=300.0, expected=1200.0, hac_variance_factor=25.0).passed
+    assert not evidence(held_out=10.0, expected=40.0, hac_variance_factor=25.0).passed
 
 
 def test_a_parameter_driven_where_nobody_believes_it_is_an_objection() -> None:
     """A gain error that needs 1.7 times the oil in a chamber is none, whatever it explains."""
-    volume = next(c for c in ordinary(knee_twin()) if c.name == "cylinder_dead_volume_b")
+    volume = next(c for c in ordinary(knee_model()) if c.name == "cylinder_dead_volume_b")
 
     def fit(at: float) -> Fit:
         return Fit([volume], np.array([at]), np.zeros(1), np.zeros((1, 1)), 0.0)
@@ -71,5 +75,5 @@ def test_serial_correlation_widens_the_variance() -> None:
     column = np.ones(20_000)
     white = random.standard_normal(20_000)
     slow = np.repeat(random.standard_normal(200), 100)
-    assert 50.0 < inflation(column, slow, 100) < 200.0
-    assert inflation(column, white, 100) < 1.5
+    assert 50.0 < hac_variance_factor(column, slow, 100) < 200.0
+    assert hac_variance_factor(column, white, 100) < 1.5

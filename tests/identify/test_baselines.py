@@ -11,7 +11,7 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from tests.identify.baselines.replay import CHANNELS, Replay, Way
 from tests.identify.baselines.selection import by_bic, by_thresholds
 from tests.identify.generator.cases import Case, campaign
-from tests.identify.rig_data import knee_twin
+from tests.identify.rig_data import knee_model
 
 LEAK = 3e-13
 WAYS: tuple[Way, ...] = ("open loop", "multiple shooting", "equation error")
@@ -26,15 +26,15 @@ def recordings(leak: float) -> tuple[Experiment, ...]:
 
 def chosen(*names: str) -> list[Coordinate]:
     """Return some candidates."""
-    return [c for c in parameters.candidates(knee_twin(), CHANNELS) if c.name in names]
+    return [c for c in parameters.candidates(knee_model(), CHANNELS) if c.name in names]
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_a_large_leak_is_found_by_bic(way: Way) -> None:
     """It comes first among a few candidates, within a third of its size."""
-    replay = Replay(knee_twin(), recordings(LEAK), way)
+    replay = Replay(knee_model(), recordings(LEAK), way)
     candidates = chosen("internal_leakage", "gravity", "load_force.gain_error")
-    model, found = by_bic(replay, parameters.ordinary(knee_twin()), candidates)
+    model, found = by_bic(replay, parameters.ordinary(knee_model()), candidates)
     assert found[0].name == "internal_leakage"
     value = found[0].value(model.at[[c.name for c in model.free].index("internal_leakage")])
     assert value == pytest.approx(LEAK, rel=0.33)
@@ -42,16 +42,16 @@ def test_a_large_leak_is_found_by_bic(way: Way) -> None:
 
 def test_a_large_leak_is_found_by_sparse_regression() -> None:
     """It is among the terms that the regression keeps."""
-    replay = Replay(knee_twin(), recordings(LEAK), "equation error")
+    replay = Replay(knee_model(), recordings(LEAK), "equation error")
     candidates = chosen("internal_leakage", "gravity", "load_force.gain_error")
-    _, kept = by_thresholds(replay, parameters.ordinary(knee_twin()), candidates)
+    _, kept = by_thresholds(replay, parameters.ordinary(knee_model()), candidates)
     assert "internal_leakage" in [c.name for c, _ in kept]
 
 
 def test_shorter_stretches_drift_less() -> None:
     """The position runs away in open loop, less in 200 ms, and not at all within a sample."""
-    ways = [Replay(knee_twin(), recordings(0.0), way) for way in WAYS]
-    nuisances = parameters.ordinary(knee_twin())
+    ways = [Replay(knee_model(), recordings(0.0), way) for way in WAYS]
+    nuisances = parameters.ordinary(knee_model())
     at = np.zeros(len(nuisances))
     drift = [float(np.std(replay.residual(nuisances, at)[:, 3])) for replay in ways]
     assert drift[0] > 2.0 * drift[1] > 10.0 * drift[2]

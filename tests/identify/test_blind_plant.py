@@ -16,7 +16,7 @@ from tests.identify.generator.cases import GROUPS, KNEE, SPREAD, case, cases, ma
 from tests.identify.generator.effects import EFFECTS, OUTSIDE, SITS
 from tests.identify.generator.plant import Machine, advance, at_rest
 from tests.identify.generator.sensors import CHANNELS, NOISE, late, noise, ringing
-from tests.identify.rig_data import knee_twin
+from tests.identify.rig_data import knee_model
 
 IN_PLANT = [key for key in EFFECTS if "." not in key]
 READ = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
@@ -39,16 +39,16 @@ def blind(effects: dict[str, float], foreign: bool) -> np.ndarray:
 
 def of_the_package(effects: dict[str, float]) -> np.ndarray:
     """Return the same of the package's model."""
-    twin = knee_twin()
-    values = dict(twin.plant_values) | {"load_spring_rest_position": 0.04}
+    model = knee_model()
+    values = dict(model.plant_values) | {"load_spring_rest_position": 0.04}
     for key, size in effects.items():
         effect = next(e for e in CATALOGUE if e.name == EFFECTS[key].name)
         values[effect.field_of(effect.knob)] = EFFECTS[key].knob(size)
     values["valve_gain"] = KNEE["kv"]
-    plant = Plant(twin.kernel, values, 2e-5)
+    plant = Plant(model.kernel, values, 2e-5)
     start, _ = at_rest(Machine(**KNEE, ripple=0.0, foreign=False))
     plant.set_pressures(start[2] + effects.get("gravity", 0.0) / KNEE["area"], start[3])
-    at = [twin.signal_names.index(n) for n in READ]
+    at = [model.signal_names.index(n) for n in READ]
     rows = []
     for u in CURRENT:
         plant.command({"valve_current": u})
@@ -103,7 +103,7 @@ def test_coloured_noise_has_the_power_of_white_noise() -> None:
 
 def test_what_is_hidden_can_be_named_and_what_is_outside_cannot() -> None:
     """Every effect of the plant has its name among the candidates, or else a place in a balance."""
-    known = {c.name for c in candidates(knee_twin(), CHANNELS)}
+    known = {c.name for c in candidates(knee_model(), CHANNELS)}
     assert {hidden.name for hidden in EFFECTS.values()} <= known
     assert not set(OUTSIDE) & known
     assert set(SITS) == set(OUTSIDE)

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import PISTON, BlockScore
+from hil_emulator.identify.prediction.balances import PISTON, DiscrepancyTerm
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.certainty import deviation, faint
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of
-from tests.identify.rig_data import INSTRUMENTS, knee_twin
+from tests.identify.rig_data import INSTRUMENTS, knee_model
 
-COORDINATES = {c.name: c for c in candidates(knee_twin(), INSTRUMENTS)}
+COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 N = 40_000
 
 
@@ -34,7 +34,7 @@ def search(gain: float, own: float = 0.0, doubt: float = 0.0) -> Search:
     trial = Trial(score, fit, Evidence(gain, gain, gain, 20.0, gain), 0.0)
     named = Round(fit, [score], [trial], [], accepted=True)
     knots, nothing = np.zeros(6), np.zeros((0, 0))
-    left = BlockScore(PISTON, "time", 0.0, 10.0, knots, knots, nothing, np.array([doubt]))
+    left = DiscrepancyTerm(PISTON, "time", 0.0, 10.0, knots, knots, nothing, np.array([doubt]))
     return Search([], effects=[knob], rounds=[named, Round(fit, [], [], [left])])
 
 

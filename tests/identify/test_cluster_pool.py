@@ -18,7 +18,7 @@ from hil_emulator.identify.prediction.pool import Point, Threads
 from hil_emulator.identify.session import identify
 from hil_emulator.platform import cluster
 from hil_emulator.platform.cluster import connected
-from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee, knee_twin, recorded
+from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee, knee_model, recorded
 
 RIG = Path(__file__).parent / "data" / "friction_rig.toml"
 LOG = RIG.parent / "oring_1bar.csv"
@@ -51,19 +51,19 @@ def workers(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 def points() -> list[Point]:
     """Return the configured machine, and ones with less oil stiffness."""
-    twin = knee_twin()
-    place = (twin.kernel.parameters.names or ()).index("oil_bulk_modulus")
+    model = knee_model()
+    place = (model.kernel.parameters.names or ()).index("oil_bulk_modulus")
     found = []
     for factor in (1.0, 0.9, 0.8, 0.7):
-        par = twin.par.copy()
+        par = model.par.copy()
         par[place] *= factor
-        found.append((par, twin.chan.copy()))
+        found.append((par, model.chan.copy()))
     return found
 
 
 def test_threads_do_not_change_a_residual() -> None:
     """One thread or three, several points or one: the same numbers in the same order."""
-    observer = Observer(knee_twin(), INSTRUMENTS)
+    observer = Observer(knee_model(), INSTRUMENTS)
     logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine")]
     one, three = (Threads(observer, jobs).freeze(logs, points()[0]) for jobs in (1, 3))
     together = list(one.residuals(points()))
@@ -116,7 +116,7 @@ def test_the_result_is_the_same_on_a_cluster(workers: str) -> None:
 @pytest.mark.slow
 def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
     """What a dead worker had frozen is frozen again; the residuals are the same."""
-    observer = Observer(knee_twin(), INSTRUMENTS)
+    observer = Observer(knee_model(), INSTRUMENTS)
     logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine", "triangles")]
     here = Threads(observer).freeze(logs, points()[0])
     with connected(workers) as client:

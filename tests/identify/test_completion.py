@@ -11,9 +11,9 @@ from hil_emulator.identify.selection.completion import completions
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
-from tests.identify.rig_data import INSTRUMENTS, knee_twin
+from tests.identify.rig_data import INSTRUMENTS, knee_model
 
-COORDINATES = {c.name: c for c in candidates(knee_twin(), INSTRUMENTS)}
+COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 
 
 def trial(name: str, gain: float, needed: float = 20.0, angle: float = np.nan) -> Trial:

@@ -4,17 +4,23 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import FLOW_B, LEAKAGE, LOAD, Balance, BlockScore
+from hil_emulator.identify.prediction.balances import (
+    FLOW_B,
+    LEAKAGE,
+    LOAD,
+    Balance,
+    DiscrepancyTerm,
+)
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial, ranked
-from hil_emulator.identify.selection.conditional_test import Beside
+from hil_emulator.identify.selection.conditional_test import ConditionalTest
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
-from tests.identify.rig_data import INSTRUMENTS, knee_twin
+from tests.identify.rig_data import INSTRUMENTS, knee_model
 
-COORDINATES = {c.name: c for c in candidates(knee_twin(), INSTRUMENTS)}
+COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 N = 2000
 LEAK, SHAPE, NULL, BEND, SPRING = (
     np.sin(2.0 * np.pi * (3 + k) * np.arange(N) / N) * np.sqrt(2.0 / N) for k in range(5)
@@ -30,11 +36,11 @@ def base(residual: np.ndarray) -> Fit:
     return Fit([leak], np.ones(1), residual, 100.0 * LEAK[:, None], float(residual @ residual))
 
 
-def term(balance: Balance, driver: str, fit: Fit, *columns: np.ndarray) -> BlockScore:
+def term(balance: Balance, driver: str, fit: Fit, *columns: np.ndarray) -> DiscrepancyTerm:
     """Return a free term of such a shape; chance reaches 10."""
     gain = sum(float(c @ fit.residual) ** 2 for c in columns)
     knots = np.zeros(6)
-    return BlockScore(balance, driver, gain, 10.0, knots, knots, np.column_stack(columns))
+    return DiscrepancyTerm(balance, driver, gain, 10.0, knots, knots, np.column_stack(columns))
 
 
 def candidate(name: str, fit: Fit, trace: np.ndarray) -> Score:
@@ -67,7 +73,7 @@ def judged(spring: float, *names: str) -> Round:
 def test_what_a_law_of_another_form_leaves_is_no_gain_beside_it() -> None:
     """A null that is off explains the same beside any leak; another leak explains nothing more."""
     fit = base(70.0 * SHAPE + 22.0 * NULL)
-    beside = Beside([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
+    beside = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
     assert beside.candidate(candidate("null_bias", fit, NULL)) == pytest.approx(22.0**2)
     other = candidate("external_leakage", fit, OTHER_LEAK)
     assert other.statistic == pytest.approx(42.0**2)
@@ -78,7 +84,7 @@ def test_what_a_law_of_another_form_leaves_is_no_gain_beside_it() -> None:
 def test_a_term_that_says_what_a_law_leaves_explains_nothing_beside_it() -> None:
     """The flow into a chamber shows what the leak leaves: once more, and not something else."""
     fit = base(70.0 * SHAPE + 22.0 * NULL)
-    beside = Beside([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
+    beside = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
     assert beside.term(term(FLOW_B, "pressure b", fit, SHAPE)) == pytest.approx(0.0, abs=1e-6)
     both = term(FLOW_B, "pressure b", fit, SHAPE + NULL, BEND)
     assert beside.term(both) == pytest.approx(22.0**2)
@@ -114,5 +120,7 @@ def test_a_term_that_follows_any_ripple_needs_more(hats: int, worth: bool) -> No
     fit = base(22.0 * NULL)
     knots = np.zeros(hats)
     statistic = 2.0 * 0.01 * N + 5.0
-    block = BlockScore(LOAD, "position", statistic, 10.0, knots, knots, NULL[:, None], usual=5.0)
+    block = DiscrepancyTerm(
+        LOAD, "position", statistic, 10.0, knots, knots, NULL[:, None], usual=5.0
+    )
     assert bool(Round(fit, [], [], [block]).worthwhile) is worth

@@ -14,7 +14,7 @@ from hil_emulator.identify.selection.outer_iteration import settle
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.search import Searcher
-from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 DELAY = 7e-4
 """Of the set point that the machine has and the configuration lacks [s]."""
@@ -25,17 +25,17 @@ def slow() -> tuple[Fitter, Fit]:
     """Return a fit in which a slow valve stands in the delay's place."""
     kinds = ("multisine", "steps")
     data = [recorded({"transport_delay_time": DELAY}, kind, 7 + i) for i, kind in enumerate(kinds)]
-    twin = knee_twin()
-    free = [c for c in parameters.ordinary(twin)
+    model = knee_model()
+    free = [c for c in parameters.ordinary(model)
             if c.name in ("valve_gain", "valve_natural_frequency", "oil_bulk_modulus")]  # fmt: skip
     search = Search(free, at=np.zeros(len(free)))
-    searcher = Searcher(Observer(twin, INSTRUMENTS), data, [], [], free)
+    searcher = Searcher(Observer(model, INSTRUMENTS), data, [], [], free)
     return searcher.fitter, settle(searcher.fitter, search)
 
 
 def effect(name: str) -> Coordinate:
     """Return a candidate."""
-    return next(c for c in parameters.candidates(knee_twin(), INSTRUMENTS) if c.name == name)
+    return next(c for c in parameters.candidates(knee_model(), INSTRUMENTS) if c.name == name)
 
 
 def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place(

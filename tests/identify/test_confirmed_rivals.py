@@ -7,9 +7,9 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.selection.distinguishability import confirmed
-from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
-COORDINATES = {c.name: c for c in parameters.candidates(knee_twin(), INSTRUMENTS)}
+COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}
 
 
 @pytest.fixture(scope="module")
@@ -17,8 +17,8 @@ def leaking() -> tuple[Fitter, Fit]:
     """Return a model of a leak, fitted to a machine that has a strong load spring beside it."""
     changes = {"internal_leakage_conductance": 1e-14, "load_spring_stiffness": 4000.0}
     data = [recorded(changes, kind, 5 + i) for i, kind in enumerate(("multisine", "steps"))]
-    fitter = Fitter(Observer(knee_twin(), INSTRUMENTS), data)
-    free = [c for c in parameters.ordinary(knee_twin())
+    fitter = Fitter(Observer(knee_model(), INSTRUMENTS), data)
+    free = [c for c in parameters.ordinary(knee_model())
             if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
     free.append(COORDINATES["internal_leakage"])
     at = np.zeros(len(free))
@@ -45,5 +45,5 @@ def test_the_same_effect_by_another_name_is_one(leaking: tuple[Fitter, Fit]) -> 
     """A rival that takes over all that the named effect does is told."""
     fitter, final = leaking
     leak = final.coordinates[-1]
-    twin = [leak], np.array([0.5 * final.at[-1]])
-    assert confirmed(fitter, final, leak.name, [twin]) == [leak.name]
+    model = [leak], np.array([0.5 * final.at[-1]])
+    assert confirmed(fitter, final, leak.name, [model]) == [leak.name]

@@ -5,34 +5,34 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.balances import BLOCKS, RETURN, BlockScore
+from hil_emulator.identify.prediction.balances import BLOCKS, RETURN, DiscrepancyTerm
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.selection.discrepancy_terms import score_blocks
 from hil_emulator.identify.selection.nearest import nearest
 from hil_emulator.identify.selection.outer_iteration import settle
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import Projection, scan
-from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 RESISTANCE = 3e13
 """Of the return line that the machine has and the configuration lacks [Pa*s^2/m^6]."""
 
 
 @pytest.fixture(scope="module")
-def returning() -> tuple[Fitter, list[BlockScore], Projection]:
+def returning() -> tuple[Fitter, list[DiscrepancyTerm], Projection]:
     """Return the terms of a machine with a narrow return line."""
     changes = {"back_pressure_resistance": RESISTANCE}
     data = [recorded(changes, kind, 3 + i) for i, kind in enumerate(("multisine", "steps"))]
-    twin = knee_twin()
-    free = parameters.ordinary(twin)
-    fitter = Fitter(Observer(twin, INSTRUMENTS), data)
+    model = knee_model()
+    free = parameters.ordinary(model)
+    fitter = Fitter(Observer(model, INSTRUMENTS), data)
     fit = settle(fitter, Search(free, at=np.zeros(len(free))), 2)
     project = Projection(fit)
     return fitter, score_blocks(fitter, fit.coordinates, fit.at, project), project
 
 
 def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(
-    returning: tuple[Fitter, list[BlockScore], Projection],
+    returning: tuple[Fitter, list[DiscrepancyTerm], Projection],
 ) -> None:
     """No other balance explains as much, and the curve rises with the square."""
     best = max(returning[1], key=lambda b: b.certain)
@@ -43,19 +43,19 @@ def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(
 
 
 def test_the_return_line_is_what_the_term_comes_nearest_to(
-    returning: tuple[Fitter, list[BlockScore], Projection],
+    returning: tuple[Fitter, list[DiscrepancyTerm], Projection],
 ) -> None:
     """Though sensors that are off explain something of it too."""
     fitter, blocks, _ = returning
     term = next(b for b in blocks if b.balance is RETURN)
-    free = [c for c in parameters.ordinary(knee_twin()) if c.name == "valve_gain"]
+    free = [c for c in parameters.ordinary(knee_model()) if c.name == "valve_gain"]
     fit = fitter.fit(free, np.zeros(1), 3)
-    candidates = parameters.candidates(knee_twin(), INSTRUMENTS)
+    candidates = parameters.candidates(knee_model(), INSTRUMENTS)
     assert nearest(term, scan(fitter, fit, candidates)) == "back_pressure"
 
 
 def test_a_term_of_each_balance_is_scored(
-    returning: tuple[Fitter, list[BlockScore], Projection],
+    returning: tuple[Fitter, list[DiscrepancyTerm], Projection],
 ) -> None:
     """Chance explains less on average than it does at most, and what is there more than both."""
     blocks = returning[1]

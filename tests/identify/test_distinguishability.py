@@ -9,7 +9,7 @@ from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.distinguishability import (
     INSEPARABLE,
-    inflation,
+    hac_variance_factor,
     rivals_of,
     separability,
 )
@@ -99,7 +99,7 @@ def test_correlated_noise_widens_a_group() -> None:
         for correlation, found in ((0.0, white), (0.9, slow)):
             p = Problem(0.3, 400.0, correlation, seed)
             apart = p.trials[1].fit.residual - p.trials[0].fit.residual
-            found.append(inflation(apart, p.trials[0].fit.residual, 100))
+            found.append(hac_variance_factor(apart, p.trials[0].fit.residual, 100))
     assert np.median(white) < 2.0
     assert np.median(slow) > 2.0 * np.median(white)
 

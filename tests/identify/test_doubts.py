@@ -11,7 +11,7 @@ from hil_emulator.identify.prediction.balances import (
     SUPPLY,
     TAP_A,
     Balance,
-    BlockScore,
+    DiscrepancyTerm,
 )
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
@@ -23,14 +23,14 @@ from hil_emulator.identify.selection.law_form import sole_laws
 from hil_emulator.identify.selection.nearest import nearest
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
-from tests.identify.rig_data import INSTRUMENTS, knee_twin
+from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 N = 1000
 
 
 def effect(name: str) -> Coordinate:
     """Return an effect of the catalogue."""
-    return next(c for c in candidates(knee_twin(), INSTRUMENTS) if c.name == name)
+    return next(c for c in candidates(knee_model(), INSTRUMENTS) if c.name == name)
 
 
 def trace() -> np.ndarray:
@@ -38,10 +38,10 @@ def trace() -> np.ndarray:
     return np.sin(np.linspace(0.0, 20.0, N))
 
 
-def block(balance: Balance, driver: str, statistic: float) -> BlockScore:
+def block(balance: Balance, driver: str, statistic: float) -> DiscrepancyTerm:
     """Return a term that explains so much, with a limit of 50."""
     columns = np.column_stack([trace(), np.cos(np.linspace(0.0, 20.0, N))])
-    return BlockScore(balance, driver, statistic, 50.0, np.zeros(2), np.zeros(2), columns)
+    return DiscrepancyTerm(balance, driver, statistic, 50.0, np.zeros(2), np.zeros(2), columns)
 
 
 def score(name: str, statistic: float) -> Score:
@@ -51,7 +51,7 @@ def score(name: str, statistic: float) -> Score:
     return Score(effect(name), statistic, 1.0, statistic, column, trace(), np.zeros(0))
 
 
-def named(name: str, gain: float, blocks: list[BlockScore]) -> tuple[Trial, Round]:
+def named(name: str, gain: float, blocks: list[DiscrepancyTerm]) -> tuple[Trial, Round]:
     """Return an accepted effect with such a gain, and its round."""
     found = score(name, gain)
     fit = Fit([found.coordinate], np.ones(1), np.zeros(N), trace()[:, None], 0.0)
@@ -110,7 +110,7 @@ def test_what_an_inexact_law_may_leave_gets_no_name(gain: float, accepted: bool)
 
 def test_a_parameter_that_nobody_believes_is_a_doubt() -> None:
     """Friction at 2.6 times its configured value, to make room for an effect, tells against it."""
-    viscous = next(c for c in ordinary(knee_twin()) if c.name == "viscous_friction")
+    viscous = next(c for c in ordinary(knee_model()) if c.name == "viscous_friction")
     other = trace() + 0.3 * np.cos(np.linspace(0.0, 20.0, N))
     slope = np.column_stack([trace(), other])
     free = [viscous, effect("stribeck_friction")]
@@ -122,7 +122,7 @@ def test_a_parameter_that_nobody_believes_is_a_doubt() -> None:
 
 def test_a_parameter_that_nobody_believes_is_told_without_any_effect_too() -> None:
     """A model that fits only with a valve of half the bandwidth is told to rest on that."""
-    valve = next(c for c in ordinary(knee_twin()) if c.name == "valve_natural_frequency")
+    valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     slope = np.zeros((N, 1))
     far = Fit([valve], np.array([-5.0 * valve.prior]), np.zeros(N), slope, 0.0)
     assert hardly_believed(far) == ["valve_natural_frequency is 0.5 times its configured value"]
@@ -145,7 +145,7 @@ def test_what_is_left_over_the_driver_of_the_only_law_in_a_balance_is_of_that_la
 def test_a_law_whose_own_parameter_runs_to_its_end_is_a_doubt() -> None:
     """A relief valve that would have to be the stiffest there is does not explain the droop."""
     pump = effect("fixed_pump")
-    override = next(c for c in knee_twin().shapes(pump) if c.name == "fixed_pump.override")
+    override = next(c for c in knee_model().shapes(pump) if c.name == "fixed_pump.override")
     slope = np.column_stack([np.cos(np.linspace(0.0, 20.0, N)), trace()])
     inside = Fit([override, pump], np.array([-0.5, 1.0]), np.zeros(N), slope, 0.0)
     assert not strained(inside, ["fixed_pump"])

@@ -6,7 +6,7 @@ import pytest
 from hil_emulator.config.load import load
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from tests.identify.generator.bench import record
 from tests.identify.generator.cases import case, machine
 from tests.identify.rig_data import CACHE, KNEE
@@ -17,13 +17,13 @@ CHANNELS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_for
 @pytest.mark.parametrize(("effect", "value"), [("transport_delay", 1.6), ("hysteresis", 1.0)])
 def test_the_null_is_tracked_behind_what_holds_the_set_point(effect: str, value: float) -> None:
     """The filter corrects the null as much with a delay or a hysteresis as without."""
-    twin = Twin(load([KNEE]), CACHE)
-    observer = Observer(twin, CHANNELS)
+    model = PlantModel(load([KNEE]), CACHE)
+    observer = Observer(model, CHANNELS)
     experiment = record(machine(case("none", 0, 0.5)), {}, "multisine", (1, 1), 0.5, False)
-    hidden = next(c for c in candidates(twin, CHANNELS) if c.name == effect)
+    hidden = next(c for c in candidates(model, CHANNELS) if c.name == effect)
     null = -2
     plain, moved = (
-        np.abs(observer.freeze(experiment, *twin.memory([hidden], [at])).gains[300:, null]).sum()
+        np.abs(observer.freeze(experiment, *model.memory([hidden], [at])).gains[300:, null]).sum()
         for at in (0.0, value)
     )
     assert moved > 0.5 * plain

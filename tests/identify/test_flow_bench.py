@@ -10,7 +10,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.flow_bench import FlowBench, flow_bench
 from hil_emulator.identify.session import identify
 from hil_emulator.model.plant import Plant
-from tests.identify.rig_data import CACHE, PERIOD, knee, knee_twin
+from tests.identify.rig_data import CACHE, PERIOD, knee, knee_model
 
 NOISE = 3e-7
 """Of the flow meter: 0.02 l/min [m^3/s]."""
@@ -20,11 +20,11 @@ def metered(
     changes: Mapping[str, float], kind: str, seed: int, duration: float = 1.5
 ) -> Experiment:
     """Record a valve between ports at given pressures: chambers that no flow fills."""
-    twin = knee_twin()
+    model = knee_model()
     random = np.random.default_rng(seed)
-    values = dict(twin.plant_values) | {"load_mass": 1e12, "valve_gain": 1.06 * 6.68e-6}
+    values = dict(model.plant_values) | {"load_mass": 1e12, "valve_gain": 1.06 * 6.68e-6}
     values |= {"cylinder_dead_volume_a": 1e3, "cylinder_dead_volume_b": 1e3}
-    plant = Plant(twin.kernel, values | dict(changes), 2e-5)
+    plant = Plant(model.kernel, values | dict(changes), 2e-5)
     plant.set_pressures(80e5, 80e5)
     time = np.arange(round(1.5 / PERIOD)) * PERIOD
     if kind == "triangles":
@@ -47,12 +47,12 @@ def metered(
 
 def test_the_right_model_leaves_the_meters_noise() -> None:
     """With the machine's own gain, what remains is as large as the noise, and white."""
-    twin = knee_twin()
-    e = metered({"valve_gain": twin.plant_values["valve_gain"]}, "steps", 1)
-    found, why = flow_bench(twin, [e])
+    model = knee_model()
+    e = metered({"valve_gain": model.plant_values["valve_gain"]}, "steps", 1)
+    found, why = flow_bench(model, [e])
     assert isinstance(found, FlowBench), why
-    frozen = found.freeze(e, found.twin.par, found.twin.chan)
-    rest = found.innovations(frozen, found.twin.par, found.twin.chan)[0][frozen.present, 0]
+    frozen = found.freeze(e, found.model.par, found.model.chan)
+    rest = found.innovations(frozen, found.model.par, found.model.chan)[0][frozen.present, 0]
     assert np.std(rest) == pytest.approx(NOISE, rel=0.1)
 
 

@@ -14,7 +14,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.noise import noise_levels
 from hil_emulator.identify.prediction.observer import Observer
-from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 LEAKAGE = 1e-13
 """Conductance of the leakage that the machine has [m^3/(s*Pa)]."""
@@ -29,14 +29,14 @@ def leaking() -> Experiment:
 @cache
 def observer() -> Observer:
     """Return an observer of a usual rig's channels."""
-    return Observer(knee_twin(), INSTRUMENTS)
+    return Observer(knee_model(), INSTRUMENTS)
 
 
 def model(leakage: float) -> Fit:
     """Return a model with the machine's ordinary parameters and some leakage."""
-    twin = knee_twin()
-    effects = {c.name: c for c in parameters.candidates(twin, INSTRUMENTS)}
-    ordinary = {c.name: c for c in parameters.ordinary(twin)}
+    model = knee_model()
+    effects = {c.name: c for c in parameters.candidates(model, INSTRUMENTS)}
+    ordinary = {c.name: c for c in parameters.ordinary(model)}
     free = [effects["internal_leakage"], ordinary["valve_gain"], ordinary["oil_bulk_modulus"],
             ordinary["coulomb_friction"]]  # fmt: skip
     values = (leakage, *(f * c.neutral for c, f in zip(free[1:], (1.07, 0.92, 1.2), strict=True)))
@@ -66,7 +66,7 @@ def test_the_gap_in_percent_is_the_gap_over_the_spread_of_the_channel() -> None:
 def test_nothing_corrects_the_free_run_between_two_restarts() -> None:
     """Readings inside a window do not change the prediction there; those before it do."""
     e = leaking()
-    par, chan = knee_twin().memory(model(LEAKAGE).coordinates, model(LEAKAGE).at)
+    par, chan = knee_model().memory(model(LEAKAGE).coordinates, model(LEAKAGE).at)
     frozen = observer().freeze(e, par, chan)
     plain = replay(observer(), frozen, par, chan)
     begin = round((SETTLING + WINDOW) / e.period)
@@ -85,7 +85,7 @@ def test_nothing_corrects_the_free_run_between_two_restarts() -> None:
 def test_the_error_of_the_free_run_grows_with_time_since_the_restart() -> None:
     """A wrong model is as good as its state at first, and then runs away."""
     e = leaking()
-    par, chan = knee_twin().memory(model(0.0).coordinates, model(0.0).at)
+    par, chan = knee_model().memory(model(0.0).coordinates, model(0.0).at)
     run = replay(observer(), observer().freeze(e, par, chan), par, chan)
     position = run.free[:, INSTRUMENTS.index("position")]
     early, late = (np.mean(position[(run.age > a) & (run.age <= b)] ** 2)

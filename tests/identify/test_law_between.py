@@ -15,9 +15,9 @@ from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.law_between import between, overtaken
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
-from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
-COORDINATES = {c.name: c for c in parameters.candidates(knee_twin(), INSTRUMENTS)}
+COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}
 THRESHOLD, HYSTERESIS = COORDINATES["threshold"], COORDINATES["hysteresis"]
 BOTH = {"threshold_current": 4e-5, "hysteresis_width": 2e-5}
 ONE = {"threshold_current": 4e-5}
@@ -30,7 +30,7 @@ def measured(changes: dict[str, float]) -> list[Experiment]:
 
 def fitted(fitter: Fitter, effects: list[Coordinate], sizes: list[float]) -> Fit:
     """Return the model with these effects, its gains frozen there."""
-    free = [c for c in parameters.ordinary(knee_twin())
+    free = [c for c in parameters.ordinary(knee_model())
             if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
     whole, at = [*free, *effects], np.append(np.zeros(len(free)), sizes)
     for _ in range(2):
@@ -56,13 +56,13 @@ def named(*trials: Trial) -> Round:
 @pytest.fixture(scope="module")
 def twofold() -> Fitter:
     """Return what fits a machine that has both."""
-    return Fitter(Observer(knee_twin(), INSTRUMENTS), measured(BOTH))
+    return Fitter(Observer(knee_model(), INSTRUMENTS), measured(BOTH))
 
 
 @pytest.fixture(scope="module")
 def single() -> Fitter:
     """Return what fits a machine whose spool only sticks."""
-    return Fitter(Observer(knee_twin(), INSTRUMENTS), measured(ONE))
+    return Fitter(Observer(knee_model(), INSTRUMENTS), measured(ONE))
 
 
 def searched(base: Fit, *rounds: Round) -> Search:

@@ -16,7 +16,7 @@ from hil_emulator.identify.experiment_design.library import (
 )
 from hil_emulator.identify.prediction.rating import velocity_gain
 from hil_emulator.platform.paths import shipped
-from tests.identify.rig_data import INSTRUMENTS, knee, knee_twin
+from tests.identify.rig_data import INSTRUMENTS, knee, knee_model
 
 EVERY = pytest.mark.parametrize("entry", LIBRARY, ids=lambda e: e.name)
 
@@ -85,7 +85,7 @@ def test_the_velocity_gain_is_that_of_the_model() -> None:
     }  # fmt: skip
     from hil_emulator.model.plant import Plant
 
-    plant = Plant(knee_twin().kernel, free, 2e-5)
+    plant = Plant(knee_model().kernel, free, 2e-5)
     plant.command({"valve_current": 1e-3})
     plant.step(7500)
     assert plant.signals.velocity == pytest.approx(1e-3 * velocity_gain(free), rel=0.1)
@@ -94,9 +94,9 @@ def test_the_velocity_gain_is_that_of_the_model() -> None:
 @EVERY
 def test_the_rod_follows_in_closed_loop(entry: Stimulus) -> None:
     """On the reference machine the loop is stable: the rod stays within the moved range."""
-    twin = knee_twin()
-    machine = Machine(twin, twin.par, twin.chan, World(1e-5), INSTRUMENTS, 2.5e-4)
-    made = target(entry, limits(twin.plant_values))
+    model = knee_model()
+    machine = Machine(model, model.par, model.chan, World(1e-5), INSTRUMENTS, 2.5e-4)
+    made = target(entry, limits(model.plant_values))
     found = machine.record(made, 1)
     position = found.readings["position"]
     assert len(position) == len(made.time) == len(found.current)

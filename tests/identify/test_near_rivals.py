@@ -14,9 +14,9 @@ from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.near_rivals import near_rivals
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
-from tests.identify.rig_data import INSTRUMENTS, knee_twin, recorded
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
-COORDINATES = {c.name: c for c in parameters.candidates(knee_twin(), INSTRUMENTS)}
+COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}
 FLOW = 20e-3 / 60.0
 """Of the machine's pump, whose stroke is controlled [m^3/s]."""
 
@@ -26,19 +26,19 @@ def pumped() -> tuple[Fitter, Search, Round]:
     """Return a search that named a pump with a relief valve where one with a compensator is."""
     changes = {"variable_pump_flow": FLOW}
     data = [recorded(changes, kind, 5 + i) for i, kind in enumerate(("multisine", "steps"))]
-    twin = knee_twin()
-    free = [c for c in parameters.ordinary(twin)
+    model = knee_model()
+    free = [c for c in parameters.ordinary(model)
             if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
-    fitter = Fitter(Observer(twin, INSTRUMENTS), data)
+    fitter = Fitter(Observer(model, INSTRUMENTS), data)
     pump = COORDINATES["fixed_pump"]
     start = np.append(np.zeros(len(free)), 1.0)
-    whole = [*free, *twin.shapes(pump), pump]
+    whole = [*free, *model.shapes(pump), pump]
     at = np.insert(start, len(free), np.zeros(len(whole) - len(start)))
     for _ in range(3):
         fitter.freeze(whole, at)
         final = fitter.fit(whole, at, 6)
         at = final.at
-    search = Search(free, twin.shapes(pump), [pump], final.at, final=final)
+    search = Search(free, model.shapes(pump), [pump], final.at, final=final)
     found = Round(final, [scored("variable_pump", 0.0)], [trial("fixed_pump", 1000.0, final)], [])
     search.rounds.append(replace(found, accepted=True))
     return fitter, search, search.rounds[0]

@@ -27,7 +27,7 @@ from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.session import identify
-from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_twin, recorded
+from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_model, recorded
 
 
 def test_separability_is_what_a_joint_refit_loses() -> None:
@@ -53,12 +53,12 @@ def test_more_data_never_separate_less() -> None:
 @cache
 def forecaster() -> Forecaster:
     """Return two explanations of one slow recording of a leaking machine."""
-    twin = knee_twin()
+    model = knee_model()
     data = recorded({"internal_leakage_conductance": 1e-14}, "triangles", 1)
-    observer = Observer(twin, INSTRUMENTS)
+    observer = Observer(model, INSTRUMENTS)
     fitter = Fitter(observer, [data])
-    free = parameters.ordinary(twin)
-    known = {c.name: c for c in parameters.candidates(twin, INSTRUMENTS)}
+    free = parameters.ordinary(model)
+    known = {c.name: c for c in parameters.candidates(model, INSTRUMENTS)}
     fitter.freeze(free, np.zeros(len(free)))
     found = []
     for name, start in (("internal_leakage", 0.06), ("external_leakage", 0.3)):
@@ -72,7 +72,7 @@ def test_the_better_experiment_is_known_beforehand() -> None:
     """A small chirp around rest tells small leaks apart, steps hardly do: forecast and shown."""
     asked = forecaster()
     truth = asked.explanations[0]
-    chirp, steps = (target(stimulus(n), limits(knee_twin().plant_values))
+    chirp, steps = (target(stimulus(n), limits(knee_model().plant_values))
                     for n in ("chirp", "steps"))  # fmt: skip
     assert asked.separability_of(truth, chirp) > 3.0 * asked.separability_of(truth, steps)
     assert asked.realised(chirp, truth, 5) > 3.0 * asked.realised(steps, truth, 5)
@@ -86,7 +86,7 @@ def test_forecasts_come_true() -> None:
     """
     asked = forecaster()
     truth = asked.explanations[0]
-    allowed = limits(knee_twin().plant_values)
+    allowed = limits(knee_model().plant_values)
     predicted, realised = [], []
     for name in ("multisine", "steps", "pseudo_random", "stroke", "chirp", "triangles"):
         played = target(stimulus(name), allowed)
@@ -110,7 +110,7 @@ def test_every_experiment_is_considered_at_amplitudes_that_fit() -> None:
 def test_a_new_experiment_adds_to_what_is_known() -> None:
     """With any further recording the separability is at least that of the data there are."""
     asked = forecaster()
-    played = target(stimulus("micro_motion"), limits(knee_twin().plant_values))
+    played = target(stimulus("micro_motion"), limits(knee_model().plant_values))
     assert asked.separability(played) >= 0.9 * asked.now
 
 
@@ -159,8 +159,8 @@ def test_a_result_with_a_class_says_what_to_record() -> None:
 
     No experiment separates the two, as the plan and the sentence say.
     """
-    twin = knee_twin()
-    made = practice.ground(twin, [practice.hide(twin, "pressure_a.gain_error", "1 %")], 3)
+    model = knee_model()
+    made = practice.ground(model, [practice.hide(model, "pressure_a.gain_error", "1 %")], 3)
     data = practice.campaign(made, ["multisine", "steps", "triangles"])
     result = identify(knee(), data[:2], data[2:], cache=CACHE)
     (found,) = result.effects

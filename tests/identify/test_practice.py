@@ -18,7 +18,7 @@ from hil_emulator.identify.prediction import parameters
 from hil_emulator.simulation.rig import nodes
 from tests.identify.generator import cases
 from tests.identify.generator.bench import record
-from tests.identify.rig_data import knee_twin
+from tests.identify.rig_data import knee_model
 
 
 def said(*words: object) -> str:
@@ -52,7 +52,7 @@ def test_the_plain_configuration_stands_alone(ground: Path) -> None:
     (file,) = ground.glob("*.toml")
     config = load([file])
     assert "internal_leakage_conductance" not in config.plant
-    assert nodes(config, knee_twin().names)
+    assert nodes(config, knee_model().names)
 
 
 def test_the_truth_is_not_readable_at_a_glance(ground: Path) -> None:
@@ -109,18 +109,18 @@ def test_the_same_seed_makes_the_same_machine(tmp_path: Path) -> None:
 
 def test_what_is_hidden_acts() -> None:
     """With the same seed, the leak makes the valve work harder at rest than in its absence."""
-    twin = knee_twin()
-    healthy = practice.ground(twin, [], 3)
-    leaking = practice.ground(twin, [practice.hide(twin, "internal_leakage", "large")], 3)
+    model = knee_model()
+    healthy = practice.ground(model, [], 3)
+    leaking = practice.ground(model, [practice.hide(model, "internal_leakage", "large")], 3)
     (before,), (after,) = (practice.campaign(g, ["micro_motion"]) for g in (healthy, leaking))
     assert abs(np.mean(after.current)) > abs(np.mean(before.current)) + 1e-5
 
 
 def test_ordinary_parameters_deviate_within_their_tolerance() -> None:
     """No two seeds agree, and none deviates by more than a standard deviation."""
-    twin = knee_twin()
-    drawn = [practice.ground(twin, [], seed).ordinary for seed in range(20)]
-    assert set(drawn[0]) == {c.name for c in parameters.ordinary(twin)}
+    model = knee_model()
+    drawn = [practice.ground(model, [], seed).ordinary for seed in range(20)]
+    assert set(drawn[0]) == {c.name for c in parameters.ordinary(model)}
     values = np.array([list(d.values()) for d in drawn])
     assert np.abs(values).max() <= practice.DEVIATION
     assert values.std(axis=0).min() > 0.2
@@ -139,13 +139,13 @@ def test_ordinary_parameters_deviate_within_their_tolerance() -> None:
 def test_what_cannot_be_hidden_is_refused(name: str, size: str, message: str) -> None:
     """An unknown effect, one without its channel, one that is configured, a wrong size."""
     with pytest.raises(UserError, match=message):
-        practice.hide(knee_twin(), name, size)
+        practice.hide(knee_model(), name, size)
 
 
 @pytest.mark.parametrize(("size", "value"), [("60 N", 60.0), ("small", 70.0), ("large", 500.0)])
 def test_a_size_is_a_word_or_a_value(size: str, value: float) -> None:
     """Words are parts of the typical size of 200 N; a value stands for itself."""
-    assert practice.hide(knee_twin(), "gravity", size).value == pytest.approx(value)
+    assert practice.hide(knee_model(), "gravity", size).value == pytest.approx(value)
 
 
 def test_one_command_line_says_one_thing(tmp_path: Path) -> None:
@@ -175,9 +175,9 @@ def test_a_surprise_is_found(tmp_path: Path) -> None:
 
 def test_a_chirp_is_no_drift_of_a_clock() -> None:
     """Friction makes the rod's lag behind the pressures fall as the chirp gets faster."""
-    leak = practice.hide(knee_twin(), "internal_leakage", "medium")
-    made = practice.ground(knee_twin(), [leak], 1)
-    assert contradictions(practice.campaign(made, ["chirp"]), knee_twin()) == []
+    leak = practice.hide(knee_model(), "internal_leakage", "medium")
+    made = practice.ground(knee_model(), [leak], 1)
+    assert contradictions(practice.campaign(made, ["chirp"]), knee_model().plant_values) == []
 
 
 def test_steps_of_a_healthy_rod_are_on_one_clock() -> None:
@@ -186,8 +186,8 @@ def test_steps_of_a_healthy_rod_are_on_one_clock() -> None:
     steps = record(
         cases.machine(made), dict(made.effects), "steps", (cases.seed(made.name), 1), 2.0, False
     )
-    assert contradictions([steps], knee_twin()) == []
+    assert contradictions([steps], knee_model().plant_values) == []
     rod = steps.readings["position"]
     later = np.interp(1.03 * np.arange(len(rod)), np.arange(len(rod)), rod)
     faster = replace(steps, readings={**steps.readings, "position": later})
-    assert "two clocks" in contradictions([faster], knee_twin())[0]
+    assert "two clocks" in contradictions([faster], knee_model().plant_values)[0]

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import LOAD, PISTON, Balance, BlockScore
+from hil_emulator.identify.prediction.balances import LOAD, PISTON, Balance, DiscrepancyTerm
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.progress import Round, Search
-from hil_emulator.identify.selection.redundant_effects import hollow, same_part
-from tests.identify.rig_data import INSTRUMENTS, knee_twin
+from hil_emulator.identify.selection.redundant_effects import redundant, same_part
+from tests.identify.rig_data import INSTRUMENTS, knee_model
 
-COORDINATES = {c.name: c for c in candidates(knee_twin(), INSTRUMENTS)}
+COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 N = 2000
 
 
@@ -42,14 +42,16 @@ def after(
     fit = Fit([effect], np.array([size]), residual, -trace[:, None], float(residual @ residual))
     left = float((unknown * np.sqrt(0.75)) ** 2)
     columns = -term[:, None]
-    block = BlockScore(balance, "velocity", left, 0.1 * left, np.zeros(1), np.zeros(1), columns)
+    block = DiscrepancyTerm(
+        balance, "velocity", left, 0.1 * left, np.zeros(1), np.zeros(1), columns
+    )
     found = Round(fit, [], [], [block], unknown=True)
     return Search([], effects=[effect], at=fit.at, rounds=[found]), found
 
 
 def test_an_effect_that_only_stands_for_an_unknown_one_is_told() -> None:
     """Of a term that is there alone, half as much along the effect's trace was named as it."""
-    found = hollow(*after(0.0, 100.0))
+    found = redundant(*after(0.0, 100.0))
     assert found is not None
     assert found[0].name == "supply_pressure.gain_error"
     assert found[1] == "force on the piston over velocity"
@@ -60,21 +62,21 @@ def test_an_effect_that_only_stands_for_an_unknown_one_is_told() -> None:
 )
 def test_an_effect_that_is_there_stays(mine: float, unknown: float) -> None:
     """Beside another one of any size, and where nothing remains."""
-    assert hollow(*after(mine, unknown)) is None
+    assert redundant(*after(mine, unknown)) is None
 
 
 def test_a_free_shape_of_its_own_law_does_not_count_against_an_effect() -> None:
     """A spring that hardens leaves a force over the position: that is its law."""
     name = "load_spring"
-    assert hollow(*after(0.0, 100.0, name, LOAD)) is not None
+    assert redundant(*after(0.0, 100.0, name, LOAD)) is not None
     straight, aside = waves()
     search, found = after(0.0, 100.0, name, LOAD)
     block = found.blocks[0]
-    found.blocks[0] = BlockScore(
+    found.blocks[0] = DiscrepancyTerm(
         LOAD, "position", block.statistic, block.limit, block.knots, block.curve,
         np.column_stack([straight, aside]),
     )  # fmt: skip
-    assert hollow(search, found) is None
+    assert redundant(search, found) is None
 
 
 def test_a_search_goes_on_at_another_part() -> None:

@@ -10,12 +10,12 @@ from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.balances import LEAKAGE, BlockScore, drivers
+from hil_emulator.identify.prediction.balances import LEAKAGE, DiscrepancyTerm, drivers
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.selection.discrepancy_terms import score_blocks
 from hil_emulator.identify.selection.progress import NOTICEABLE
 from hil_emulator.identify.selection.scan import Projection
-from tests.identify.rig_data import INSTRUMENTS, OFF, knee_twin, recorded
+from tests.identify.rig_data import INSTRUMENTS, OFF, knee_model, recorded
 
 CONDUCTANCE = 1e-13
 """Of the leakage that the machine has and the configuration lacks [m^3/(s*Pa)]."""
@@ -24,7 +24,7 @@ CONDUCTANCE = 1e-13
 @cache
 def observer() -> Observer:
     """Return an observer of a usual rig's channels."""
-    return Observer(knee_twin(), INSTRUMENTS)
+    return Observer(knee_model(), INSTRUMENTS)
 
 
 @cache
@@ -37,7 +37,7 @@ def leaking() -> list[Experiment]:
 @cache
 def configured() -> tuple[Fit, Fitter]:
     """Return the model without leakage, ordinary parameters refitted."""
-    free = [c for c in parameters.ordinary(knee_twin())
+    free = [c for c in parameters.ordinary(knee_model())
             if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
     fitter = Fitter(observer(), leaking())
     fitter.freeze(free, np.zeros(3))
@@ -47,7 +47,7 @@ def configured() -> tuple[Fit, Fitter]:
 
 
 @cache
-def blocks() -> list[BlockScore]:
+def blocks() -> list[DiscrepancyTerm]:
     """Return what every block explains of the leaking machine."""
     fit, fitter = configured()
     project = Projection(fit)
@@ -57,9 +57,9 @@ def blocks() -> list[BlockScore]:
 def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
     """The balance with the largest share is the one that lacks a term; shares add up to one."""
     fit, fitter = configured()
-    par, chan = knee_twin().memory(fit.coordinates, fit.at)
+    par, chan = knee_model().memory(fit.coordinates, fit.at)
     tracks = [observer().innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
-    states = drivers(np.vstack(tracks), knee_twin().signal_names, leaking()[0].period)
+    states = drivers(np.vstack(tracks), knee_model().signal_names, leaking()[0].period)
     least = NOTICEABLE * len(fit.residual)
     found = disagreements(fit, blocks(), states, len(INSTRUMENTS), least)
     assert found[0].balance == LEAKAGE.name
@@ -74,7 +74,7 @@ def test_nothing_significant_is_no_disagreement() -> None:
     assert disagreements(fit, blocks(), {}, len(INSTRUMENTS), np.inf) == []
 
 
-def leak() -> BlockScore:
+def leak() -> DiscrepancyTerm:
     """Return the leakage over the pressure difference."""
     return next(b for b in blocks() if b.balance is LEAKAGE and b.driver == "pressure difference")
 
@@ -83,7 +83,7 @@ def test_what_the_balance_lacks_is_the_leak_itself() -> None:
     """The smoothed term has the slope of the leak over the pressure difference, and its sign."""
     fit = configured()[0]
     moved = beside(fit, leak())
-    par, chan = knee_twin().memory(moved.coordinates, moved.at)
+    par, chan = knee_model().memory(moved.coordinates, moved.at)
     frozen = observer().freeze(leaking()[0], par, chan)
     term = lacking(observer(), frozen, par, chan, LEAKAGE)
     readings = leaking()[0].readings
@@ -94,7 +94,7 @@ def test_what_the_balance_lacks_is_the_leak_itself() -> None:
 def test_a_map_shows_the_leak_before_and_nothing_after() -> None:
     """With the leak in the model the mean of the residual no longer follows its driver."""
     fit, _ = configured()
-    effects = parameters.candidates(knee_twin(), INSTRUMENTS)
+    effects = parameters.candidates(knee_model(), INSTRUMENTS)
     effect = next(c for c in effects if c.name == "internal_leakage")
     at = np.append(beside(fit, leak()).at, CONDUCTANCE / effect.scale)
     after = Fit([*fit.coordinates, effect], at, fit.residual, fit.jacobian, 0.0)

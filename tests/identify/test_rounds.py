@@ -3,7 +3,7 @@
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import LOAD, PISTON, BlockScore
+from hil_emulator.identify.prediction.balances import LOAD, PISTON, DiscrepancyTerm
 from hil_emulator.identify.selection.progress import Round
 
 
@@ -11,7 +11,7 @@ def test_of_each_balance_the_strongest_terms_keep_their_traces() -> None:
     """Every term keeps what it explains; the order stays."""
     none, two = np.zeros(0), np.zeros(2)
     terms = [
-        BlockScore(balance, driver, statistic, 50.0, two, two, np.ones((10, 2)))
+        DiscrepancyTerm(balance, driver, statistic, 50.0, two, two, np.ones((10, 2)))
         for balance, driver, statistic in (
             (PISTON, "position", 100.0), (PISTON, "velocity", 300.0), (LOAD, "time", 60.0),
             (PISTON, "pressure sum", 200.0),

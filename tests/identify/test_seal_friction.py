@@ -9,7 +9,7 @@ import pytest
 from hil_emulator.config.load import load
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.measured.data import load_experiments
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.static import StaticObserver
 from hil_emulator.identify.session import identify
 
@@ -35,11 +35,13 @@ def error(result: Result, round_: int) -> float:
 
     assert result.search is not None
     base = result.search.rounds[round_].base
-    twin = Twin(load([DATA / "friction_rig.toml"]), CACHE)
-    observer = StaticObserver(twin)
+    model = PlantModel(load([DATA / "friction_rig.toml"]), CACHE)
+    observer = StaticObserver(model)
     everything = []
-    for e in dissipative(load_experiments(files(result.notes[0].split("_")[0], 3, 7)), twin):
-        par, chan = twin.memory(base.coordinates, base.at)
+    for e in dissipative(
+        load_experiments(files(result.notes[0].split("_")[0], 3, 7)), model.plant_values
+    ):
+        par, chan = model.memory(base.coordinates, base.at)
         frozen = observer.freeze(e, par, chan)
         residual = observer.innovations(frozen, par, chan)[0][frozen.present, 0]
         everything.append(residual)

@@ -7,19 +7,19 @@ from hil_emulator.identify.prediction.observer import BURN_IN, Observer
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from tests.identify.generator.bench import record
 from tests.identify.generator.cases import case, machine
-from tests.identify.rig_data import INSTRUMENTS, knee_twin
+from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 
 @pytest.mark.parametrize("kind", ["chirp", "multisine", "steps"])
 @pytest.mark.parametrize("off", [-1.0, 1.0])
 def test_the_filter_settles_whatever_the_machine_is(kind: str, off: float) -> None:
     """Valve and oil may be off by a deviation: the first predictions are as good as later ones."""
-    twin = knee_twin()
-    observer = Observer(twin, INSTRUMENTS)
+    model = knee_model()
+    observer = Observer(model, INSTRUMENTS)
     real = case("pairs", 2, 0.5)
     data = record(machine(real), dict(real.effects), kind, (1, 7), 0.5, True)
-    free = [c for c in ordinary(twin) if c.name in ("valve_gain", "oil_bulk_modulus")]
-    par, chan = twin.memory(free, [off, -off])
+    free = [c for c in ordinary(model) if c.name in ("valve_gain", "oil_bulk_modulus")]
+    par, chan = model.memory(free, [off, -off])
     innovations = observer.innovations(observer.freeze(data, par, chan), par, chan)[0]
     begin = round(BURN_IN / data.period)
     first = np.sqrt(np.mean(innovations[begin : begin + 100] ** 2))
@@ -28,22 +28,22 @@ def test_the_filter_settles_whatever_the_machine_is(kind: str, off: float) -> No
 
 def test_friction_that_falls_with_speed_does_not_upset_the_filter() -> None:
     """With breakaway friction in the model, whose slope is negative, predictions stay bounded."""
-    twin = knee_twin()
-    observer = Observer(twin, INSTRUMENTS)
+    model = knee_model()
+    observer = Observer(model, INSTRUMENTS)
     real = case("foreign", 10, 0.5)
     data = record(machine(real), dict(real.effects), "chirp", (1, 7), 0.5, False)
-    hidden = next(c for c in candidates(twin, INSTRUMENTS) if c.name == "stribeck_friction")
-    par, chan = twin.memory([hidden], [0.4])
+    hidden = next(c for c in candidates(model, INSTRUMENTS) if c.name == "stribeck_friction")
+    par, chan = model.memory([hidden], [0.4])
     innovations = observer.innovations(observer.freeze(data, par, chan), par, chan)[0]
     assert np.max(np.abs(innovations)) < 20.0
 
 
 def test_the_null_learns_from_what_counts() -> None:
     """What the first samples say of the null would be lost with them: it is corrected later."""
-    twin = knee_twin()
-    observer = Observer(twin, INSTRUMENTS)
+    model = knee_model()
+    observer = Observer(model, INSTRUMENTS)
     data = record(machine(case("none", 0, 0.3)), {}, "multisine", (1, 1), 0.3, False)
-    gains = np.abs(observer.freeze(data, *twin.memory([], [])).gains[:, -2]).max(axis=1)
+    gains = np.abs(observer.freeze(data, *model.memory([], [])).gains[:, -2]).max(axis=1)
     begin = round(BURN_IN / data.period)
     assert not gains[:begin].any()
     assert gains[begin:].all()

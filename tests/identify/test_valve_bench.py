@@ -10,7 +10,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.valve_bench import ValveBench, bench
 from hil_emulator.identify.session import identify
 from hil_emulator.model.plant import Plant, Sensors
-from tests.identify.rig_data import CACHE, OFF, PERIOD, knee, knee_twin, recorded
+from tests.identify.rig_data import CACHE, OFF, PERIOD, knee, knee_model, recorded
 
 CHANNELS = ("pressure_a", "pressure_b", "supply_pressure")
 
@@ -19,11 +19,11 @@ def blocked(
     changes: Mapping[str, float], kind: str, seed: int, duration: float = 2.0
 ) -> Experiment:
     """Record a valve whose ports are blocked: a cylinder with a load that nothing moves."""
-    twin, config = knee_twin(), knee()
+    model, config = knee_model(), knee()
     random = np.random.default_rng(seed)
-    values = {n: v * OFF.get(n, 1.0) for n, v in twin.plant_values.items()}
-    plant = Plant(twin.kernel, values | {"load_mass": 1e12} | dict(changes), 2e-5)
-    readings = Sensors(twin.kernel, config.sensors, PERIOD, random)
+    values = {n: v * OFF.get(n, 1.0) for n, v in model.plant_values.items()}
+    plant = Plant(model.kernel, values | {"load_mass": 1e12} | dict(changes), 2e-5)
+    readings = Sensors(model.kernel, config.sensors, PERIOD, random)
     time = np.arange(round(duration / PERIOD)) * PERIOD
     if kind == "multisine":
         frequencies = np.array([0.7, 1.9, 5.3, 13.0, 31.0, 71.0])
@@ -50,23 +50,23 @@ def only(e: Experiment, *channels: str) -> Experiment:
 
 def test_closed_chambers_are_told_from_a_rod_that_moves_unseen() -> None:
     """Pressures of blocked ports follow the valve's flow; those of a moving rod do not."""
-    twin = knee_twin()
+    model = knee_model()
     for kind in ("multisine", "steps"):
-        found, why = bench(twin, [only(blocked({}, kind, 1), *CHANNELS)])
+        found, why = bench(model, [only(blocked({}, kind, 1), *CHANNELS)])
         assert isinstance(found, ValveBench), why
         moving = recorded({}, kind, 1)
-        found, why = bench(twin, [only(moving, *CHANNELS)])
+        found, why = bench(model, [only(moving, *CHANNELS)])
         assert found is None
         assert "nor does pressure_a follow the valve" in why
 
 
 def test_it_says_which_balances_it_examines() -> None:
     """Spool alone; with pressures the flows, too; never a force."""
-    twin = knee_twin()
-    spool, _ = bench(twin, [only(blocked({}, "steps", 1), "spool_position")])
+    model = knee_model()
+    spool, _ = bench(model, [only(blocked({}, "steps", 1), "spool_position")])
     assert spool is not None
     assert [b.name for b in spool.balances] == ["spool"]
-    ports, _ = bench(twin, [only(blocked({}, "steps", 1), *CHANNELS)])
+    ports, _ = bench(model, [only(blocked({}, "steps", 1), *CHANNELS)])
     assert ports is not None
     assert {b.name for b in ports.balances} == {
         "spool", "flow into chamber a", "flow out of chamber b", "leakage from a to b",

@@ -1,6 +1,6 @@
 """How a result says what it found."""
 
-from hil_emulator.identify.conclusion.result import Finding
+from hil_emulator.identify.conclusion.findings import Finding
 from hil_emulator.identify.experiment_design.next_experiment import Candidate, NextExperiment
 
 

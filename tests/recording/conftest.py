@@ -8,7 +8,7 @@ from rigs import bench, reference
 
 from hil_emulator.recording.header import header
 from hil_emulator.recording.journal import Recording, read
-from hil_emulator.recording.recorder import FileTape
+from hil_emulator.recording.recorder import FileRecorder
 
 
 @pytest.fixture(scope="session")
@@ -17,11 +17,11 @@ def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("recording") / "run.rec"
     config = reference()
     with bench(config) as b:
-        b.rig.tape = FileTape([file], header(config, b.rig.nodes))
+        b.rig.recorder = FileRecorder([file], header(config, b.rig.nodes))
         b.rig.fault("pressure_a", "stuck", start="100 ms", duration="50 ms")
         for k in range(TICKS):
             b.tick(*script(k))
-        b.rig.tape.close()
+        b.rig.recorder.close()
     return file
 
 

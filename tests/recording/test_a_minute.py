@@ -12,7 +12,7 @@ from rigs import START, bench, reference, set_point
 
 from hil_emulator.recording.header import header
 from hil_emulator.recording.journal import read
-from hil_emulator.recording.recorder import FileTape
+from hil_emulator.recording.recorder import FileRecorder
 from hil_emulator.simulation.clock import LockStep
 from hil_emulator.simulation.loop import Timing, run
 
@@ -25,13 +25,13 @@ def test_a_minute_is_the_same_in_all_tools(tmp_path: Path) -> None:
     files = [tmp_path / f"run.{ending}" for ending in ("rec", "mf4", "parquet", "blf")]
     config = reference()
     with bench(config) as b:
-        b.rig.tape = tape = FileTape(files, header(config, b.rig.nodes))
+        b.rig.recorder = recorder = FileRecorder(files, header(config, b.rig.nodes))
         timing = Timing()
         for k in range(TICKS):
             b.peer.send([START] if k == 5 else [set_point(np.sin(k * 0.01))])
             run(b.rig, LockStep(), 1, timing)
             b.peer.receive()
-        tape.close()
+        recorder.close()
     recording = read(files[0])
     assert recording.rows.shape[0] == TICKS
     assert recording.rows.shape[1] >= 30

@@ -18,7 +18,7 @@ from hil_emulator.platform.paths import shipped
 from hil_emulator.recording.header import header
 from hil_emulator.recording.journal import Recording, read
 from hil_emulator.recording.pre_trigger import Capture
-from hil_emulator.recording.recorder import FileTape
+from hil_emulator.recording.recorder import FileRecorder
 from hil_emulator.signals import condition
 
 
@@ -134,21 +134,21 @@ def test_a_file_that_cannot_be_opened_stops_the_run_before_it_begins(tmp_path: P
     (tmp_path / "run.rec").mkdir()
     config = reference()
     with bench(config) as b, pytest.raises(UserError, match=r"run\.rec: cannot be written"):
-        FileTape([tmp_path / "run.rec"], header(config, b.rig.nodes))
+        FileRecorder([tmp_path / "run.rec"], header(config, b.rig.nodes))
 
 
 def test_a_writer_that_dies_is_reported_at_the_end(tmp_path: Path) -> None:
-    """The ticks go on; closing the tape says that the recording is not complete."""
+    """The ticks go on; closing the recorder says that the recording is not complete."""
     config = reference()
     with bench(config) as b:
-        tape = FileTape([tmp_path / "run.rec"], header(config, b.rig.nodes))
-        b.rig.tape = tape
+        recorder = FileRecorder([tmp_path / "run.rec"], header(config, b.rig.nodes))
+        b.rig.recorder = recorder
         b.ticks(50)
-        tape._scribe.kill()
-        tape._scribe.wait()
+        recorder._writer.kill()
+        recorder._writer.wait()
         b.ticks(100)
         with pytest.raises(UserError, match="the writer ended with -9"):
-            tape.close()
+            recorder.close()
         assert b.rig.now_ns == 150_000_000
 
 
@@ -157,11 +157,11 @@ def test_a_capture_keeps_what_was_before_the_trigger(tmp_path: Path) -> None:
     config, file = reference(), tmp_path / "capture.rec"
     capture = Capture(condition.parse("model.position > 45 mm"), 50_000_000, 20_000_000)
     with bench(config) as b:
-        b.rig.tape = FileTape([file], header(config, b.rig.nodes, capture.text), capture)
+        b.rig.recorder = FileRecorder([file], header(config, b.rig.nodes, capture.text), capture)
         b.ticks(5)
         b.tick(START)
         b.ticks(400, set_point(1.0))
-        b.rig.tape.close()
+        b.rig.recorder.close()
     table = read(file).table()
     assert len(table["time"]) == 71
     at = np.flatnonzero(table["model.position"] > 45e-3)[0]
@@ -181,13 +181,13 @@ def test_the_loop_makes_one_system_call_in_thirty_two_ticks(
         return write(pipe, data)
 
     with bench(config) as b:
-        tape = FileTape([tmp_path / "run.rec"], header(config, b.rig.nodes))
+        recorder = FileRecorder([tmp_path / "run.rec"], header(config, b.rig.nodes))
         monkeypatch.setattr(os, "write", counted)
         for k in range(ticks):
-            tape.bus(k, [set_point(0.1), START], sent=False)
-            tape.row(k * 1_000_000, b.rig.plant, list(b.rig.sensors.reading))
+            recorder.bus(k, [set_point(0.1), START], sent=False)
+            recorder.row(k * 1_000_000, b.rig.plant, list(b.rig.sensors.reading))
         assert len(calls) == ticks // 32
-        tape.close()
+        recorder.close()
     assert len(calls) == ticks // 32 + 1
     kept = read(tmp_path / "run.rec")
     assert len(kept.rows) == ticks

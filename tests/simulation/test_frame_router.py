@@ -9,65 +9,65 @@ import pytest
 from rigs import Bench, bench, reference
 
 from hil_emulator.frame import Frame
-from hil_emulator.simulation.frame_router import Hearing
+from hil_emulator.simulation.frame_router import FrameRouter
 
 
 @dataclass(eq=False)
 class Listener:
-    """A node as far as hearing goes."""
+    """A node as far as router goes."""
 
     hears: dict[int, bool]
     asked: frozenset[int] = frozenset()
     on_route: Callable[[], None] = field(default=lambda: None)
 
 
-def heard(hearing: Hearing, *frames: Frame, everything: bool = False) -> list[list[int]]:
+def heard(router: FrameRouter, *frames: Frame, everything: bool = False) -> list[list[int]]:
     """Return the COB-IDs that each node hears."""
-    arriving = hearing.arriving(frames, everything=everything)
+    arriving = router.arriving(frames, everything=everything)
     return [[frame.can_id for frame in given] for _, given in arriving]
 
 
 def test_what_no_node_takes_reaches_none() -> None:
     """A frame is passed on if any node takes it, from the bus or from another node."""
     a, b = Listener({0x080: False}), Listener({0x080: False, 0x181: False})
-    hearing = Hearing([a, b])  # type: ignore[list-item]
-    hearing.say(a, [Frame(0x181), Frame(0x182)])  # type: ignore[arg-type]
-    assert heard(hearing, Frame(0x080), Frame(0x300)) == [[0x080], [0x181, 0x080]]
-    assert heard(hearing) == [[], []]
+    router = FrameRouter([a, b])  # type: ignore[list-item]
+    router.say(a, [Frame(0x181), Frame(0x182)])  # type: ignore[arg-type]
+    assert heard(router, Frame(0x080), Frame(0x300)) == [[0x080], [0x181, 0x080]]
+    assert heard(router) == [[], []]
 
 
 def test_a_remote_frame_is_for_who_sends_the_pdo() -> None:
     """It reaches the producer of the PDO, whose own data frames concern nobody."""
     a, b = Listener({}, frozenset({0x181})), Listener({})
-    hearing = Hearing([a, b])  # type: ignore[list-item]
-    hearing.say(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
-    assert heard(hearing, Frame(0x181, remote=True)) == [[0x181], [0x181]]
-    hearing.say(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
-    assert heard(hearing) == [[], []]
+    router = FrameRouter([a, b])  # type: ignore[list-item]
+    router.say(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
+    assert heard(router, Frame(0x181, remote=True)) == [[0x181], [0x181]]
+    router.say(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
+    assert heard(router) == [[], []]
 
 
 def test_a_frame_that_may_change_what_is_taken_lets_all_pass() -> None:
     """What follows a reconfiguration in the same tick may be meant by it."""
-    hearing = Hearing([Listener({0x605: True})])  # type: ignore[list-item]
-    assert heard(hearing, Frame(0x300), Frame(0x605), Frame(0x301)) == [[0x300, 0x605, 0x301]]
+    router = FrameRouter([Listener({0x605: True})])  # type: ignore[list-item]
+    assert heard(router, Frame(0x300), Frame(0x605), Frame(0x301)) == [[0x300, 0x605, 0x301]]
 
 
 def test_faults_meet_every_frame() -> None:
     """On demand nothing is sorted out, but what a node said itself it never hears."""
     a, b = Listener({}), Listener({})
-    hearing = Hearing([a, b])  # type: ignore[list-item]
-    hearing.say(a, [Frame(0x181)])  # type: ignore[arg-type]
-    assert heard(hearing, Frame(0x300), everything=True) == [[0x300], [0x181, 0x300]]
+    router = FrameRouter([a, b])  # type: ignore[list-item]
+    router.say(a, [Frame(0x181)])  # type: ignore[arg-type]
+    assert heard(router, Frame(0x300), everything=True) == [[0x300], [0x181, 0x300]]
 
 
 def test_a_changed_route_is_heeded() -> None:
     """A node that comes to take other frames says so."""
     a = Listener({0x200: False})
-    hearing = Hearing([a])  # type: ignore[list-item]
-    assert heard(hearing, Frame(0x201)) == [[]]
+    router = FrameRouter([a])  # type: ignore[list-item]
+    assert heard(router, Frame(0x201)) == [[]]
     a.hears = {0x201: False}
     a.on_route()
-    assert heard(hearing, Frame(0x201)) == [[0x201]]
+    assert heard(router, Frame(0x201)) == [[0x201]]
 
 
 @pytest.fixture

@@ -5,14 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil_emulator.identify.conclusion.effect_table import place_of, table
-from hil_emulator.identify.conclusion.result import Result, in_words
+from hil_emulator.identify.conclusion.effect_table import effect_table, place_of
+from hil_emulator.identify.conclusion.findings import in_words
+from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.gap import Compared, compare, measure, traces
 from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
 from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import BlockScore, drivers
+from hil_emulator.identify.prediction.balances import DiscrepancyTerm, drivers
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.selection.judgement import standing
 from hil_emulator.identify.selection.progress import NOTICEABLE, Round, Search
@@ -67,7 +68,7 @@ def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
     placed = [u for u in result.unknown if place_of(u)]
     if placed and result.verdict == "unknown_effect":
         term = max(placed, key=lambda u: u.statistic)
-        result.added = table(term, [e.name for e in predictor.twin.effects])
+        result.added = effect_table(term, [e.name for e in predictor.model.effects])
         result.settled = beside(last.base, known[term.balance, term.driver]).at
 
 
@@ -76,7 +77,7 @@ def _where(
 ) -> list[Disagreement]:  # fmt: skip
     """Return the balances that disagree at the start of a round."""
     views = (compared.before if old else compared.after)["training"]
-    names = searcher.fitter.predictor.twin.signal_names
+    names = searcher.fitter.predictor.model.signal_names
     parts = [drivers(v.replay.track, names, v.experiment.period) for v in views]
     states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     count = len(searcher.fitter.predictor.channels)
@@ -84,12 +85,12 @@ def _where(
     return disagreements(found.base, found.blocks, states, count, least)
 
 
-def _mapped(first: Round, where: Sequence[Disagreement]) -> list[BlockScore]:
+def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm]:
     """Return the blocks worth a map: where it disagrees, or else where it might most."""
     known = {(b.balance.name, b.driver): b for b in first.blocks
              if b.columns.shape[1] and not b.balance.channel}  # fmt: skip
     wanted = [known[d.balance, d.driver] for d in where if (d.balance, d.driver) in known]
-    found: list[BlockScore] = []
+    found: list[DiscrepancyTerm] = []
     for block in [*wanted, *known.values()]:
         if block.balance not in [f.balance for f in found]:
             found.append(block)
@@ -136,7 +137,7 @@ def _chi2(searcher: Searcher, fit: Fit) -> float:
 
 def _left(last: Round) -> float:
     """Return what the strongest unexplained term would still take."""
-    terms: list[BlockScore] = [b for b in last.blocks if b.significant]
+    terms: list[DiscrepancyTerm] = [b for b in last.blocks if b.significant]
     return max((b.statistic for b in terms), default=0.0)
 
 

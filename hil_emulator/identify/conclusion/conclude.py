@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from hil_emulator.identify.conclusion import account
-from hil_emulator.identify.conclusion.result import Finding, Result, Rival, Unexplained, in_words
+from hil_emulator.identify.conclusion.findings import Finding, Rival, Unexplained, in_words
+from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.candidate_refit import Trial

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from hil_emulator.identify.conclusion.result import Unexplained
+from hil_emulator.identify.conclusion.findings import Unexplained
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.balances import LEAKAGE, LOAD, PISTON, SPOOL
 from hil_emulator.model.declare import Stage
@@ -119,7 +119,7 @@ EFFECTS = ({name},)
 
 
 @dataclass(frozen=True)
-class Table:
+class EffectTable:
     """An effect file.
 
     Attributes:
@@ -141,7 +141,9 @@ def place_of(term: Unexplained) -> Place | None:
     return PLACES.get((term.balance, term.driver))
 
 
-def table(term: Unexplained, taken: Sequence[str] = (), story: str = "") -> Table | None:
+def effect_table(
+    term: Unexplained, taken: Sequence[str] = (), story: str = ""
+) -> EffectTable | None:
     """Return an unexplained term as an effect file; None where the model has no place for it.
 
     Args:
@@ -166,7 +168,7 @@ def table(term: Unexplained, taken: Sequence[str] = (), story: str = "") -> Tabl
     )  # fmt: skip
     if "math." not in text:
         text = text.replace("import math\n\n", "")
-    return Table(name, place.stage, text, term.shape)
+    return EffectTable(name, place.stage, text, term.shape)
 
 
 _UNITS = {"velocity": "m/s", "position": "m", "valve current": "A", "pressure difference": "Pa"}

@@ -3,7 +3,7 @@
 Every limit is a factor of eight or more, which separates bar from MPa, and no effect reaches.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from hil_emulator.identify.measured.experiment import (
     Experiment,
     noise_of,
 )
-from hil_emulator.identify.prediction.plant_model import Twin
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.units import show
 
@@ -45,17 +44,17 @@ _SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {FLOW: (UNITS[FLOW], "l
 _PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 
 
-def impossible(experiments: Sequence[Experiment], twin: Twin) -> list[str]:
+def impossible(experiments: Sequence[Experiment], plant: Mapping[str, float]) -> list[str]:
     """Return what no actuator of this configuration can have given."""
-    return [f"{e.name}: {text}" for e in experiments for text in _of_one(e, twin)]
+    return [f"{e.name}: {text}" for e in experiments for text in _of_one(e, plant)]
 
 
-def _of_one(e: Experiment, twin: Twin) -> list[str]:
+def _of_one(e: Experiment, plant: Mapping[str, float]) -> list[str]:
     found = [_far(name, values) for name, values in e.readings.items()]
     found += [_pressure(name, e.readings[name]) for name in _PRESSURES if name in e.readings]
-    found += [_position(e, twin), _supply(e, twin), _chambers(e, twin)]
+    found += [_position(e, plant), _supply(e, plant), _chambers(e, plant)]
     said = [text for text in found if text]
-    return said or [text for text in (_speed(e, twin),) if text]
+    return said or [text for text in (_speed(e, plant),) if text]
 
 
 def _far(name: str, values: Array) -> str:
@@ -74,13 +73,13 @@ def _pressure(name: str, values: Array) -> str:
     return f"{name} falls to {show(low, *_SHOWN[name])}, below vacuum; is it a pressure?"
 
 
-def _position(e: Experiment, twin: Twin) -> str:
+def _position(e: Experiment, plant: Mapping[str, float]) -> str:
     if "position" not in e.readings:
         return ""
     values = e.readings["position"]
     travel, stroke = (
         float(np.nanmax(values) - np.nanmin(values)),
-        twin.plant_values["cylinder_stroke"],
+        plant["cylinder_stroke"],
     )
     if travel > 1.5 * stroke:
         return (
@@ -92,11 +91,11 @@ def _position(e: Experiment, twin: Twin) -> str:
     return ""
 
 
-def _supply(e: Experiment, twin: Twin) -> str:
+def _supply(e: Experiment, plant: Mapping[str, float]) -> str:
     if "supply_pressure" not in e.readings:
         return ""
     measured = float(np.nanmedian(e.readings["supply_pressure"]))
-    configured = twin.plant_values["supply_pressure"]
+    configured = plant["supply_pressure"]
     if not configured / FACTOR < measured < configured * FACTOR:
         return (
             f"supply_pressure is about {show(measured, 'Pa', 'bar')}, and the configuration says "
@@ -112,12 +111,12 @@ def _supply(e: Experiment, twin: Twin) -> str:
     return ""
 
 
-def _chambers(e: Experiment, twin: Twin) -> str:
+def _chambers(e: Experiment, plant: Mapping[str, float]) -> str:
     both = [e.readings[n] for n in ("pressure_a", "pressure_b") if n in e.readings]
     if not both or not len(e.current):
         return ""
     highest = max(float(np.nanquantile(p, 0.99)) for p in both)
-    configured = twin.plant_values["supply_pressure"]
+    configured = plant["supply_pressure"]
     if highest > configured / (10.0 * FACTOR):
         return ""
     return (
@@ -126,11 +125,11 @@ def _chambers(e: Experiment, twin: Twin) -> str:
     )
 
 
-def _speed(e: Experiment, twin: Twin) -> str:
+def _speed(e: Experiment, plant: Mapping[str, float]) -> str:
     """Compare the rod's fastest motion with what its largest set point allows."""
     if not len(e.current) or "position" not in e.readings:
         return ""
-    p = twin.plant_values
+    p = plant
     top = float(np.quantile(np.abs(e.current), 0.99))
     limit = p.get("current_saturation_limit", np.inf)
     edge = 0.5 * p["supply_pressure"]

@@ -1,6 +1,6 @@
 """Signs that contradict the physics: reported, and reversed only where nothing else is possible."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +9,6 @@ from scipy.signal import savgol_filter
 
 from hil_emulator.identify.data_checks import clocks, magnitudes
 from hil_emulator.identify.measured.experiment import Array, Experiment, noise_of
-from hil_emulator.identify.prediction.plant_model import Twin
 
 CONTRARY = -0.3
 """Correlation below which two channels have opposite senses (assumed)."""
@@ -40,13 +39,12 @@ def speed(experiment: Experiment, smoothing: float = 0.15) -> Array:
     return np.asarray(np.where(good, velocity, np.nan))
 
 
-def hydraulic_force(experiment: Experiment, twin: Twin) -> Array:
+def hydraulic_force(experiment: Experiment, plant: Mapping[str, float]) -> Array:
     """Return A_p (p_a - alpha p_b) from the readings [N]; an absent chamber is at tank pressure."""
-    p = twin.plant_values
-    tank = np.full(experiment.samples, p.get("tank_pressure", 0.0))
+    tank = np.full(experiment.samples, plant.get("tank_pressure", 0.0))
     a = experiment.readings.get("pressure_a", tank)
     b = experiment.readings.get("pressure_b", tank)
-    return np.asarray(p["cylinder_piston_area"] * (a - p["cylinder_area_ratio"] * b))
+    return np.asarray(plant["cylinder_piston_area"] * (a - plant["cylinder_area_ratio"] * b))
 
 
 def _correlation(a: Array, b: Array) -> float:
@@ -56,14 +54,14 @@ def _correlation(a: Array, b: Array) -> float:
     return float(np.corrcoef(a[good], b[good])[0, 1])
 
 
-def contradictions(experiments: Sequence[Experiment], twin: Twin) -> list[str]:
+def contradictions(experiments: Sequence[Experiment], plant: Mapping[str, float]) -> list[str]:
     """Return what in experiments contradicts units, signs, one clock, or any relation at all."""
-    found = magnitudes.impossible(experiments, twin)
+    found = magnitudes.impossible(experiments, plant)
     if found:
         return found
     for e in experiments:
-        found += [f"{e.name}: {text}" for text in (_driven(e), _loaded(e, twin)) if text]
-    return found or clocks.two_clocks(experiments, lambda e: hydraulic_force(e, twin))
+        found += [f"{e.name}: {text}" for text in (_driven(e), _loaded(e, plant)) if text]
+    return found or clocks.two_clocks(experiments, lambda e: hydraulic_force(e, plant))
 
 
 def _driven(e: Experiment) -> str:
@@ -87,13 +85,13 @@ def _driven(e: Experiment) -> str:
     return ""
 
 
-def _loaded(e: Experiment, twin: Twin) -> str:
+def _loaded(e: Experiment, plant: Mapping[str, float]) -> str:
     """Return what is wrong between the pressures and the load cell."""
     if "pressure_a" not in e.readings:
         return ""
     if "load_force" not in e.readings:
-        return _exchanged(e, twin)
-    measured, force = e.readings["load_force"], hydraulic_force(e, twin)
+        return _exchanged(e, plant)
+    measured, force = e.readings["load_force"], hydraulic_force(e, plant)
     if _correlation(force, measured) < 2.0 * CONTRARY:
         return (
             "load force and pressures are opposite; reverse load_force, "
@@ -101,7 +99,7 @@ def _loaded(e: Experiment, twin: Twin) -> str:
         )
     if "pressure_b" not in e.readings or not len(e.current):
         return ""
-    if exchanged := _exchanged(e, twin):
+    if exchanged := _exchanged(e, plant):
         return exchanged
     alike = _accounted(force, [measured, *_friction(e)])
     clear = all(np.nanstd(x) > CLEAR * noise_of(x) for x in (force, measured))
@@ -113,7 +111,7 @@ def _loaded(e: Experiment, twin: Twin) -> str:
     return _scale(force, measured) if _correlation(force, measured) > RELATED else ""
 
 
-def _exchanged(e: Experiment, twin: Twin) -> str:
+def _exchanged(e: Experiment, plant: Mapping[str, float]) -> str:
     """Return what tells that the two chambers have changed places."""
     if not {"pressure_b", "position"} <= set(e.readings) or not len(e.current):
         return ""
@@ -122,7 +120,7 @@ def _exchanged(e: Experiment, twin: Twin) -> str:
     swapped = e.readings | {
         "pressure_a": e.readings["pressure_b"], "pressure_b": e.readings["pressure_a"]
     }  # fmt: skip
-    both = hydraulic_force(e, twin), hydraulic_force(replace(e, readings=swapped), twin)
+    both = hydraulic_force(e, plant), hydraulic_force(replace(e, readings=swapped), plant)
     right, other = (_accounted(force, [*columns, *_friction(e)]) for force in both)
     if other < right + BETTER or other < RELATED:
         return ""
@@ -165,7 +163,7 @@ def _scale(force: Array, measured: Array) -> str:
     )
 
 
-def dissipative(experiments: Sequence[Experiment], twin: Twin) -> list[Experiment]:
+def dissipative(experiments: Sequence[Experiment], plant: Mapping[str, float]) -> list[Experiment]:
     """Return force-balance experiments in which friction takes energy.
 
     A test machine may count its position the other way round; friction would then drive the rod,
@@ -174,7 +172,7 @@ def dissipative(experiments: Sequence[Experiment], twin: Twin) -> list[Experimen
     work = 0.0
     for e in experiments:
         v = speed(e)
-        gap = e.readings["load_force"] - hydraulic_force(e, twin)
+        gap = e.readings["load_force"] - hydraulic_force(e, plant)
         good = np.isfinite(v) & np.isfinite(gap)
         v, gap = v[good], gap[good] - np.median(gap[good])
         work += float(np.sum(v * gap)) / max(float(np.sqrt(np.sum(v**2) * np.sum(gap**2))), 1e-30)

@@ -52,7 +52,7 @@ def spread(observer: Observer, frozen: Frozen, replay: Replay) -> Floor:
     restarts = np.flatnonzero(replay.age == 1)
     first = int(restarts[0]) - 1 if len(restarts) else len(replay.age)
     window = max(int(replay.age.max(initial=0)), 1)
-    observer.twin.loops.carry(
+    observer.model.loops.carry(
         frozen.gains, frozen.maps, frozen.senses, frozen.noise**2, diffusion, first, window, one,
         free,
     )  # fmt: skip

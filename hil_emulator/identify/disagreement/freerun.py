@@ -51,16 +51,16 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
         chan: the transducers' parameters.
 
     """
-    twin, experiment = observer.twin, frozen.experiment
+    model, experiment = observer.model, frozen.experiment
     count, period = len(frozen.measured), experiment.period
     first, window = round(SETTLING / period), max(2, round(WINDOW / period))
     steps = max(1, int(np.ceil(period / observer.step(par) - 1e-9)))
     one, free = np.full(frozen.measured.shape, np.nan), np.full(frozen.measured.shape, np.nan)
-    track = np.empty((count, len(twin.signal_names)))
-    twin.loops.run_freely(
-        frozen.start, frozen.z0, frozen.active, par, twin.drift, twin.supply, chan, twin.remembered,
-        twin.sources, frozen.chosen, experiment.current, frozen.measured, frozen.gains,
-        frozen.decay, period, period / steps, steps, first, window, one, free, track,
+    track = np.empty((count, len(model.signal_names)))
+    model.loops.run_freely(
+        frozen.start, frozen.z0, frozen.active, par, model.drift, model.supply, chan,
+        model.remembered, model.sources, frozen.chosen, experiment.current, frozen.measured,
+        frozen.gains, frozen.decay, period, period / steps, steps, first, window, one, free, track,
     )  # fmt: skip
     one[: round(BURN_IN / period)] = np.nan
     age = np.maximum((np.arange(count) - first - 1) % window + 1, 0)

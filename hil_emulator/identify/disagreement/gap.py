@@ -60,7 +60,7 @@ class Compared:
 
 def view(predictor: Predictor, fit: Fit, experiments: Sequence[Experiment]) -> list[View]:
     """Return experiments through a fitted model."""
-    par, chan = predictor.twin.memory(fit.coordinates, fit.at)
+    par, chan = predictor.model.memory(fit.coordinates, fit.at)
     found = []
     for experiment in experiments:
         frozen = predictor.freeze(experiment, par, chan)

@@ -29,7 +29,7 @@ def by_motion(predictor: Predictor, compared: Compared, kind: str = "free") -> G
     """
     part = "validation" if "validation" in compared.before else "training"
     old, new = compared.before[part], compared.after[part]
-    column = predictor.twin.signal_names.index("velocity")
+    column = predictor.model.signal_names.index("velocity")
     speeds = [v.replay.track[:, column] for v in new]
     usual = float(np.quantile(np.abs(np.concatenate(speeds)), 0.9))
     gap: Gap = {}

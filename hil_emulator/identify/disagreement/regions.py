@@ -13,7 +13,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Mask
-from hil_emulator.identify.prediction.balances import BlockScore, Drivers
+from hil_emulator.identify.prediction.balances import DiscrepancyTerm, Regressors
 from hil_emulator.identify.selection.scan import Projection
 
 LEAST = 0.02
@@ -76,7 +76,7 @@ class Disagreement:
 
 
 def disagreements(
-    fit: Fit, blocks: Sequence[BlockScore], states: Drivers, channels: int, least: float
+    fit: Fit, blocks: Sequence[DiscrepancyTerm], states: Regressors, channels: int, least: float
 ) -> list[Disagreement]:
     """Return the balances that disagree, the largest share first.
 
@@ -106,7 +106,9 @@ def disagreements(
     return sorted(found.values(), key=lambda d: -d.share)
 
 
-def _chosen(blocks: Sequence[BlockScore], fit: Fit) -> list[tuple[BlockScore, float, Array]]:
+def _chosen(
+    blocks: Sequence[DiscrepancyTerm], fit: Fit
+) -> list[tuple[DiscrepancyTerm, float, Array]]:
     """Return blocks one after the other with their further gain, in all and by residual."""
     project = Projection(fit)
     rest = list(blocks)
@@ -129,7 +131,7 @@ def _chosen(blocks: Sequence[BlockScore], fit: Fit) -> list[tuple[BlockScore, fl
     return chosen
 
 
-def _basis(block: BlockScore, project: Projection) -> Array:
+def _basis(block: DiscrepancyTerm, project: Projection) -> Array:
     return _orthonormal(np.column_stack([project(c) for c in block.columns.T]))
 
 
@@ -148,7 +150,7 @@ def _orthonormal(columns: Array) -> Array:
     return basis
 
 
-def _regions(gain: Array, states: Drivers) -> Iterator[Region]:
+def _regions(gain: Array, states: Regressors) -> Iterator[Region]:
     """Yield the regions in which most of a gain lies."""
     total, left = float(np.sum(gain)), np.ones(len(gain), bool)
     told = 0.0
@@ -169,7 +171,7 @@ def _regions(gain: Array, states: Drivers) -> Iterator[Region]:
             return
 
 
-def _statements(states: Drivers) -> Iterator[tuple[str, Mask]]:
+def _statements(states: Regressors) -> Iterator[tuple[str, Mask]]:
     """Yield simple statements about the state, with the samples for which they hold."""
     v, x = states["velocity"], states["position"]
     ways = (("both directions", np.ones(len(v), bool)), ("extending", v > 0.0),

@@ -11,7 +11,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import SUPPLY, Balance, BlockScore
+from hil_emulator.identify.prediction.balances import SUPPLY, Balance, DiscrepancyTerm
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
@@ -40,7 +40,7 @@ SHOWN = {"m^3/s": (6e4, "l/min"), "m/s": (1e3, "mm/s"), "m": (1e3, "mm"), "Pa": 
          "A": (1e3, "mA"), "N": (1.0, "N"), "s": (1.0, "s")}  # fmt: skip
 """Factor and unit for people, by SI unit."""
 
-DRIVER_UNITS = {
+REGRESSOR_UNITS = {
     "valve current": "A", "spool position": "A", "time": "s", "pressure a": "Pa",
     "pressure b": "Pa", "pressure difference": "Pa", "position": "m", "velocity": "m/s",
     "position with the sign of velocity": "m", "supply flow": "m^3/s",
@@ -113,7 +113,7 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
     term = np.zeros(len(residual))
     if not (np.isfinite(residual).all() and np.isfinite(frozen.maps).all()):
         return np.full(len(residual), np.nan)
-    predictor.twin.loops.smooth(
+    predictor.model.loops.smooth(
         frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, frozen.weights,
         residual, decay, size**2, term,
     )  # fmt: skip
@@ -134,7 +134,7 @@ def _entries(observer: Observer, frozen: Frozen, what: Balance) -> tuple[Array, 
 
 def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> float:
     """Return the largest force, flow, current or pressure in a balance."""
-    p = dict(zip(observer.twin.kernel.parameters.names or (), par.tolist(), strict=True))
+    p = dict(zip(observer.model.kernel.parameters.names or (), par.tolist(), strict=True))
     top = float(np.nanmax(np.abs(frozen.experiment.current), initial=1e-6))
     largest: dict[str, float] = {
         "N": p["cylinder_piston_area"] * p["supply_pressure"],
@@ -144,7 +144,7 @@ def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> f
     return largest[what.unit]
 
 
-def simplest(fit: Fit, block: BlockScore) -> Array:
+def simplest(fit: Fit, block: DiscrepancyTerm) -> Array:
     """Return the smallest curve that explains what a block explains, in the balance's unit.
 
     Part of a curve may be what an ordinary parameter does as well: a constant friction, say. The
@@ -158,7 +158,7 @@ def simplest(fit: Fit, block: BlockScore) -> Array:
     return np.asarray(-vectors[:, keep] @ (slope / values[keep]) * block.balance.scale)
 
 
-def beside(fit: Fit, block: BlockScore) -> Fit:
+def beside(fit: Fit, block: DiscrepancyTerm) -> Fit:
     """Return a fit with its parameters moved to where they go when a block's term joins them.
 
     Without the term they have taken over part of it: what a balance lacks then shows too little.
@@ -172,7 +172,7 @@ def beside(fit: Fit, block: BlockScore) -> Fit:
 
 
 def draw(
-    predictor: Predictor, before: Fit, after: Fit, block: BlockScore,
+    predictor: Predictor, before: Fit, after: Fit, block: DiscrepancyTerm,
     experiments: Sequence[Experiment],
 ) -> Map:  # fmt: skip
     """Return what a block's balance lacks over its driver, with both models.
@@ -198,10 +198,10 @@ def _first(experiments: Sequence[Experiment]) -> list[Experiment]:
 
 
 def _along(
-    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], block: BlockScore
+    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], block: DiscrepancyTerm
 ) -> tuple[Array, Array]:
     """Return driver and residual, all experiments in a row."""
-    par, chan = predictor.twin.memory(fit.coordinates, fit.at)
+    par, chan = predictor.model.memory(fit.coordinates, fit.at)
     values, residuals = [], []
     for experiment in experiments:
         frozen = predictor.freeze(experiment, par, chan)
@@ -213,11 +213,11 @@ def _along(
 
 
 def _map(
-    block: BlockScore, period: float, before: tuple[Array, Array], after: tuple[Array, Array]
+    block: DiscrepancyTerm, period: float, before: tuple[Array, Array], after: tuple[Array, Array]
 ) -> Map:
     balance, driver = block.balance, block.driver
     factor, unit = SHOWN[balance.unit]
-    driver_factor, driver_unit = SHOWN.get(DRIVER_UNITS.get(driver, ""), (1.0, "SI"))
+    driver_factor, driver_unit = SHOWN.get(REGRESSOR_UNITS.get(driver, ""), (1.0, "SI"))
     ends = np.quantile(before[0], (0.005, 0.995))
     edges = np.linspace(ends[0], ends[1], BINS + 1)
     centres = 0.5 * (edges[:-1] + edges[1:]) * driver_factor

@@ -73,7 +73,7 @@ class Fitter:
         self._steps = Steps()
 
     @property
-    def stretch(self) -> int:
+    def correlation_length(self) -> int:
         """Number of successive residuals that may be correlated."""
         samples = round(self.predictor.memory / self.experiments[0].period)
         return max(1, samples) * len(self.predictor.channels)
@@ -185,4 +185,4 @@ class Fitter:
         return Fit(free, at, residual, slope, chi2)
 
     def _memory(self, coordinates: Sequence[Coordinate], at: Array | Sequence[float]) -> Point:
-        return self.predictor.twin.memory(coordinates, at)
+        return self.predictor.model.memory(coordinates, at)

@@ -12,7 +12,7 @@ import numpy as np
 
 from hil_emulator.identify.experiment_design.library import Target
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.rating import largest_current, velocity_gain
 from hil_emulator.model.plant import Plant, Sensors
 
@@ -66,7 +66,7 @@ class Machine:
     """A plant with its instruments.
 
     Attributes:
-        twin: the compiled model.
+        model: the compiled model.
         par: parameters of the plant.
         chan: parameters of the transducers.
         world: what else goes on.
@@ -75,7 +75,7 @@ class Machine:
 
     """
 
-    twin: Twin
+    model: PlantModel
     par: Array
     chan: Array
     world: World
@@ -92,41 +92,43 @@ class Machine:
         supply = self._supply(2 * count, 0.5 * period, random)
         drift = self._drift(count, period, random)
         noise = self._noise(count, random)
-        gain, top = self._gain(), CURRENT_SHARE * largest_current(self.twin.plant_values)
-        at = self.twin.names.index("position")
+        gain, top = self._gain(), CURRENT_SHARE * largest_current(self.model.plant_values)
+        at = self.model.names.index("position")
         steps = math.ceil(period / self.step - 1e-9)
         plant.step_width = period / steps
-        table, current = np.empty((count, len(self.twin.names))), np.empty(count)
-        read = list(self.twin.signal_names).index("supply_pressure")
+        table, current = np.empty((count, len(self.model.names))), np.empty(count)
+        read = list(self.model.signal_names).index("supply_pressure")
         for k in range(count):
             # the ripple goes on within a sample: half a sample later its mean acts
-            plant.signal_vector[read] += supply[2 * k] - plant.parameter_vector[self.twin.supply]
+            plant.signal_vector[read] += supply[2 * k] - plant.parameter_vector[self.model.supply]
             sensors.sample(plant.signal_vector)
             table[k] = self._rounded(sensors.reading + noise[k])
             current[k] = np.clip(gain * (wanted[k] - table[k, at]) + feed[k], -top, top)
-            plant.parameter_vector[self.twin.supply] = supply[2 * k + 1]
+            plant.parameter_vector[self.model.supply] = supply[2 * k + 1]
             plant.command({"valve_current": float(current[k] + drift[k])})
             plant.step(steps)
-        channels = {n: table[begin:, self.twin.names.index(n)].copy() for n in self.instruments}
+        channels = {n: table[begin:, self.model.names.index(n)].copy() for n in self.instruments}
         return Experiment(name or target.stimulus.name, period, current[begin:].copy(), channels)
 
     def _asked(self, target: Target, period: float) -> tuple[Array, Array, int]:
         """Return target and feed-forward current with a rest before them, and its length."""
         begin = round(SETTLING / period)
         wanted = np.concatenate([np.full(begin, target.position[0]), target.position])
-        feed = np.gradient(wanted, period) * FEED_FORWARD / velocity_gain(self.twin.plant_values)
+        feed = np.gradient(wanted, period) * FEED_FORWARD / velocity_gain(self.model.plant_values)
         return wanted, np.asarray(0.0 * feed if target.stimulus.jumps else feed), begin
 
     def _assembled(self, period: float, random: np.random.Generator) -> tuple[Plant, Sensors]:
-        names = list(self.twin.kernel.parameters.names or ())
-        plant = Plant(self.twin.kernel, dict(zip(names, self.par.tolist(), strict=True)), self.step)
-        sensors = Sensors(self.twin.kernel, {}, period, random)
+        names = list(self.model.kernel.parameters.names or ())
+        plant = Plant(
+            self.model.kernel, dict(zip(names, self.par.tolist(), strict=True)), self.step
+        )
+        sensors = Sensors(self.model.kernel, {}, period, random)
         sensors.parameters[:] = self.chan
         return plant, sensors
 
     def _gain(self) -> float:
         """Return the controller's gain [A/m]."""
-        p = self.twin.plant_values
+        p = self.model.plant_values
         area, alpha, x = p["cylinder_piston_area"], p["cylinder_area_ratio"], p["cylinder_stroke"]
         a = p["cylinder_dead_volume_a"] + 0.5 * area * x
         b = p["cylinder_dead_volume_b"] + 0.5 * alpha * area * x
@@ -137,21 +139,21 @@ class Machine:
     def _supply(self, count: int, period: float, random: np.random.Generator) -> Array:
         w = 2.0 * math.pi * self.world.ripple_frequency
         wave = np.sin(w * period * np.arange(count) + random.uniform(0.0, 2.0 * math.pi))
-        return np.asarray(self.par[self.twin.supply] + self.world.ripple * wave)
+        return np.asarray(self.par[self.model.supply] + self.world.ripple * wave)
 
     def _drift(self, count: int, period: float, random: np.random.Generator) -> Array:
         keep = math.exp(-period / self.world.null_time)
         return self.world.null_drift * _correlated(random.standard_normal((count, 1)), keep)[:, 0]
 
     def _noise(self, count: int, random: np.random.Generator) -> Array:
-        white = random.standard_normal((count, len(self.twin.names)))
+        white = random.standard_normal((count, len(self.model.names)))
         slow = _correlated(random.standard_normal(white.shape), CORRELATION)
-        size = np.array([self.world.noise.get(n, 0.0) for n in self.twin.names])
+        size = np.array([self.world.noise.get(n, 0.0) for n in self.model.names])
         share = self.world.coloured
         return np.asarray(size * (math.sqrt(1.0 - share) * white + math.sqrt(share) * slow))
 
     def _rounded(self, reading: Array) -> Array:
-        steps = np.array([self.world.resolution.get(n, 0.0) for n in self.twin.names])
+        steps = np.array([self.world.resolution.get(n, 0.0) for n in self.model.names])
         return np.where(steps > 0.0, np.round(reading / np.maximum(steps, 1e-30)) * steps, reading)
 
 

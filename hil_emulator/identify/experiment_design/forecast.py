@@ -114,9 +114,9 @@ class Forecaster:
 
     def simulated(self, truth: Explanation, target: Target, seed: int) -> Experiment:
         """Return a recording of the machine as an explanation says it is."""
-        par, chan = self._observer.twin.memory(truth.coordinates, truth.at)
+        par, chan = self._observer.model.memory(truth.coordinates, truth.at)
         machine = Machine(
-            self._observer.twin, par, chan, self._world(), self._observer.channels,
+            self._observer.model, par, chan, self._world(), self._observer.channels,
             self._observer.step(par),
         )  # fmt: skip
         return machine.record(target, seed)
@@ -126,7 +126,7 @@ class Forecaster:
         data = self.fitter.experiments
         names = self._observer.channels
         noise = np.median([noise_levels(e, names) for e in data], axis=0)
-        top = largest_current(self._observer.twin.plant_values)
+        top = largest_current(self._observer.model.plant_values)
         ripple = 0.0
         if "supply_pressure" in names:
             spread = [float(np.nanvar(e.readings["supply_pressure"])) for e in data]

@@ -146,12 +146,12 @@ def _planned(
     fitter: Fitter, predictor: Observer, explained: Sequence[Explanation]
 ) -> NextExperiment:
     forecaster = Forecaster(fitter, predictor, explained)
-    targets = possible(predictor.twin.plant_values, fitter.experiments[0].period)
+    targets = possible(predictor.model.plant_values, fitter.experiments[0].period)
     ranked = _ranked(forecaster, targets)
     checked = [_verified(forecaster, c, t) for c, t in ranked[:VERIFIED]]
     rest = [c for c, _ in ranked[VERIFIED:]]
     order = [c for part in (checked, rest) for c in sorted(part, key=lambda c: -c.merit)]
-    files = [str(f) for f in predictor.twin.config.files]
+    files = [str(f) for f in predictor.model.config.files]
     return NextExperiment(
         tuple(e.name for e in explained), forecaster.now, order[0], tuple(order[1:]),
         command(order[0], files),

@@ -22,7 +22,7 @@ from hil_emulator.identify.experiment_design.library import (
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.rating import largest_current
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.units import show, to_si
@@ -70,14 +70,14 @@ class Ground:
     """A machine with something hidden in it.
 
     Attributes:
-        twin: the plain configuration.
+        model: the plain configuration.
         hidden: what is hidden.
         ordinary: deviation of each ordinary parameter, in standard deviations, by name.
         seed: of everything that is drawn.
 
     """
 
-    twin: Twin
+    model: PlantModel
     hidden: tuple[Hidden, ...]
     ordinary: dict[str, float]
     seed: int
@@ -85,18 +85,18 @@ class Ground:
     @property
     def machine(self) -> Machine:
         """The machine on its bench."""
-        twin = self.twin
-        nuisances = parameters.ordinary(twin)
+        model = self.model
+        nuisances = parameters.ordinary(model)
         at = [self.ordinary[c.name] for c in nuisances]
-        par, chan = twin.memory(nuisances, at)
+        par, chan = model.memory(nuisances, at)
         for h in self.hidden:
-            sensor, i = twin.index(h.coordinate)
+            sensor, i = model.index(h.coordinate)
             (chan if sensor else par)[i] = h.value
         world = World(
-            NULL_DRIFT * largest_current(twin.plant_values), coloured=COLOURED,
-            noise=_stated(twin, "noise"), resolution=_stated(twin, "resolution"),
+            NULL_DRIFT * largest_current(model.plant_values), coloured=COLOURED,
+            noise=_stated(model, "noise"), resolution=_stated(model, "resolution"),
         )  # fmt: skip
-        return Machine(twin, par, chan, world, INSTRUMENTS, STEP)
+        return Machine(model, par, chan, world, INSTRUMENTS, STEP)
 
     def record(self, made: Target, number: int, name: str) -> Experiment:
         """Play an experiment; the number chooses drift and noise."""
@@ -108,23 +108,23 @@ def knob_of(coordinate: Coordinate) -> str:
     return coordinate.effect.knob.name if coordinate.effect else coordinate.name
 
 
-def _stated(twin: Twin, name: str) -> dict[str, float]:
+def _stated(model: PlantModel, name: str) -> dict[str, float]:
     """Return the knob of a transducer effect by channel, where the configuration states it."""
-    effect = next(e for e in twin.effects if e.name == name)
+    effect = next(e for e in model.effects if e.name == name)
     field = effect.field_of(effect.knob)
-    return {c: v[field] for c, v in twin.config.sensors.items() if field in v}
+    return {c: v[field] for c, v in model.config.sensors.items() if field in v}
 
 
-def hideable(twin: Twin) -> dict[str, Coordinate]:
+def hideable(model: PlantModel) -> dict[str, Coordinate]:
     """Return what can be hidden, by name: whatever identification could name."""
-    return {c.name: c for c in parameters.candidates(twin, INSTRUMENTS)}
+    return {c.name: c for c in parameters.candidates(model, INSTRUMENTS)}
 
 
-def hide(twin: Twin, name: str, size: str) -> Hidden:
+def hide(model: PlantModel, name: str, size: str) -> Hidden:
     """Return an effect to hide.
 
     Args:
-        twin: the plain configuration.
+        model: the plain configuration.
         name: an effect, or `channel.effect`.
         size: small, medium or large, or the knob's value with its unit.
 
@@ -132,7 +132,7 @@ def hide(twin: Twin, name: str, size: str) -> Hidden:
         UserError: if there is no such effect, or it is not of that size.
 
     """
-    known = hideable(twin)
+    known = hideable(model)
     if name not in known:
         near = sorted(n for n in known if n.rpartition(".")[2] == name)
         hint = f"; did you mean {' or '.join(near)}" if near else f"; there are {', '.join(known)}"
@@ -156,36 +156,36 @@ def _value(c: Coordinate, size: str) -> float:
         ) from None
 
 
-def ground(twin: Twin, hidden: Sequence[Hidden], seed: int) -> Ground:
+def ground(model: PlantModel, hidden: Sequence[Hidden], seed: int) -> Ground:
     """Return a machine that deviates from its configuration, with effects hidden in it."""
     random = np.random.default_rng(seed)
     drawn = {c.name: float(random.uniform(-DEVIATION, DEVIATION))
-             for c in parameters.ordinary(twin)}  # fmt: skip
-    return Ground(twin, tuple(hidden), drawn, seed)
+             for c in parameters.ordinary(model)}  # fmt: skip
+    return Ground(model, tuple(hidden), drawn, seed)
 
 
 def campaign(
     made: Ground, names: Sequence[str], duration: float | None = None, first: int = 0
 ) -> list[Experiment]:
     """Return recordings of experiments of the library."""
-    allowed = limits(made.twin.plant_values)
+    allowed = limits(made.model.plant_values)
     played = [target(stimulus(n), allowed, duration=duration, seed=made.seed % 1000 + first + i)
               for i, n in enumerate(names)]  # fmt: skip
     return [made.record(t, first + i, t.stimulus.name) for i, t in enumerate(played)]
 
 
-def surprise(twin: Twin, size: str, seed: int) -> Hidden:
+def surprise(model: PlantModel, size: str, seed: int) -> Hidden:
     """Draw an effect that experiments of the library show.
 
     A healthy machine is recorded and every effect scored on it with the ordinary parameters
     projected out: what they could explain would not be fair to ask.
     """
-    healthy = ground(twin, (), seed)
-    fitter = Fitter(Observer(twin, INSTRUMENTS), campaign(healthy, TRAINING))
-    nuisances = parameters.ordinary(twin)
+    healthy = ground(model, (), seed)
+    fitter = Fitter(Observer(model, INSTRUMENTS), campaign(healthy, TRAINING))
+    nuisances = parameters.ordinary(model)
     fitter.freeze(nuisances, np.zeros(len(nuisances)))
     base = fitter.fit(nuisances, np.zeros(len(nuisances)), 2)
-    scores = scan(fitter, base, list(hideable(twin).values()))
+    scores = scan(fitter, base, list(hideable(model).values()))
     factor = SIZES.get(size, 1.0)
     fair = sorted(s.coordinate.name for s in scores if s.information * factor**2 > PLAIN)
-    return hide(twin, str(np.random.default_rng(seed + 1).choice(fair)), size)
+    return hide(model, str(np.random.default_rng(seed + 1).choice(fair)), size)

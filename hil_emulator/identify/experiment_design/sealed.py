@@ -12,7 +12,7 @@ from typing import Any
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design.practice import Ground, Hidden, hideable, knob_of
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.units import show
 
 NAME = "truth.sealed"
@@ -22,7 +22,7 @@ _HEAD = "# What is hidden here. To look: hil-emulator hide --open FOLDER\n"
 def seal(ground: Ground, folder: Path) -> str:
     """Write the truth and return the file's SHA-256."""
     truth = {
-        "configuration": ground.twin.config.digest,
+        "configuration": ground.model.config.digest,
         "seed": ground.seed,
         "ordinary": ground.ordinary,
         "effects": [
@@ -61,18 +61,18 @@ def unseal(folder: Path) -> dict[str, Any]:
         raise UserError(f"{file}: is broken; hide the effects again") from None
 
 
-def restored(twin: Twin, truth: Mapping[str, Any]) -> Ground:
+def restored(model: PlantModel, truth: Mapping[str, Any]) -> Ground:
     """Return the practice ground of a truth.
 
     Raises:
         UserError: if it belongs to another configuration.
 
     """
-    if truth["configuration"] != twin.config.digest:
+    if truth["configuration"] != model.config.digest:
         raise UserError("the configuration has changed since the effects were hidden in it")
-    known = hideable(twin)
+    known = hideable(model)
     hidden = tuple(Hidden(known[e["name"]], float(e["value"])) for e in truth["effects"])
-    return Ground(twin, hidden, dict(truth["ordinary"]), int(truth["seed"]))
+    return Ground(model, hidden, dict(truth["ordinary"]), int(truth["seed"]))
 
 
 def compared(truth: Mapping[str, Any], result: Mapping[str, Any]) -> list[str]:

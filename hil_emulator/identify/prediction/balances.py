@@ -18,7 +18,7 @@ HATS = 6
 FINE = 24
 """The same over the place along the stroke: a tight spot is as long as a seal."""
 
-Drivers = dict[str, Array]
+Regressors = dict[str, Array]
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ valve has, is a state of the predictor."""
 
 
 @dataclass(frozen=True)
-class BlockScore:
+class DiscrepancyTerm:
     """What one block explains.
 
     Attributes:
@@ -125,7 +125,7 @@ class BlockScore:
         return self.statistic - self.limit
 
 
-def drivers(track: Array, names: Sequence[str], period: float) -> Drivers:
+def drivers(track: Array, names: Sequence[str], period: float) -> Regressors:
     """Return the drivers along a predicted trajectory."""
     get = {name: track[:, i] for i, name in enumerate(names)}
     v, x = get["velocity"], get["position"]

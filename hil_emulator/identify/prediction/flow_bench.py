@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment, noise_of
-from hil_emulator.identify.prediction.balances import FLOW_A, Balance, Drivers, drivers
+from hil_emulator.identify.prediction.balances import FLOW_A, Balance, Regressors, drivers
 from hil_emulator.identify.prediction.filter import INPUT_COUNT
-from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.static import Measured
 from hil_emulator.identify.prediction.valve_bench import LOCKED
 from hil_emulator.model.layout import fill
@@ -42,22 +42,22 @@ class FlowBench:
     """Computes the residual of a flow, with the interface of `predictor.Predictor`.
 
     Args:
-        twin: the model of the whole actuator; it stays as it is.
+        model: the model of the whole actuator; it stays as it is.
 
     """
 
     measure = "m^3/s"
     balances: tuple[Balance, ...] = (FLOW_A,)
 
-    def __init__(self, twin: Twin) -> None:
-        self.twin = copy.copy(twin)
-        self.twin.plant_values = twin.plant_values | {
+    def __init__(self, model: PlantModel) -> None:
+        self.model = copy.copy(model)
+        self.model.plant_values = model.plant_values | {
             "load_mass": LOCKED, "cylinder_dead_volume_a": VOLUME, "cylinder_dead_volume_b": VOLUME,
         }  # fmt: skip
-        kernel = twin.kernel
-        self.twin.par = fill(kernel.parameters, kernel.effects, self.twin.plant_values)
+        kernel = model.kernel
+        self.model.par = fill(kernel.parameters, kernel.effects, self.model.plant_values)
         self.channels: tuple[str, ...] = (FLOW,)
-        states, self._flow = list(kernel.state.names or ()), twin.signal_names.index(FLOW)
+        states, self._flow = list(kernel.state.names or ()), model.signal_names.index(FLOW)
         self._ports = [states.index(name) for name in ("pressure_a", "pressure_b")]
 
     @property
@@ -71,7 +71,7 @@ class FlowBench:
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Measured:
         """Turn readings into pressures at the ports."""
-        states = np.tile(self.twin.start(par, STEP, None), (experiment.samples, 1))
+        states = np.tile(self.model.start(par, STEP, None), (experiment.samples, 1))
         present = np.isfinite(experiment.readings[FLOW])
         for place, name in zip(self._ports, ("pressure_a", "pressure_b"), strict=True):
             if name in experiment.readings:
@@ -96,19 +96,19 @@ class FlowBench:
 
     def _path(self, frozen: Measured, par: Array) -> Array:
         """Return the model's signals along the recorded current and pressures."""
-        twin, e = self.twin, frozen.experiment
-        tick, count = twin.kernel.tick, frozen.states.shape[1]
-        supply = e.readings.get("supply_pressure", np.full(e.samples, par[twin.supply]))
-        supply = np.where(np.isfinite(supply), supply, par[twin.supply])
+        model, e = self.model, frozen.experiment
+        tick, count = model.kernel.tick, frozen.states.shape[1]
+        supply = e.readings.get("supply_pressure", np.full(e.samples, par[model.supply]))
+        supply = np.where(np.isfinite(supply), supply, par[model.supply])
         memory = np.zeros(6 * count)
         memory[:count] = frozen.states[0]
-        past, inputs = np.full(twin.remembered[0], np.nan), np.zeros(INPUT_COUNT)
-        signals = np.zeros(len(twin.signal_names))
+        past, inputs = np.full(model.remembered[0], np.nan), np.zeros(INPUT_COUNT)
+        signals = np.zeros(len(model.signal_names))
         path = np.zeros((e.samples, len(signals)))
         steps = max(1, int(np.ceil(e.period / STEP - 1e-9)))
         for k in range(e.samples):
             memory[self._ports] = frozen.states[k, self._ports]
-            par[twin.supply] = supply[k]
+            par[model.supply] = supply[k]
             inputs[0] = e.current[max(0, k - 1)]
             tick(memory, past, par, inputs, signals, e.period / steps, steps if k else 0)
             path[k] = signals
@@ -122,20 +122,22 @@ class FlowBench:
         reach = round(MEMORY / frozen.experiment.period)
         frozen.weights = np.array([1.0 / (spread * np.sqrt(_together(r, reach)))])
 
-    def drivers(self, frozen: Measured, path: Array) -> Drivers:
+    def drivers(self, frozen: Measured, path: Array) -> Regressors:
         """Return what a term may depend on."""
-        return drivers(path, self.twin.signal_names, frozen.experiment.period)
+        return drivers(path, self.model.signal_names, frozen.experiment.period)
 
     def through(self, frozen: Measured, balance: Balance, term: Array) -> Array:
         """Return the change of the residual that a term makes."""
         return np.asarray(np.where(frozen.present, -term, 0.0) * frozen.weights[0])
 
 
-def flow_bench(twin: Twin, experiments: Sequence[Experiment]) -> tuple[FlowBench | None, str]:
+def flow_bench(
+    model: PlantModel, experiments: Sequence[Experiment]
+) -> tuple[FlowBench | None, str]:
     """Return what predicts a measured flow, or None and the reason.
 
     Args:
-        twin: the model.
+        model: the model.
         experiments: at least one of them has the flow.
 
     """
@@ -147,7 +149,7 @@ def flow_bench(twin: Twin, experiments: Sequence[Experiment]) -> tuple[FlowBench
             return None, f"{e.name} has {FLOW} without {', '.join(lacking)}" if (
                 FLOW in e.readings
             ) else f"{e.name} has no {FLOW}, which others have"
-    return FlowBench(twin), ""
+    return FlowBench(model), ""
 
 
 def examinable(candidate: Coordinate) -> bool:

@@ -11,7 +11,7 @@ from hil_emulator.identify.prediction.flow_bench import PRIORS as FLOW_PRIORS
 from hil_emulator.identify.prediction.flow_bench import FlowBench, flow_bench
 from hil_emulator.identify.prediction.flow_bench import examinable as flow_examinable
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.valve_bench import VOLUME_PRIORS, ValveBench, bench
 from hil_emulator.model.sensors import CHANNELS
@@ -24,12 +24,12 @@ SLOWEST = 5e-3
 
 
 def predicting(
-    twin: Twin, learn: list[Experiment], check: list[Experiment]
+    model: PlantModel, learn: list[Experiment], check: list[Experiment]
 ) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
     """Choose what predicts by the channels that are there.
 
     Args:
-        twin: the model.
+        model: the model.
         learn: experiments for the fit.
         check: experiments for the gate.
 
@@ -45,10 +45,10 @@ def predicting(
     travels = [float(np.ptp(x[np.isfinite(x)])) for x in
                (e.readings.get("position", np.zeros(1)) for e in everything)]  # fmt: skip
     if any(FLOW in e.readings for e in everything) and max(travels) < DRIVEN:
-        metered, why = flow_bench(twin, everything)
+        metered, why = flow_bench(model, everything)
         return metered, learn, check, why
     if max(travels) < DRIVEN:
-        valve, why = bench(twin, everything)
+        valve, why = bench(model, everything)
         still = "the rod hardly moves; move it by some millimetres" if max(travels) > 0.0 else (
             "no experiment shows a moving position"
         )  # fmt: skip
@@ -56,16 +56,16 @@ def predicting(
         return None if why else valve, learn, check, why
     if min(travels) < DRIVEN:
         return None, learn, check, "the rod hardly moves in some; move it by some millimetres"
-    contrary = plausible.contradictions(everything, twin)
+    contrary = plausible.contradictions(everything, model.plant_values)
     if contrary:
         return None, learn, check, "; ".join(contrary)
     if all(len(e.current) for e in everything):
         why = _slow(everything)
-        return None if why else Observer(twin, names), learn, check, why
+        return None if why else Observer(model, names), learn, check, why
     if "load_force" in names and {"pressure_a", "pressure_b"} & set(names):
-        turned = plausible.dissipative(everything, twin)
+        turned = plausible.dissipative(everything, model.plant_values)
         return (
-            static.StaticObserver(twin), turned[: len(learn)], turned[len(learn) :], ""
+            static.StaticObserver(model), turned[: len(learn)], turned[len(learn) :], ""
         )  # fmt: skip
     why = (
         f"with {', '.join(names)} alone no balance can be examined; add valve_current, or a "
@@ -94,10 +94,10 @@ def _slow(experiments: Sequence[Experiment]) -> str:
     )
 
 
-def examinable(twin: Twin, predictor: Predictor) -> list[Coordinate]:
+def examinable(model: PlantModel, predictor: Predictor) -> list[Coordinate]:
     """Return the effects that a predictor could show."""
-    sensors = tuple(c for c in predictor.channels if c in twin.names)
-    found = parameters.candidates(twin, sensors)
+    sensors = tuple(c for c in predictor.channels if c in model.names)
+    found = parameters.candidates(model, sensors)
     if isinstance(predictor, FlowBench):
         return [c for c in found if flow_examinable(c)]
     if isinstance(predictor, Observer):

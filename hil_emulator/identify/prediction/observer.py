@@ -3,10 +3,10 @@
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import BLOCKS, SUPPLY, Balance, Drivers, drivers
+from hil_emulator.identify.prediction.balances import BLOCKS, SUPPLY, Balance, Regressors, drivers
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.tuning import tuning
 
@@ -36,7 +36,7 @@ class Observer:
     """Freezes gains and computes innovations.
 
     Args:
-        twin: the model.
+        model: the model.
         channels: the channels that take part.
         step: largest integration step [s].
 
@@ -44,11 +44,13 @@ class Observer:
 
     measure = "standard deviations of the noise"
 
-    def __init__(self, twin: Twin, channels: tuple[str, ...], step: float = LARGEST_STEP) -> None:
-        self.twin = twin
+    def __init__(
+        self, model: PlantModel, channels: tuple[str, ...], step: float = LARGEST_STEP
+    ) -> None:
+        self.model = model
         self.channels = channels
         self.largest_step = step
-        self.chosen = np.array([twin.names.index(c) for c in channels])
+        self.chosen = np.array([model.names.index(c) for c in channels])
         self._last = (b"", step)
 
     @property
@@ -60,7 +62,7 @@ class Observer:
         """Return an integration step that is stable for these parameters [s]."""
         key, last = par.tobytes(), self._last
         if key != last[0]:
-            fastest = max(self.twin.fastest(par), 1.0)
+            fastest = max(self.model.fastest(par), 1.0)
             last = key, min(self.largest_step, max(SMALLEST_STEP, STABLE / fastest))
             # as a whole: other threads predict as well
             self._last = last
@@ -72,22 +74,22 @@ class Observer:
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
         """Run the extended Kalman filter at given parameters and keep its gains."""
-        twin, n_m = self.twin, len(self.channels)
+        model, n_m = self.model, len(self.channels)
         measured = experiment.matrix(self.channels)
         noise = noise_levels(experiment, self.channels)
-        names = list(twin.kernel.state.names or ())
-        active_names = twin.active(par)
+        names = list(model.kernel.state.names or ())
+        active_names = model.active(par)
         active = np.array([names.index(n) for n in active_names])
         start = self._start(par, measured)
-        tuned = tuning(twin, par, active_names, start[active], experiment)
+        tuned = tuning(model, par, active_names, start[active], experiment)
         z0 = np.concatenate([start[active], [0.0, 0.0]])
         count, n = len(measured), len(z0)
         shapes = ((n, n_m), (n_m, n_m), (n, n), (n_m, n))
         arrays = [np.zeros((count, *shape)) for shape in shapes]
         steps = self._steps(experiment, par)
-        twin.loops.linearise(
-            start, z0, tuned.covariance, tuned.scales, active, par, twin.drift, twin.supply, chan,
-            twin.remembered, twin.sources, self.chosen, np.ones(n_m), len(twin.signal_names),
+        model.loops.linearise(
+            start, z0, tuned.covariance, tuned.scales, active, par, model.drift, model.supply, chan,
+            model.remembered, model.sources, self.chosen, np.ones(n_m), len(model.signal_names),
             experiment.current, measured, noise**2, tuned.diffusion, tuned.decay,
             round(SETTLING / experiment.period), round(BURN_IN / experiment.period),
             experiment.period, experiment.period / steps, steps, *arrays,
@@ -101,13 +103,13 @@ class Observer:
     def probed(self, frozen: Frozen) -> tuple[Array, Array]:
         """Return what each probe adds to the next z and reading, see `probing.probe`."""
         if frozen.probed is None:
-            twin, e = self.twin, frozen.experiment
+            model, e = self.model, frozen.experiment
             (count, m), n, steps = frozen.measured.shape, len(frozen.z0), self._steps(e, frozen.par)
             drives, feeds = (np.zeros((count, rows, len(PROBES))) for rows in (n, m))
-            twin.loops.probe(
-                frozen.start, frozen.z0, frozen.active, frozen.par, twin.drift, twin.supply,
-                twin.probes, twin.probe_sizes, frozen.chan, twin.remembered, twin.sources,
-                frozen.chosen, len(twin.signal_names), e.current, frozen.measured, frozen.gains,
+            model.loops.probe(
+                frozen.start, frozen.z0, frozen.active, frozen.par, model.drift, model.supply,
+                model.probes, model.probe_sizes, frozen.chan, model.remembered, model.sources,
+                frozen.chosen, len(model.signal_names), e.current, frozen.measured, frozen.gains,
                 frozen.decay, e.period, e.period / steps, steps, drives, feeds,
             )  # fmt: skip
             frozen.probed = drives, feeds
@@ -122,7 +124,7 @@ class Observer:
     ) -> tuple[Array, Array]:
         """Return weighted whitened innovations, and predicted signals where wanted."""
         rows = len(frozen.measured) if track else 1
-        path = np.empty((rows, len(self.twin.signal_names)))
+        path = np.empty((rows, len(self.model.signal_names)))
         residual = np.empty_like(frozen.measured)
         self._predict(frozen, par, chan, residual, path)
         residual[: round(BURN_IN / frozen.experiment.period)] = 0.0
@@ -131,11 +133,11 @@ class Observer:
     def _predict(
         self, frozen: Frozen, par: Array, chan: Array, residual: Array, path: Array
     ) -> None:
-        twin, experiment = self.twin, frozen.experiment
+        model, experiment = self.model, frozen.experiment
         steps = self._steps(experiment, par)
-        twin.loops.predict(
-            frozen.start, frozen.z0, frozen.active, par, twin.drift, twin.supply, chan,
-            twin.remembered, twin.sources, frozen.chosen, experiment.current, frozen.measured,
+        model.loops.predict(
+            frozen.start, frozen.z0, frozen.active, par, model.drift, model.supply, chan,
+            model.remembered, model.sources, frozen.chosen, experiment.current, frozen.measured,
             frozen.gains, frozen.whitening, frozen.decay, experiment.period,
             experiment.period / steps, steps, residual, path,
         )  # fmt: skip
@@ -146,9 +148,9 @@ class Observer:
                  if np.isfinite(measured[:10, i]).any()}  # fmt: skip
         both = "pressure_a" in first and "pressure_b" in first
         pressures = (first["pressure_a"], first["pressure_b"]) if both else None
-        start = self.twin.start(par, self.largest_step, pressures)
+        start = self.model.start(par, self.largest_step, pressures)
         if "position" in first:
-            start[list(self.twin.kernel.state.names or ()).index("position")] = first["position"]
+            start[list(self.model.kernel.state.names or ()).index("position")] = first["position"]
         return start
 
     @property
@@ -159,9 +161,9 @@ class Observer:
             found.discard(SUPPLY)
         return tuple(found)
 
-    def drivers(self, frozen: Frozen, path: Array) -> Drivers:
+    def drivers(self, frozen: Frozen, path: Array) -> Regressors:
         """Return what a term may depend on."""
-        return drivers(path, self.twin.signal_names, frozen.experiment.period)
+        return drivers(path, self.model.signal_names, frozen.experiment.period)
 
     def through(self, frozen: Frozen, balance: Balance, term: Array) -> Array:
         """Return the change of the weighted innovations that a term along the track makes."""
@@ -178,7 +180,7 @@ class Observer:
             feeds = np.ascontiguousarray(frozen.senses[:, :, -1:])
             inputs = term[:, None].copy()
         column = np.empty((count, m))
-        self.twin.loops.propagate(
+        self.model.loops.propagate(
             frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, inputs,
             outputs, column,
         )  # fmt: skip

@@ -7,7 +7,12 @@ Holding them fixed invents effects: the nearest entry of the catalogue explains 
 import math
 from collections.abc import Mapping
 
-from hil_emulator.identify.prediction.plant_model import Coordinate, Twin, concerns, predictable
+from hil_emulator.identify.prediction.plant_model import (
+    Coordinate,
+    PlantModel,
+    concerns,
+    predictable,
+)
 from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect, is_on
 from hil_emulator.model.stages import transducer
@@ -35,12 +40,12 @@ STATIC_PRIORS = {"cylinder_piston_area": 0.10}
 """The same where the force balance stands alone (assumed: seals and rods of unknown size)."""
 
 
-def ordinary(twin: Twin, priors: Mapping[str, float] = PRIORS) -> list[Coordinate]:
+def ordinary(model: PlantModel, priors: Mapping[str, float] = PRIORS) -> list[Coordinate]:
     """Return the ordinary parameters of a configuration."""
     found: list[Coordinate] = []
     units = {f"{t}_{p.name}": p for t, ps in quantities.PARAMS.items() for p in ps}
     for field, prior in priors.items():
-        if field not in twin.plant_values or twin.plant_values[field] == 0.0:
+        if field not in model.plant_values or model.plant_values[field] == 0.0:
             continue
         param = units[field]
         found.append(
@@ -50,8 +55,8 @@ def ordinary(twin: Twin, priors: Mapping[str, float] = PRIORS) -> list[Coordinat
                 channel="",
                 unit=param.unit,
                 shown=param.shown,
-                scale=abs(twin.plant_values[field]) * prior,
-                neutral=twin.plant_values[field],
+                scale=abs(model.plant_values[field]) * prior,
+                neutral=model.plant_values[field],
                 inverse=False,
                 low=param.low,
                 high=param.high,
@@ -59,16 +64,16 @@ def ordinary(twin: Twin, priors: Mapping[str, float] = PRIORS) -> list[Coordinat
                 effect=None,
             )
         )
-    for effect in twin.effects:
+    for effect in model.effects:
         if effect.stage == transducer or math.isinf(effect.off):
             continue
-        value = twin.plant_values.get(effect.field_of(effect.knob), effect.off)
+        value = model.plant_values.get(effect.field_of(effect.knob), effect.off)
         if is_on(effect, value):
-            found.append(_configured(twin, effect, value))
+            found.append(_configured(model, effect, value))
     return found
 
 
-def _configured(twin: Twin, effect: Effect, value: float) -> Coordinate:
+def _configured(model: PlantModel, effect: Effect, value: float) -> Coordinate:
     param = effect.knob
     return Coordinate(
         name=effect.name, field=effect.field_of(param), channel="", unit=param.unit,
@@ -77,16 +82,16 @@ def _configured(twin: Twin, effect: Effect, value: float) -> Coordinate:
     )  # fmt: skip
 
 
-def candidates(twin: Twin, channels: tuple[str, ...]) -> list[Coordinate]:
+def candidates(model: PlantModel, channels: tuple[str, ...]) -> list[Coordinate]:
     """Return every effect of the catalogue that the configuration leaves off."""
     found = []
-    for effect in twin.effects:
+    for effect in model.effects:
         if effect.stage != transducer:
-            if not is_on(effect, twin.plant_values.get(effect.field_of(effect.knob), effect.off)):
-                found.append(twin.knob(effect, "", math.inf))
+            if not is_on(effect, model.plant_values.get(effect.field_of(effect.knob), effect.off)):
+                found.append(model.knob(effect, "", math.inf))
             continue
         for channel in (c for c in channels if concerns(effect, c)):
-            coordinate = twin.knob(effect, channel, math.inf)
+            coordinate = model.knob(effect, channel, math.inf)
             if channel == FREE and effect.states:
                 continue
             if predictable(effect) and not is_on(effect, coordinate.neutral):

@@ -90,7 +90,7 @@ def probed(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
     return kernel.build((*effects, *PROBES, DRIFT), cache=folder, constants=DIVISION)
 
 
-class Twin:
+class PlantModel:
     """Parameter memory of one configuration, with every effect's shape at its default.
 
     Args:

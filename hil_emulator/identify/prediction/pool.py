@@ -15,7 +15,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 Point = tuple[Array, Array]
-"""The plant's and the sensors' parameters; see `Twin.memory`."""
+"""The plant's and the sensors' parameters; see `PlantModel.memory`."""
 
 
 class Batch(Protocol):

@@ -3,14 +3,14 @@
 from typing import Any, Protocol
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import Balance, Drivers
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.balances import Balance, Regressors
+from hil_emulator.identify.prediction.plant_model import PlantModel
 
 
 class Predictor(Protocol):
     """Computes residuals of experiments; `frozen` is what its own `freeze` has returned."""
 
-    twin: Twin
+    model: PlantModel
     channels: tuple[str, ...]
     measure: str
     """What residuals are counted in."""
@@ -37,7 +37,7 @@ class Predictor(Protocol):
     ) -> tuple[Array, Array]:
         """Return the residuals, shape (samples, channels), and the model's signals."""
 
-    def drivers(self, frozen: Any, path: Array) -> Drivers:
+    def drivers(self, frozen: Any, path: Array) -> Regressors:
         """Return what a term may depend on."""
 
     def through(self, frozen: Any, balance: Balance, term: Array) -> Array:

@@ -43,7 +43,7 @@ class Serialised:
 
 def serialised(predictor: Predictor) -> Serialised:
     """Return a predictor ready to travel."""
-    kernel = predictor.twin.kernel
+    kernel = predictor.model.kernel
     buffer = io.BytesIO()
     _Pickler(buffer, kernel.effects).dump(predictor)
     return Serialised(buffer.getvalue(), effect_files(kernel.effects), digest(kernel))

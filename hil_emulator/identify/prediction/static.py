@@ -11,8 +11,8 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance, Drivers, drivers
-from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance, Regressors, drivers
+from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.model.stages import friction, inertia, stop, transducer
 
 SMOOTHING = 0.15
@@ -45,19 +45,21 @@ class StaticObserver:
     """Computes the residual of the force balance, with the interface of `observer.Observer`.
 
     Args:
-        twin: the model.
+        model: the model.
 
     """
 
     measure = "N"
     balances: tuple[Balance, ...] = (PISTON, CELL)
 
-    def __init__(self, twin: Twin) -> None:
-        self.twin = twin
+    def __init__(self, model: PlantModel) -> None:
+        self.model = model
         self.channels: tuple[str, ...] = ("load_force",)
-        names = twin.signal_names
+        names = model.signal_names
         forces = ("hydraulic_force", "friction_force", "stop_force", "load_force", "acceleration")
-        self._places = np.array([names.index(n) for n in forces] + [twin.names.index("load_force")])
+        self._places = np.array(
+            [names.index(n) for n in forces] + [model.names.index("load_force")]
+        )
 
     @property
     def memory(self) -> float:
@@ -70,10 +72,10 @@ class StaticObserver:
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Measured:
         """Turn readings into states."""
-        names = list(self.twin.kernel.state.names or ())
-        states = np.tile(self.twin.start(par, 1e-5, None), (experiment.samples, 1))
+        names = list(self.model.kernel.state.names or ())
+        states = np.tile(self.model.start(par, 1e-5, None), (experiment.samples, 1))
         position, velocity, acceleration = _motion(experiment)
-        tank = float(par[list(self.twin.kernel.parameters.names or ()).index("tank_pressure")])
+        tank = float(par[list(self.model.kernel.parameters.names or ()).index("tank_pressure")])
         for side in ("pressure_a", "pressure_b"):
             level = experiment.readings.get(side, np.full(experiment.samples, tank))
             states[:, names.index(side)] = level
@@ -92,11 +94,11 @@ class StaticObserver:
         self, frozen: Measured, par: Array, chan: Array, track: bool = False
     ) -> tuple[Array, Array]:
         """Return the weighted residual of the load force, shape (samples, 1), and the signals."""
-        twin = self.twin
-        path = np.zeros((len(frozen.states), len(twin.signal_names)))
+        model = self.model
+        path = np.zeros((len(frozen.states), len(model.signal_names)))
         force = np.zeros(len(frozen.states))
-        twin.loops.forces(
-            frozen.states, frozen.acceleration, par, chan, twin.remembered, twin.sources,
+        model.loops.forces(
+            frozen.states, frozen.acceleration, par, chan, model.remembered, model.sources,
             self._places, frozen.experiment.period, force, path,
         )  # fmt: skip
         residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
@@ -110,9 +112,9 @@ class StaticObserver:
         independent = max(1.0, CORRELATED / frozen.experiment.period)
         frozen.weights = np.array([1.0 / (max(spread, 1e-9) * np.sqrt(independent))])
 
-    def drivers(self, frozen: Measured, path: Array) -> Drivers:
+    def drivers(self, frozen: Measured, path: Array) -> Regressors:
         """Return what a term may depend on."""
-        return drivers(path, self.twin.signal_names, frozen.experiment.period)
+        return drivers(path, self.model.signal_names, frozen.experiment.period)
 
     def through(self, frozen: Measured, balance: Balance, term: Array) -> Array:
         """Return the change of the residual that a term makes."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment, noise_of
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.rating import largest_current
 
 NULL_DRIFT = 1e-3
@@ -57,12 +57,12 @@ class Tuning:
 
 
 def tuning(
-    twin: Twin, par: Array, names: Sequence[str], start: Array, experiment: Experiment
+    model: PlantModel, par: Array, names: Sequence[str], start: Array, experiment: Experiment
 ) -> Tuning:
     """Return the tuning for one experiment.
 
     Args:
-        twin: the model.
+        model: the model.
         par: its parameters.
         names: the states that move.
         start: their values at the start.
@@ -70,7 +70,7 @@ def tuning(
 
     """
     top = max(float(np.nanmax(np.abs(experiment.current), initial=0.0)), 1e-6)
-    p = dict(zip(twin.kernel.parameters.names or (), par.tolist(), strict=True))
+    p = dict(zip(model.kernel.parameters.names or (), par.tolist(), strict=True))
     area, supply = p["cylinder_piston_area"], p["supply_pressure"]
     flow = FLOW_DISTURBANCE * p["valve_gain"] * top * np.sqrt(supply / 2.0)
     volume = p["cylinder_dead_volume_a"] + 0.5 * area * p["cylinder_stroke"]

@@ -20,7 +20,7 @@ from hil_emulator.identify.prediction.balances import (
     Balance,
 )
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.layout import fill
 from hil_emulator.model.sensors import CHANNELS
 
@@ -53,13 +53,13 @@ class ValveBench(Observer):
     """Predicts spool and closed chambers; the interface of `observer.Observer`.
 
     Args:
-        twin: the model of the whole actuator; it stays as it is.
+        model: the model of the whole actuator; it stays as it is.
         channels: those of `CHANNELS_OF_A_VALVE` that every experiment has.
 
     """
 
-    def __init__(self, twin: Twin, channels: tuple[str, ...]) -> None:
-        super().__init__(locked(twin), channels)
+    def __init__(self, model: PlantModel, channels: tuple[str, ...]) -> None:
+        super().__init__(locked(model), channels)
 
     @property
     def balances(self) -> tuple[Balance, ...]:
@@ -76,19 +76,19 @@ class ValveBench(Observer):
         return tuple(found)
 
 
-def locked(twin: Twin) -> Twin:
+def locked(model: PlantModel) -> PlantModel:
     """Return the model with a rod that nothing moves."""
-    still = copy.copy(twin)
-    still.plant_values = twin.plant_values | {"load_mass": LOCKED}
+    still = copy.copy(model)
+    still.plant_values = model.plant_values | {"load_mass": LOCKED}
     still.par = fill(still.kernel.parameters, still.kernel.effects, still.plant_values)
     return still
 
 
-def bench(twin: Twin, experiments: Sequence[Experiment]) -> tuple[ValveBench | None, str]:
+def bench(model: PlantModel, experiments: Sequence[Experiment]) -> tuple[ValveBench | None, str]:
     """Return what predicts experiments without a motion, or None and the reason.
 
     Args:
-        twin: the model.
+        model: the model.
         experiments: without a moving position.
 
     """
@@ -101,17 +101,17 @@ def bench(twin: Twin, experiments: Sequence[Experiment]) -> tuple[ValveBench | N
         return None, "no valve_current with the spool's position or with chamber pressures either"
     for e in experiments:
         for name in ("pressure_a", "pressure_b"):
-            if name in names and not _closed(e, name, twin):
+            if name in names and not _closed(e, name, model):
                 return None, (
                     f"{e.name}: nor does {name} follow the valve as in a closed volume of the "
                     "configured size, which a rod at rest or blocked ports would give"
                 )
-    return ValveBench(twin, names), ""
+    return ValveBench(model, names), ""
 
 
-def _closed(e: Experiment, name: str, twin: Twin) -> bool:
+def _closed(e: Experiment, name: str, model: PlantModel) -> bool:
     """Tell whether a pressure changes by the valve's flow into a closed volume."""
-    p = twin.plant_values
+    p = model.plant_values
     pressure = e.readings[name]
     good = np.isfinite(pressure)
     index = np.arange(len(pressure))

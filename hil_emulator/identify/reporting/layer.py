@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hil_emulator.identify.conclusion.result import Finding, Result
+from hil_emulator.identify.conclusion.findings import Finding
+from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.model import quantities

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from hil_emulator.identify.conclusion.result import Result, Unexplained
-from hil_emulator.identify.disagreement.residuals import DRIVER_UNITS, SHOWN, Binned, Map
+from hil_emulator.identify.conclusion.findings import Unexplained
+from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.disagreement.residuals import REGRESSOR_UNITS, SHOWN, Binned, Map
 from hil_emulator.identify.measured.experiment import UNITS, Array
 from hil_emulator.identify.reporting.canvas import (
     AFTER,
@@ -121,7 +122,7 @@ def term(unexplained: Unexplained) -> str:
     factor, unit = SHOWN[unexplained.unit]
     drawn, axes = figure(2.4)
     knots = np.array(unexplained.knots)
-    scale, driver_unit = SHOWN.get(DRIVER_UNITS.get(unexplained.driver, ""), (1.0, "SI"))
+    scale, driver_unit = SHOWN.get(REGRESSOR_UNITS.get(unexplained.driver, ""), (1.0, "SI"))
     axes.plot(scale * knots, factor * np.array(unexplained.curve), "o-", color=BEFORE)
     axes.axhline(0.0, color=MEASURED, lw=0.5)
     axes.set_xlabel(f"{unexplained.driver} [{driver_unit}]", fontsize=9)

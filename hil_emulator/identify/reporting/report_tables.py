@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from hil_emulator.identify.conclusion.result import Result, rounded
+from hil_emulator.identify.conclusion.findings import rounded
+from hil_emulator.identify.conclusion.result import Result
 
 Row = tuple[object, ...]
 

@@ -1,1 +1,1 @@
-"""Which effect is missing: fit, scan, contest, gate, and what no effect explains."""
+"""Which effect is missing: fit, scan, candidate_refits, gate, and what no effect explains."""

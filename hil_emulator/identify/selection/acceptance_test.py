@@ -41,7 +41,7 @@ class Evidence:
         held_out: gain in chi-square on the validation data; NaN without any.
         needed: gain that is needed.
         expected: gain on the validation data if the effect has the estimated size there too.
-        inflation: factor by which serial correlation widens a variance, from 1.
+        hac_variance_factor: factor by which serial correlation widens a variance, from 1.
         unbelieved: what nobody would believe of an ordinary parameter beside it, in words.
 
     """
@@ -51,7 +51,7 @@ class Evidence:
     held_out: float
     needed: float
     expected: float = 0.0
-    inflation: float = 1.0
+    hac_variance_factor: float = 1.0
     unbelieved: str = ""
 
     @property
@@ -92,7 +92,7 @@ class Evidence:
     @property
     def _spread(self) -> float:
         """Standard deviation of the gain on held-out data."""
-        return 2.0 * float(np.sqrt(self.inflation * self.expected))
+        return 2.0 * float(np.sqrt(self.hac_variance_factor * self.expected))
 
     @property
     def _least(self) -> float:
@@ -106,18 +106,18 @@ def needed_gain(residuals: int) -> float:
     return SMALLEST_GAIN + float(np.log(max(residuals, 1)))
 
 
-def inflation(difference: Array, residual: Array, stretch: int) -> float:
+def hac_variance_factor(difference: Array, residual: Array, correlation_length: int) -> float:
     """Return the factor by which serial correlation widens a variance, from 1.
 
     Args:
         difference: derivative of the residual, or between the residuals of two explanations.
         residual: of the better one.
-        stretch: successive residuals that may be correlated.
+        correlation_length: successive residuals that may be correlated.
 
     """
     power = float(difference @ difference)
     if power <= 0.0:
         return 1.0
     products = difference * residual
-    starts = np.arange(0, len(products), max(1, stretch))
+    starts = np.arange(0, len(products), max(1, correlation_length))
     return max(1.0, float(np.sum(np.add.reduceat(products, starts) ** 2)) / power)

@@ -11,7 +11,11 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.restarts import nudged
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.acceptance_test import Evidence, inflation, needed_gain
+from hil_emulator.identify.selection.acceptance_test import (
+    Evidence,
+    hac_variance_factor,
+    needed_gain,
+)
 from hil_emulator.identify.selection.scan import Projection, Score
 
 REFITS = 5
@@ -62,7 +66,7 @@ class Trial:
     beside: str = ""
 
 
-class Contest:
+class CandidateRefits:
     """Refits candidates together with everything that is in the model.
 
     Args:
@@ -104,7 +108,7 @@ class Contest:
     def _complete(self, fit: Fit, coordinate: Coordinate) -> Fit:
         """Refit with all that the effect's law holds: what is usual need not be what is there."""
         fit = self._converged(fit)
-        shapes = self._fitter.predictor.twin.shapes(coordinate)
+        shapes = self._fitter.predictor.model.shapes(coordinate)
         if not shapes:
             return fit
         free = [*fit.coordinates[:-1], *shapes, fit.coordinates[-1]]
@@ -128,7 +132,7 @@ class Contest:
         return fit
 
     def _weighed(self, score: Score, fit: Fit) -> Trial:
-        wald, deviation, inflation = self._certainty(score.coordinate.name, fit)
+        wald, deviation, hac_variance_factor = self._certainty(score.coordinate.name, fit)
         held_out, expected = float("nan"), 0.0
         if self._held is not None:
             before = self._fitter.residual(self._base.coordinates, self._base.at, self._held)
@@ -138,14 +142,14 @@ class Contest:
         gain = self._base.chi2 - fit.chi2
         strange = unbelieved(self._base, fit)
         evidence = Evidence(
-            gain, wald, held_out, self._needed, expected, inflation, strange
+            gain, wald, held_out, self._needed, expected, hac_variance_factor, strange
         )  # fmt: skip
         # slopes of several fits of a long recording are large
         lean = replace(fit, jacobian=fit.jacobian.astype(np.float32))
         return Trial(score.lean(), lean, evidence, deviation)
 
     def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float]:
-        """Return Wald statistic, standard deviation and inflation of the last coordinate."""
+        """Return Wald statistic, standard deviation and HAC variance factor of the knob."""
         last = len(fit.at) - 1
         # an effect that is off has no shape: whether it is there does not hang on how it looks
         rest = [i for i, c in enumerate(fit.coordinates[:-1]) if not c.name.startswith(f"{name}.")]
@@ -155,13 +159,13 @@ class Contest:
         shown, believed = np.split(project(fresh), [len(fit.residual)])
         information = float(shown @ shown + believed @ believed)
         if believed @ believed < shown @ shown:
-            factor = inflation(shown, fit.residual, self._fitter.stretch)
+            factor = hac_variance_factor(shown, fit.residual, self._fitter.correlation_length)
             variance = factor / float(shown @ shown)
             return float(fit.at[-1] ** 2) / variance, math.sqrt(variance), factor
         # all but what is believed of an ordinary parameter could stand in its place: slopes that
         # nearly cancel show no serial correlation, what the effect has changed does
         changed = self._base.residual - fit.residual
-        factor = inflation(changed, fit.residual, self._fitter.stretch)
+        factor = hac_variance_factor(changed, fit.residual, self._fitter.correlation_length)
         gain = self._base.chi2 - fit.chi2
         return gain / factor, math.sqrt(factor / max(information, 1e-9)), factor
 

@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import BlockScore
+from hil_emulator.identify.prediction.balances import DiscrepancyTerm
 from hil_emulator.identify.selection.acceptance_test import needed_gain
 from hil_emulator.identify.selection.candidate_refit import ranked
 from hil_emulator.identify.selection.law_form import directions
@@ -33,7 +33,7 @@ LEFT = 1e-4
 (assumed)."""
 
 
-class Beside:
+class ConditionalTest:
     """What something explains that no correction of given laws could.
 
     Args:
@@ -42,7 +42,7 @@ class Beside:
 
     """
 
-    def __init__(self, laws: Sequence[BlockScore], fit: Fit) -> None:
+    def __init__(self, laws: Sequence[DiscrepancyTerm], fit: Fit) -> None:
         self._project = Projection(fit)
         self._columns = np.column_stack([self._project(c) for b in laws for c in b.columns.T])
         self._basis = directions(self._columns)
@@ -57,7 +57,7 @@ class Beside:
             return 0.0
         return float(own @ self._project.residual - mine @ self._rest) ** 2 / information
 
-    def term(self, block: BlockScore) -> float:
+    def term(self, block: DiscrepancyTerm) -> float:
         """Return the gain in chi-square of a free term."""
         columns = np.column_stack([self._project(c) for c in block.columns.T])
         mine = self._basis.T @ (self._columns.T @ columns)
@@ -71,13 +71,13 @@ class Beside:
         return self.candidate(score) > max(needed_gain(residuals), BESIDE * score.statistic)
 
 
-def overshadowed(found: Round, laws: Sequence[BlockScore]) -> bool:
+def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
     """Tell whether a free shape of a law in the model explains more than the best candidate."""
     best = found.best
     return any(best < PARSIMONIOUS * b.surplus or _of_one_sensor(found, b) for b in laws)
 
 
-def stands_beside(found: Round, laws: Sequence[BlockScore], without: Collection[str]) -> bool:
+def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collection[str]) -> bool:
     """Put the best candidate first that stands out beside given laws; tell whether it is named.
 
     For that it has to explain, beside them, what any other free term does; in the balance of such a
@@ -89,7 +89,7 @@ def stands_beside(found: Round, laws: Sequence[BlockScore], without: Collection[
         without: names of candidates that complete such a law.
 
     """
-    beside = Beside(laws, found.base)
+    beside = ConditionalTest(laws, found.base)
     residuals = len(found.base.residual)
     there = ranked([t for t in found.trials if t.score.coordinate.name not in without
                     and beside.stands_out(t.score, residuals)])  # fmt: skip
@@ -104,7 +104,7 @@ def stands_beside(found: Round, laws: Sequence[BlockScore], without: Collection[
     return all(explained <= most for explained in rest)
 
 
-def _of_one_sensor(found: Round, block: BlockScore) -> bool:
+def _of_one_sensor(found: Round, block: DiscrepancyTerm) -> bool:
     """Tell whether the best candidate is another error of the sensor that a term is about."""
     channel = found.trials[0].score.coordinate.channel if found.trials else ""
     return bool(channel) and channel == block.balance.channel

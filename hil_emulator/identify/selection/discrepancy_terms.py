@@ -13,7 +13,7 @@ from hil_emulator.identify.prediction.balances import (
     HATS,
     PISTON,
     Balance,
-    BlockScore,
+    DiscrepancyTerm,
 )  # fmt: skip
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.scan import Projection
@@ -36,7 +36,7 @@ def _knots(values: Array, count: int) -> Array | None:
 
 def score_blocks(
     fitter: Fitter, coordinates: Sequence[Coordinate], at: Array, project: Projection, seed: int = 0
-) -> list[BlockScore]:
+) -> list[DiscrepancyTerm]:
     """Return what every block explains, best first.
 
     Args:
@@ -47,8 +47,8 @@ def score_blocks(
         seed: of the random signs that give the limits.
 
     """
-    twin = fitter.predictor.twin
-    par, chan = twin.memory(coordinates, at)
+    model = fitter.predictor.model
+    par, chan = model.memory(coordinates, at)
     tracks = [fitter.predictor.innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
     predictor = fitter.predictor
     driven = [predictor.drivers(f, t) for f, t in zip(fitter.frozen, tracks, strict=True)]
@@ -64,7 +64,9 @@ def score_blocks(
         columns: Array = np.empty((rows, count), dtype=np.float32)
         for i in range(count):
             columns[:, i] = _column(fitter, balance, terms, i)
-        found.append(_score(balance, driver, knots, columns, project, seed, fitter.stretch))
+        found.append(
+            _score(balance, driver, knots, columns, project, seed, fitter.correlation_length)
+        )
     found.sort(key=lambda b: b.limit - b.statistic)
     best = next((b for b in found if not b.balance.channel), None)
     # columns of a long recording are large
@@ -82,8 +84,8 @@ def _column(fitter: Fitter, balance: Balance, terms: Sequence[Array], hat: int) 
 
 def _score(
     balance: Balance, driver: str, knots: Array, columns: Array, project: Projection, seed: int,
-    stretch: int,
-) -> BlockScore:  # fmt: skip
+    correlation_length: int,
+) -> DiscrepancyTerm:  # fmt: skip
     residual = project.residual
     projected = np.empty((len(residual), columns.shape[1]))
     responses = []
@@ -98,10 +100,10 @@ def _score(
     curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ gain * balance.scale
     statistic = float(gain @ gain)
     # what the term explains is no measure of chance
-    usual, limit = chance(basis, residual - basis @ gain, seed, 2 * stretch)
+    usual, limit = chance(basis, residual - basis @ gain, seed, 2 * correlation_length)
     strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
     doubt = np.sqrt(strength * np.sum(np.square(responses), axis=0))
-    return BlockScore(balance, driver, statistic, limit, knots, curve, columns, doubt, usual)
+    return DiscrepancyTerm(balance, driver, statistic, limit, knots, curve, columns, doubt, usual)
 
 
 def chance(basis: Array, residual: Array, seed: int, length: int) -> tuple[float, float]:

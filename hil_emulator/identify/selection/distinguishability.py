@@ -13,7 +13,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.acceptance_test import inflation
+from hil_emulator.identify.selection.acceptance_test import hac_variance_factor
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.progress import Round, StandIn
 from hil_emulator.identify.selection.scan import Score
@@ -50,7 +50,7 @@ def _difference(chosen: Score, rival: Score, size: float) -> Array:
     return np.asarray(size * (mine - other * (float(mine @ other) / rival.information)))
 
 
-def margin(best: Trial, rival: Trial, stretch: int) -> float:
+def margin(best: Trial, rival: Trial, correlation_length: int) -> float:
     """Return by how much a refitted rival explains less, in chi-square of uncorrelated residuals.
 
     Negative where the rival explains more.
@@ -60,11 +60,11 @@ def margin(best: Trial, rival: Trial, stretch: int) -> float:
     if np.isfinite(held):
         lost += held
     apart = np.asarray(rival.fit.residual - best.fit.residual)
-    return lost / inflation(apart, best.fit.residual, stretch)
+    return lost / hac_variance_factor(apart, best.fit.residual, correlation_length)
 
 
 def rivals_of(
-    best: Trial, scores: Sequence[Score], trials: Sequence[Trial] = (), stretch: int = 1
+    best: Trial, scores: Sequence[Score], trials: Sequence[Trial] = (), correlation_length: int = 1
 ) -> tuple[list[str], float | None]:
     """Return the effects that cannot be told from the best, and the size that would separate.
 
@@ -72,7 +72,7 @@ def rivals_of(
         best: the named effect.
         scores: the round in which it was named.
         trials: the candidates of that round that were refitted.
-        stretch: successive residuals that may be correlated.
+        correlation_length: successive residuals that may be correlated.
 
     Returns:
         Names, the nearest first; and the size [unit of the effect] at which the nearest of all
@@ -87,8 +87,8 @@ def rivals_of(
         name = rival.coordinate.name
         if rival.coordinate is chosen.coordinate:
             continue
-        linear = _linear_margin(best, rival, stretch)
-        apart = margin(best, refitted[name], stretch) if name in refitted else linear
+        linear = _linear_margin(best, rival, correlation_length)
+        apart = margin(best, refitted[name], correlation_length) if name in refitted else linear
         if apart < INSEPARABLE:
             found.append((apart, name))
         if linear < INSEPARABLE or apart < INSEPARABLE:
@@ -119,7 +119,9 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
     for own, start in rivals:
         at = np.concatenate([right.at[stays], start])
         other = fitter.fit([*rest, *own], at, REFITS)
-        widened = inflation(other.residual - right.residual, right.residual, fitter.stretch)
+        widened = hac_variance_factor(
+            other.residual - right.residual, right.residual, fitter.correlation_length
+        )
         if (other.chi2 - right.chi2) / widened > INSEPARABLE:
             continue
         beside = fitter.fit(
@@ -147,12 +149,12 @@ def weighed(found: Round, name: str) -> StandIn:
     return [score.coordinate], np.array([score.estimate])
 
 
-def _linear_margin(best: Trial, rival: Score, stretch: int) -> float:
+def _linear_margin(best: Trial, rival: Score, correlation_length: int) -> float:
     """Return the margin that the linearised data expect, or have shown where that is larger."""
     chosen, size = best.score, float(best.fit.at[-1])
     difference = _difference(chosen, rival, size)
     residual = best.fit.residual
-    widened = inflation(difference[: len(residual)], residual, stretch)
+    widened = hac_variance_factor(difference[: len(residual)], residual, correlation_length)
     shown = chosen.statistic - rival.statistic
     return max(float(np.sum(difference**2)), shown) / widened
 

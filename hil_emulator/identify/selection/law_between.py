@@ -14,7 +14,7 @@ from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.acceptance_test import (
     SMALLEST_HELD_OUT,
     SMALLEST_WALD,
-    inflation,
+    hac_variance_factor,
     needed_gain,
 )
 from hil_emulator.identify.selection.completion import BETWEEN, RIVALLED, Completion, place
@@ -104,7 +104,9 @@ def _certain(fitter: Fitter, base: Fit, both: Fit, held: Batch | None) -> bool:
     gain = base.chi2 - both.chi2
     if gain <= needed_gain(len(base.residual)):
         return False
-    widened = inflation(base.residual - both.residual, both.residual, fitter.stretch)
+    widened = hac_variance_factor(
+        base.residual - both.residual, both.residual, fitter.correlation_length
+    )
     if gain < SMALLEST_WALD * widened:
         return False
     if held is None:

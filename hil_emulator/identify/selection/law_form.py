@@ -12,7 +12,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import BlockScore
+from hil_emulator.identify.prediction.balances import DiscrepancyTerm
 from hil_emulator.identify.selection.nearest import acts_in, depends_on
 
 OWN = 0.6
@@ -22,7 +22,9 @@ THERE = 0.3
 """The same where the catalogue says that the law acts in the block's balance (assumed)."""
 
 
-def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -> dict[str, str]:
+def own_blocks(
+    fit: Fit, effects: Iterable[str], blocks: Sequence[DiscrepancyTerm]
+) -> dict[str, str]:
     """Return, by block, the effect whose law lives there.
 
     A term over time is of an effect of its balance only: it is no shape of a law elsewhere, however
@@ -58,7 +60,7 @@ def own_blocks(fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]) -
 
 
 def sole_laws(
-    fit: Fit, effects: Iterable[str], blocks: Sequence[BlockScore]
+    fit: Fit, effects: Iterable[str], blocks: Sequence[DiscrepancyTerm]
 ) -> dict[str, str]:  # fmt: skip
     """Return, by block, the only effect in the block's balance, if its law has the block's driver.
 

@@ -13,7 +13,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.candidate_refit import Contest, Trial
+from hil_emulator.identify.selection.candidate_refit import CandidateRefits, Trial
 from hil_emulator.identify.selection.confirmation import KEPT
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
 
@@ -95,7 +95,7 @@ class Lookahead:
             [*free, second.coordinate], np.append(model.at, 0.0), model.residual, len(free)
         )
         score = score_of(second.coordinate, slope, Projection(model))
-        trial = Contest(self._fitter, model, self._held).enter([score])[0]
+        trial = CandidateRefits(self._fitter, model, self._held).enter([score])[0]
         return replace(trial, score=second.lean(), beside=first.coordinate.name)
 
 

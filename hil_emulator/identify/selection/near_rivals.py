@@ -82,14 +82,14 @@ def _start(fitter: Fitter, found: Round, score: Score) -> StandIn:
     """Return where a rival begins: where a refit of it ended, or where its slope leads."""
     if any(t.score.coordinate.name == score.coordinate.name for t in found.trials):
         return weighed(found, score.coordinate.name)
-    shapes = fitter.predictor.twin.shapes(score.coordinate)
+    shapes = fitter.predictor.model.shapes(score.coordinate)
     return [*shapes, score.coordinate], np.append(np.zeros(len(shapes)), score.estimate)
 
 
 def _usual(fitter: Fitter, score: Score) -> StandIn:
     """Return a rival at its usual size: of one that brings states along the slope says nothing."""
     knob = score.coordinate
-    shapes = fitter.predictor.twin.shapes(knob)
+    shapes = fitter.predictor.model.shapes(knob)
     usual = float(np.copysign(1.0, score.estimate)) if knob.bounds[0] < 0.0 else 1.0
     return [*shapes, knob], np.append(np.zeros(len(shapes)), usual)
 

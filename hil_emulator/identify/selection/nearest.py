@@ -4,7 +4,7 @@ import inspect
 from collections.abc import Sequence
 
 from hil_emulator.identify.prediction import balances
-from hil_emulator.identify.prediction.balances import Balance, BlockScore
+from hil_emulator.identify.prediction.balances import Balance, DiscrepancyTerm
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.scan import Score
 
@@ -35,7 +35,7 @@ TAKES = {
 """Arguments of a law by which it depends on a driver."""
 
 
-def nearest(block: BlockScore, scores: Sequence[Score]) -> str:
+def nearest(block: DiscrepancyTerm, scores: Sequence[Score]) -> str:
     """Return the candidate of the block's balance that resembles it, or "".
 
     One whose law depends on the block's driver comes before any other.

@@ -7,7 +7,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import HATS, BlockScore
+from hil_emulator.identify.prediction.balances import HATS, DiscrepancyTerm
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.completion import Completion
@@ -42,7 +42,7 @@ class Round:
     base: Fit
     scores: list[Score]
     trials: list[Trial]
-    blocks: list[BlockScore]
+    blocks: list[DiscrepancyTerm]
     accepted: bool = False
     unknown: bool = False
     alike: list[str] = field(default_factory=list)
@@ -70,12 +70,12 @@ class Round:
         return self.trials[0].evidence.gain if self.trials else 0.0
 
     @property
-    def significant(self) -> list[BlockScore]:
+    def significant(self) -> list[DiscrepancyTerm]:
         """Terms that are hardly chance."""
         return [b for b in self.blocks if b.significant]
 
     @property
-    def worthwhile(self) -> list[BlockScore]:
+    def worthwhile(self) -> list[DiscrepancyTerm]:
         """Terms that are neither chance nor too small for a word."""
         least = NOTICEABLE * len(self.base.residual)
         return [b for b in self.significant if b.surplus > least * len(b.knots) / HATS]
@@ -119,7 +119,7 @@ class Search:
         return [*self.nuisances, *self.shapes]
 
     @property
-    def contests(self) -> list[list[Trial]]:
+    def candidate_refits(self) -> list[list[Trial]]:
         """The trials in which each effect in the model was named, itself first."""
         names = {c.name for c in self.effects}
         return [r.trials for r in self.rounds

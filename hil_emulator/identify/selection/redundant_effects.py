@@ -10,7 +10,7 @@ from dataclasses import replace
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.conditional_test import Beside
+from hil_emulator.identify.selection.conditional_test import ConditionalTest
 from hil_emulator.identify.selection.distinguishability import belongs
 from hil_emulator.identify.selection.law_form import own_blocks
 from hil_emulator.identify.selection.progress import Round, Search
@@ -20,7 +20,7 @@ KEPT = 0.5
 """Part of what an effect explains that it must still explain beside a free term (assumed)."""
 
 
-def hollow(search: Search, found: Round) -> tuple[Coordinate, str] | None:
+def redundant(search: Search, found: Round) -> tuple[Coordinate, str] | None:
     """Return an effect whose work a free term of what remains does as well, and that term.
 
     The term is the strongest that is no law of an effect in the model. It counts against an effect
@@ -40,7 +40,7 @@ def hollow(search: Search, found: Round) -> tuple[Coordinate, str] | None:
         without, column = _without(found.base, effect)
         score = score_of(effect, column, Projection(without))
         least = KEPT * score.statistic
-        if term.surplus > least > Beside([term], without).candidate(score):
+        if term.surplus > least > ConditionalTest([term], without).candidate(score):
             return effect, term.title
     return None
 

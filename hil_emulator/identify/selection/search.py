@@ -6,11 +6,11 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.balances import BlockScore
+from hil_emulator.identify.prediction.balances import DiscrepancyTerm
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.selection.candidate_refit import Contest, Trial
+from hil_emulator.identify.selection.candidate_refit import CandidateRefits, Trial
 from hil_emulator.identify.selection.certainty import faint
 from hil_emulator.identify.selection.confirmation import Confirmation
 from hil_emulator.identify.selection.discrepancy_terms import score_blocks
@@ -23,7 +23,7 @@ from hil_emulator.identify.selection.nearest import nearest
 from hil_emulator.identify.selection.outer_iteration import settle
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.re_examination import re_examine
-from hil_emulator.identify.selection.redundant_effects import hollow, same_part
+from hil_emulator.identify.selection.redundant_effects import redundant, same_part
 from hil_emulator.identify.selection.scan import Projection, Score, scan
 
 REFITTED = 4
@@ -97,7 +97,7 @@ class Searcher:
         """Take the best candidate of a round into the model."""
         named = found.trials[0]
         found.alike, found.separating = rivals_of(
-            named, found.scores, found.trials, self.fitter.stretch
+            named, found.scores, found.trials, self.fitter.correlation_length
         )
         search.add(named)
         search.outdone[search.effects[-1].name] = outdone(named, found)
@@ -105,7 +105,7 @@ class Searcher:
 
     def _set_aside(self, search: Search, found: Round) -> bool:
         """Take out an effect that does what an unknown one does; the search goes on elsewhere."""
-        emptied = hollow(search, found)
+        emptied = redundant(search, found)
         if emptied is None:
             return False
         effect, term = emptied
@@ -153,7 +153,7 @@ class Searcher:
         likely = look.returning(scores, likely, before)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
         held = self._held_out(base)
-        trials = Contest(self.fitter, base, held).enter(likely)
+        trials = CandidateRefits(self.fitter, base, held).enter(likely)
         alone = max((t.evidence.gain for t in trials), default=0.0)
         leader = Lookahead(self.fitter, base, held).leader(pairs, alone)
         if leader is not None:
@@ -161,7 +161,7 @@ class Searcher:
             trials = [leader, *others]
         return scores, trials
 
-    def _blocks(self, base: Fit) -> list[BlockScore]:
+    def _blocks(self, base: Fit) -> list[DiscrepancyTerm]:
         """Return nonparametric terms, those that are worth a word first."""
         project = Projection(base)
         blocks = score_blocks(self.fitter, base.coordinates, base.at, project)

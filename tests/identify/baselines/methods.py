@@ -7,7 +7,7 @@ import numpy as np
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from tests.identify.answer import Answer, Named
 from tests.identify.baselines.replay import CHANNELS, Replay, Way
 from tests.identify.baselines.selection import Model, by_bic, by_thresholds
@@ -16,10 +16,10 @@ from tests.identify.rig_data import CACHE, KNEE
 
 
 def _ready(case: Case, way: Way) -> tuple[Replay, list[Coordinate], list[Coordinate]]:
-    twin = Twin(load([KNEE]), CACHE)
+    model = PlantModel(load([KNEE]), CACHE)
     train, _ = campaign(case)
-    candidates = parameters.candidates(twin, CHANNELS)
-    return Replay(twin, train, way), parameters.ordinary(twin), candidates
+    candidates = parameters.candidates(model, CHANNELS)
+    return Replay(model, train, way), parameters.ordinary(model), candidates
 
 
 def bic(case: Case, way: Way) -> Answer:

@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Coordinate, Twin
+from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 
 Way = Literal["open loop", "multiple shooting", "equation error"]
 
@@ -51,20 +51,20 @@ class Replay:
     """Computes residuals in one of the three ways.
 
     Args:
-        twin: the model.
+        model: the model.
         experiments: the recordings; all channels of `CHANNELS` must be there.
         way: how they are compared.
 
     """
 
-    def __init__(self, twin: Twin, experiments: Sequence[Experiment], way: Way) -> None:
-        self.twin, self.way = twin, way
+    def __init__(self, model: PlantModel, experiments: Sequence[Experiment], way: Way) -> None:
+        self.model, self.way = model, way
         self._period = experiments[0].period
         self._smoothed = way == "equation error"
         self.channels = (*CHANNELS, "velocity") if way == "equation error" else CHANNELS
-        self._observer = Observer(twin, self.channels)
-        self._names = list(twin.kernel.state.names or ())
-        self._active = np.array([self._names.index(n) for n in twin.active(twin.par)])
+        self._observer = Observer(model, self.channels)
+        self._names = list(model.kernel.state.names or ())
+        self._active = np.array([self._names.index(n) for n in model.active(model.par)])
         self._stretches = [s for e in experiments for s in self._cut(e)]
 
     @property
@@ -74,22 +74,22 @@ class Replay:
 
     def residual(self, coordinates: Sequence[Coordinate], at: Sequence[float]) -> np.ndarray:
         """Return measured minus simulated, shape (samples, channels), over the spans' scale."""
-        par, chan = self.twin.memory(coordinates, at)
+        par, chan = self.model.memory(coordinates, at)
         step = self._observer.step(par)
         rows = [self._simulated(s, par, chan, step)[s.settling :] for s in self._stretches]
         return np.asarray(np.nan_to_num(np.vstack(rows), nan=WORST, posinf=WORST, neginf=-WORST))
 
     def _simulated(self, s: Stretch, par: Any, chan: Any, step: float) -> np.ndarray:
-        twin, count = self.twin, len(s.current)
+        model, count = self.model, len(s.current)
         steps = max(1, int(np.ceil(s.period / step - 1e-9)))
         scale = np.diag(1.0 / self._scales())
         residual = np.empty_like(s.measured)
         z0 = np.concatenate([s.start[self._active], [0.0, 0.0]])
-        twin.loops.predict(
-            s.start, z0, self._active, par, twin.drift, twin.supply, chan, twin.remembered,
-            twin.sources, self._observer.chosen, s.current, s.measured, s.gains,
+        model.loops.predict(
+            s.start, z0, self._active, par, model.drift, model.supply, chan, model.remembered,
+            model.sources, self._observer.chosen, s.current, s.measured, s.gains,
             np.tile(scale, (count, 1, 1)), np.ones(2), s.period, s.period / steps, steps, residual,
-            np.empty((1, len(twin.signal_names))),
+            np.empty((1, len(model.signal_names))),
         )  # fmt: skip
         return np.clip(residual, -WORST, WORST)
 
@@ -117,7 +117,7 @@ class Replay:
 
     def _start(self, row: np.ndarray) -> np.ndarray:
         """Return the state that belongs to smoothed measurements; the spool follows at once."""
-        start = self.twin.start(self.twin.par, self._observer.largest_step, (row[0], row[1]))
+        start = self.model.start(self.model.par, self._observer.largest_step, (row[0], row[1]))
         for name, value in (("position", row[3]), ("velocity", row[5]), ("spool_position", row[6])):
             start[self._names.index(name)] = value
         return start

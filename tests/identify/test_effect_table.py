@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from hil_emulator.config.load import Configuration, load
-from hil_emulator.identify.conclusion.effect_table import table
-from hil_emulator.identify.conclusion.result import Result, Unexplained, in_words
+from hil_emulator.identify.conclusion.effect_table import effect_table
+from hil_emulator.identify.conclusion.findings import Unexplained, in_words
+from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.gap import compare, measure
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Twin
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.session import identify
 from hil_emulator.model.declare import Effect
@@ -27,7 +28,7 @@ DRAG = Unexplained("force on the piston", "velocity", "N", SPEEDS,
 
 def added(folder: Path, term: Unexplained) -> Configuration:
     """Return the reference machine with a term added by the files that are written."""
-    result = Result("unknown_effect", "something acts", unknown=[term], added=table(term))
+    result = Result("unknown_effect", "something acts", unknown=[term], added=effect_table(term))
     assert result.added is not None
     (folder / EFFECT_FILE).write_text(result.added.text)
     (folder / "identified.toml").write_text(layer(result, [KNEE], "2026-01-01"))
@@ -66,7 +67,7 @@ def test_it_is_constant_beyond_its_ends_and_vanishes_when_off(tmp_path: Path) ->
 
 def test_a_second_table_gets_another_name() -> None:
     """A model that has one already can take a further one."""
-    found = table(DRAG, ["unexplained_friction_over_velocity"])
+    found = effect_table(DRAG, ["unexplained_friction_over_velocity"])
     assert found is not None
     assert found.name == "unexplained_friction_over_velocity_2"
 
@@ -78,7 +79,7 @@ def test_a_second_table_gets_another_name() -> None:
 )  # fmt: skip
 def test_what_has_no_place_in_the_model_is_not_added(balance: str, driver: str) -> None:
     """A term over time, or in a balance whose stage does not know the driver."""
-    assert table(Unexplained(balance, driver, "N", SPEEDS, DRAG.curve, "", 1e4)) is None
+    assert effect_table(Unexplained(balance, driver, "N", SPEEDS, DRAG.curve, "", 1e4)) is None
 
 
 @pytest.mark.parametrize(
@@ -108,7 +109,7 @@ def test_a_table_closes_the_gap_on_held_out_data(tmp_path: Path) -> None:
     assert result.added is not None
     (tmp_path / EFFECT_FILE).write_text(result.added.text)
     (tmp_path / "identified.toml").write_text(layer(result, [KNEE], "2026-01-01"))
-    observer = Observer(Twin(load([KNEE, tmp_path / "identified.toml"]), CACHE), INSTRUMENTS)
+    observer = Observer(PlantModel(load([KNEE, tmp_path / "identified.toml"]), CACHE), INSTRUMENTS)
     as_it_is = Fit([], np.zeros(0), np.zeros(0), np.zeros((0, 0)), 0.0)
     gap = measure(observer, compare(observer, as_it_is, as_it_is, train, held))
     for channel in ("pressure_a", "pressure_b", "position", "load_force"):

@@ -1,0 +1,133 @@
+"""What a search has found: missing effects with their rivals, and terms that no effect explains."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.disagreement.residuals import SHOWN
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.units import show
+
+
+def rounded(value: float, unit: str, shown: str) -> str:
+    """Return a value for people, in as many digits as an estimate deserves."""
+    return show(float(f"{value:.4g}"), unit, shown)
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An effect that was weighed and not named.
+
+    Attributes:
+        name: the effect.
+        gain: gain in chi-square on the training data.
+        held_out: the same on the validation data; None without any.
+        lost: why it was not named.
+
+    """
+
+    name: str
+    gain: float
+    held_out: float | None
+    lost: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A missing effect.
+
+    Attributes:
+        name: `effect`, or `channel.effect` of a sensor.
+        knob: the parameter that was fitted.
+        value: its value [unit].
+        unit: SI unit.
+        shown: the unit for people.
+        interval: 95 % confidence interval [unit].
+        explained: share of the explained gap that this effect carries.
+        gain: gain in chi-square on the training data.
+        held_out: the same on the validation data; None without any.
+        group: effects that these data cannot tell from it, or that explain nearly as much where
+            none of their laws fits.
+        form_differs: whether its law is of another form than the catalogue's.
+        form: what says so, in words.
+        rivals: what else was weighed.
+        separating_size: size [unit] at which the nearest rival would separate; None without rivals.
+
+    """
+
+    name: str
+    knob: str
+    value: float
+    unit: str
+    shown: str
+    interval: tuple[float, float]
+    explained: float
+    gain: float
+    held_out: float | None
+    group: tuple[str, ...]
+    form_differs: bool
+    rivals: tuple[Rival, ...]
+    separating_size: float | None = None
+    form: str = ""
+
+    def __str__(self) -> str:
+        low, high = (rounded(v, self.unit, self.shown) for v in self.interval)
+        whose = f"{self.knob} of {self.name}" if self.group else self.knob
+        law = ", by a law of another form" if self.form_differs else ""
+        value = rounded(self.value, self.unit, self.shown)
+        return f"{self.names}{law}: {whose} = {value} (95 %: {low} ... {high})"
+
+    @property
+    def names(self) -> str:
+        """The effect and what it may be instead, in words."""
+        return " or ".join((self.name, *self.group))
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """A significant term that no effect explains.
+
+    Attributes:
+        balance: where it sits.
+        driver: what it depends on.
+        unit: unit of the term.
+        knots: values of the driver.
+        curve: what the model lacks there: the term that would have to be added.
+        shape: the curve in words.
+        statistic: gain in chi-square.
+
+    """
+
+    balance: str
+    driver: str
+    unit: str
+    knots: tuple[float, ...]
+    curve: tuple[float, ...]
+    shape: str
+    statistic: float
+
+
+def in_words(driver: str, knots: Array, curve: Array, unit: str) -> str:
+    """Describe a curve over its driver: how large, odd or even, rising or falling."""
+    size = float(np.max(np.abs(curve)))
+    if size == 0.0:
+        return "zero"
+    factor, shown = SHOWN.get(unit, (1.0, unit))
+    return f"up to {size * factor:.3g} {shown}, {_parity(driver, knots, curve)}"
+
+
+def _parity(driver: str, knots: Array, curve: Array) -> str:
+    """Return a curve's symmetry about zero, or its trend where the driver keeps its sign."""
+    steps = np.diff(curve)
+    trend = ""
+    if np.all(steps >= 0.0) or np.all(steps <= 0.0):
+        trend = ", rising" if curve[-1] > curve[0] else ", falling"
+    reach = min(-knots[0], knots[-1])
+    if reach < 0.3 * max(-knots[0], knots[-1]):
+        return f"{trend.removeprefix(', ') or 'bent'} with {driver}"
+    grid = np.linspace(0.05, 1.0, 20) * reach
+    right, left = np.interp(grid, knots, curve), np.interp(-grid, knots, curve)
+    odd, even = float(np.sum((right - left) ** 2)), float(np.sum((right + left) ** 2))
+    share = odd / max(odd + even, 1e-300)
+    kind = "odd" if share > 0.8 else "even" if share < 0.2 else "neither odd nor even"
+    return f"{kind} in {driver}{trend}"
