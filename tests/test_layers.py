@@ -24,7 +24,7 @@ ROOMS = {
     "bus": {"can"},
     "export": {"cantools", "device"},
     "faults": {"signals", "device", "model"},
-    "recording": {"numpy", "bus", "config", "device", "model", "signals"},
+    "recording": {"numpy", "bus", "config", "device", "export", "model", "signals"},
     "remote": {"faults", "signals"},
     "identify/measured": {"numpy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},
@@ -36,7 +36,7 @@ ROOMS = {
     "identify/conclusion": {"numpy", "scipy", "model"},
     "identify/reporting": {"numpy", "matplotlib", "model"},
     "identify": {"scipy", "threadpoolctl", "config", "platform"},
-    "captures": {"numpy", "cantools", "bus", "device", "recording", "identify/measured"},
+    "captures": {"numpy", "cantools", "bus", "device", "identify/measured"},
     "characterise": {"numpy", "matplotlib", "model"},
     "conformance": {"canopen", "pytest", "bus"},
     "simulation": {

@@ -1,6 +1,7 @@
 """What frames mean by object dictionaries: of a configuration's nodes, an EDS or a DCF."""
 
 import configparser
+import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from hil_emulator.device.binding import SAFE_SUFFIX
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.layout import checked_parameters
+from hil_emulator.device.message import Field, field
 from hil_emulator.device.pdo import (
     EVENT_MANUFACTURER,
     MAX_PDOS,
@@ -19,7 +21,6 @@ from hil_emulator.device.pdo import (
 )
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.reading import KNOWN, SET_POINT
-from hil_emulator.recording.messages import Field
 
 FULL_SCALE = 16384
 """Digits of 100 % (CiA 408)."""
@@ -79,15 +80,11 @@ def sync_id(dictionary: Dictionary) -> int:
 def _carrier(dictionary: Dictionary, pdo: PdoParameters) -> Carrier:
     fields: dict[str, Field] = {}
     signals = []
-    modulus = start = 0
+    modulus = 0
     control = ""
-    for entry in pdo.mapping.entries:
+    for start, entry in pdo.mapping.placed():
         name, factor, unit = _meaning(dictionary, entry)
-        field = _field(entry, start, factor, unit)
-        start += entry.type.bits
-        if entry.index < 0x1000 or not entry.type.numeric:
-            continue
-        fields[name] = field
+        fields[name] = dataclasses.replace(field(start, entry), factor=factor, unit=unit)
         signals.append(Signal(name, unit or None, name))
         if name == COUNTER:
             modulus = 1 << entry.type.bits
@@ -95,7 +92,7 @@ def _carrier(dictionary: Dictionary, pdo: PdoParameters) -> Carrier:
             control = name
 
     def decode(data: bytes) -> Mapping[str, float]:
-        values = {name: field.value(data) for name, field in fields.items()}
+        values = {name: place.value(data) for name, place in fields.items()}
         if control and int(values[control]) & _ACTIVE != _ACTIVE:
             values.pop(SET_POINT, None)
         return values
@@ -123,11 +120,6 @@ def _meaning(dictionary: Dictionary, entry: Entry) -> tuple[str, float, str]:
     if valve and (entry.index, entry.subindex) == _SET_POINT_VALUE and not entry.unit:
         return SET_POINT, 100.0 / FULL_SCALE, "%"
     return channel_of(entry.signal, entry.unit), entry.factor, entry.unit
-
-
-def _field(entry: Entry, start: int, factor: float, unit: str) -> Field:
-    kind = entry.type
-    return Field(entry.name, start, kind.bits, kind.low < 0, kind.kind == "real", factor, unit)
 
 
 def _commissioned(file: Path) -> int | None:

@@ -7,9 +7,10 @@ import click
 
 from hil_emulator.config.machine import MachineSettings, load_machine
 from hil_emulator.device.collisions import collisions
+from hil_emulator.device.message import message
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
-from hil_emulator.export.can_database import database
+from hil_emulator.export.can_database import dbc
 from hil_emulator.export.electronic_data_sheet import dcf, eds
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.platform.paths import near
@@ -55,8 +56,8 @@ def contents(settings: MachineSettings) -> dict[str, str]:
             texts[f"{name}.eds"] = eds(node.dictionary, f"{name}.eds")
             texts[f"{name}.dcf"] = dcf(node.dictionary, f"{name}.dcf", name, bit_rate)
         sync_ms = settings.actuators[0].config.sync_period_ns // 1_000_000
-        pdos = {name: node.pdos for name, node in named.items()}
-        texts[f"{bus}.dbc"] = database(pdos, sync_ms).as_dbc_string()
+        found = [message(name, p) for name, node in named.items() for p in node.pdos if p.active]
+        texts[f"{bus}.dbc"] = dbc(found, sync_ms)
     return texts
 
 

@@ -1,7 +1,7 @@
 """What a PDO carries: mapping words of 0x1600 and 0x1A00 turned into packed entries."""
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
@@ -60,6 +60,14 @@ class Mapping:
         codes = [entry.type.struct_code for entry in entries]
         # One struct does the whole frame, unless a type has no struct format (24 bits, BOOLEAN).
         self._struct = struct.Struct("<" + "".join(codes)) if all(codes) else None
+
+    def placed(self) -> Iterator[tuple[int, Entry]]:
+        """Yield each object with its least significant bit; dummy entries leave a gap."""
+        start = 0
+        for entry in self.entries:
+            if entry.index > LAST_DUMMY:
+                yield start, entry
+            start += entry.type.bits
 
     def pack(self) -> bytes:
         """Return the entries' values now as frame data."""

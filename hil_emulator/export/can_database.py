@@ -1,34 +1,34 @@
 """The DBC of a bus: every PDO with names, units, scaling and cycle time."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
 
 from cantools.database import Database, Message, Node, Signal
 from cantools.database.conversion import BaseConversion
 
-from hil_emulator.device.entry import Entry
-from hil_emulator.device.pdo import EVENT_MANUFACTURER, SYNC_CYCLIC_MAX, PdoParameters
+from hil_emulator.device import message
+from hil_emulator.device.pdo import EVENT_MANUFACTURER, SYNC_CYCLIC_MAX
 
 CONTROLLER = "controller"
 """The DBC's name for whoever sends set points."""
 
 
-def database(nodes: Mapping[str, list[PdoParameters]], sync_ms: int) -> Database:
-    """Return the database of a bus.
+def dbc(messages: Iterable[message.Message], sync_ms: int) -> str:
+    """Return the text of a DBC file.
 
     Args:
-        nodes: the PDOs of each node, by the node's name.
+        messages: the PDOs on the bus.
         sync_ms: period of SYNC, 0 where there is none.
 
     """
-    messages = [
-        _message(name, parameters, sync_ms)
-        for name, pdos in nodes.items()
-        for parameters in pdos
-        if parameters.active
-    ]
-    names = [Node(CONTROLLER), *(Node(identifier(name)) for name in nodes)]
-    return Database(messages=messages, nodes=names, version="")
+    known = list(messages)
+    nodes = dict.fromkeys(identifier(m.node) for m in known)
+    database = Database(
+        messages=[_message(m, sync_ms) for m in known],
+        nodes=[Node(CONTROLLER), *(Node(name) for name in nodes)],
+        version="",
+    )
+    return database.as_dbc_string().replace("\r\n", "\n")
 
 
 def identifier(text: str) -> str:
@@ -37,56 +37,52 @@ def identifier(text: str) -> str:
     return f"_{name}" if name[0].isdigit() else name
 
 
-def _message(name: str, parameters: PdoParameters, sync_ms: int) -> Message:
-    node = identifier(name)
-    sender, receiver = (CONTROLLER, node) if parameters.receive else (node, CONTROLLER)
+def _message(pdo: message.Message, sync_ms: int) -> Message:
+    node = identifier(pdo.node)
+    sender, receiver = (CONTROLLER, node) if pdo.receive else (node, CONTROLLER)
     return Message(
-        frame_id=parameters.can_id,
-        name=f"{node}_{parameters.name}",
-        length=parameters.mapping.size,
-        signals=list(_signals(parameters, receiver)),
+        frame_id=pdo.can_id,
+        name=identifier(pdo.name),
+        length=pdo.size,
+        signals=list(_signals(pdo.fields, receiver)),
         senders=[sender],
-        cycle_time=_cycle_ms(parameters, sync_ms),
-        comment=f"{parameters.name}, transmission type {parameters.transmission_type}",
+        cycle_time=_cycle_ms(pdo, sync_ms),
+        comment=f"{pdo.pdo}, transmission type {pdo.transmission_type}",
     )
 
 
-def _signals(parameters: PdoParameters, receiver: str) -> Iterator[Signal]:
-    """Yield a signal for each mapped object; dummies leave a gap."""
-    start = 0
+def _signals(fields: Iterable[message.Field], receiver: str) -> Iterator[Signal]:
+    """Yield a signal for each mapped object, each with a name of its own."""
     taken: set[str] = set()
-    for entry in parameters.mapping.entries:
-        if entry.index >= 0x1000:
-            name = identifier(entry.name)
-            if name in taken:
-                name = f"{name}_{entry.index:04X}_{entry.subindex:02X}"
-            taken.add(name)
-            yield _signal(entry, name, start, receiver)
-        start += entry.type.bits
+    for field in fields:
+        name = identifier(field.name)
+        if name in taken:
+            name = f"{name}_{field.index:04X}_{field.subindex:02X}"
+        taken.add(name)
+        yield _signal(field, name, receiver)
 
 
-def _signal(entry: Entry, name: str, start: int, receiver: str) -> Signal:
-    real = entry.type.kind == "real"
-    limits = [None if v is None else v * entry.factor for v in (entry.low, entry.high)]
+def _signal(field: message.Field, name: str, receiver: str) -> Signal:
+    limits = [None if v is None else v * field.factor for v in (field.low, field.high)]
     return Signal(
         name=name,
-        start=start,
-        length=entry.type.bits,
-        is_signed=entry.type.low < 0,
-        conversion=BaseConversion.factory(scale=entry.factor, offset=0, is_float=real),
+        start=field.start,
+        length=field.bits,
+        is_signed=field.signed,
+        conversion=BaseConversion.factory(scale=field.factor, offset=0, is_float=field.real),
         minimum=limits[0],
         maximum=limits[1],
-        unit=entry.unit or None,
+        unit=field.unit or None,
         receivers=[receiver],
-        comment=f"object {entry.where}",
+        comment=f"object 0x{field.index:04X}:{field.subindex:02X}",
     )
 
 
-def _cycle_ms(parameters: PdoParameters, sync_ms: int) -> int | None:
+def _cycle_ms(pdo: message.Message, sync_ms: int) -> int | None:
     """Return the period in ms, None where the PDO has none of its own."""
-    kind = parameters.transmission_type
+    kind = pdo.transmission_type
     if 1 <= kind <= SYNC_CYCLIC_MAX:
         return kind * sync_ms or None
-    if kind >= EVENT_MANUFACTURER and not parameters.receive:
-        return parameters.event_timer_ms or None
+    if kind >= EVENT_MANUFACTURER and not pdo.receive:
+        return pdo.event_timer_ms or None
     return None

@@ -139,11 +139,14 @@ def _export_mf4(source: Path, file: Path) -> None:
 
 
 def _export_frames(source: Path, file: Path) -> None:
+    # cantools takes half a second, and a run only asks here whether its files can be written
+    from hil_emulator.export.can_database import dbc
+
     header = header_of(source)
     remarks = [f"{key}: {value}" for key, value in header["provenance"].items()]
     frame_log.write(file, _frames(source), remarks)
-    known = messages.from_json(header["messages"])
-    file.with_suffix(".dbc").write_text(messages.dbc(known), encoding="utf-8")
+    database = dbc(messages.from_json(header["messages"]), header["sync_ms"])
+    file.with_suffix(".dbc").write_text(database, encoding="latin-1", newline="\r\n")
     if file.suffix == ".log":  # candump's format has no room for remarks
         beside = file.with_name(file.name + ".json")
         beside.write_text(json.dumps(header["provenance"], indent=2), encoding="utf-8")

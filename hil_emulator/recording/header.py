@@ -40,6 +40,7 @@ def header(config: Configuration, nodes: Sequence[Node], capture: str = "") -> d
         "capture": capture,
         "columns": columns(),
         "messages": as_json(messages(nodes)),
+        "sync_ms": config.sync_period_ns // 1_000_000,
     }
 
 

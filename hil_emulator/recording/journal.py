@@ -7,7 +7,7 @@ Whatever ends the writing, all complete entries stay readable. The first one is 
 
 | kind | payload |
 |---|---|
-| HEADER | JSON: provenance, columns with units, messages of the nodes |
+| HEADER | JSON: provenance, columns with units, messages of the nodes, period of SYNC |
 | ROW | float64 per column |
 | BUS | time [ns], 1 where the emulator sent them, then per frame: COB-ID, flags, length, 8 bytes |
 | EVENT | time [ns], JSON: a fault, its end, a setting |
@@ -27,7 +27,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.recording import SUFFIX
 
-MAGIC = b"HILREC1\n"
+MAGIC = b"HILREC2\n"
 
 _ENTRY = struct.Struct("<BI")
 _BUS = struct.Struct("<qB")
@@ -74,7 +74,7 @@ class Recording:
     """A recording in memory.
 
     Attributes:
-        header: provenance, columns with units, messages of the nodes.
+        header: see the table above.
         rows: values, shape (ticks, columns).
         frames: time [ns], whether the emulator sent it, frame; oldest first.
         events: time [ns] and what was done to the rig.

@@ -1,10 +1,10 @@
-"""What the frames of a node mean: for people, and as a DBC file for other tools."""
+"""What the frames of a node mean: kept in a recording, and in words for people."""
 
-import struct
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from typing import Any
 
+from hil_emulator.device.message import Field, Message, message
 from hil_emulator.device.node import Node
 from hil_emulator.frame import Frame
 from hil_emulator.units import show
@@ -14,63 +14,9 @@ _STATES = {0: "boot-up", 4: "stopped", 5: "operational", 127: "pre-operational"}
 _SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "N": "N", "m/s": "mm/s"}
 
 
-@dataclass(frozen=True)
-class Field:
-    """One value in a PDO: its place in bits, and how a count becomes a quantity."""
-
-    name: str
-    start: int
-    bits: int
-    signed: bool
-    real: bool
-    factor: float
-    unit: str
-
-    def value(self, data: bytes) -> float:
-        """Return the value in a frame's data, in `unit`."""
-        word = int.from_bytes(data, "little") >> self.start & ((1 << self.bits) - 1)
-        if self.real:
-            code = "<f" if self.bits == 32 else "<d"
-            raw = struct.unpack(code, word.to_bytes(self.bits // 8, "little"))[0]
-            return float(raw) * self.factor
-        if self.signed and word >> (self.bits - 1):
-            word -= 1 << self.bits
-        return word * self.factor
-
-
-@dataclass(frozen=True)
-class Message:
-    """One PDO: its name, COB-ID, length in bytes and fields."""
-
-    name: str
-    can_id: int
-    size: int
-    fields: tuple[Field, ...]
-
-
 def messages(nodes: Iterable[Node]) -> list[Message]:
     """Return the PDOs of nodes as they are configured now."""
-    found = []
-    for node in nodes:
-        for row in node.pdo_map():
-            if row.exists:
-                fields = tuple(_fields(node, row.entries))
-                name = f"{row.name}_node{node.node_id}"
-                found.append(Message(name, row.can_id, row.size, fields))
-    return found
-
-
-def _fields(node: Node, names: Sequence[str]) -> Iterable[Field]:
-    start = 0
-    for name in names:
-        entry = node.dictionary.named(name)
-        if entry is None:  # a dummy entry or one of several with that name
-            return
-        kind = entry.type
-        yield Field(
-            name, start, kind.bits, kind.low < 0, kind.kind == "real", entry.factor, entry.unit
-        )
-        start += kind.bits
+    return [message(f"node{n.node_id}", pdo) for n in nodes for pdo in n.pdos if pdo.active]
 
 
 def as_json(found: Iterable[Message]) -> list[dict[str, Any]]:
@@ -80,19 +26,16 @@ def as_json(found: Iterable[Message]) -> list[dict[str, Any]]:
 
 def from_json(found: Iterable[Mapping[str, Any]]) -> list[Message]:
     """Return messages that JSON has held."""
-    return [
-        Message(m["name"], m["can_id"], m["size"], tuple(Field(**f) for f in m["fields"]))
-        for m in found
-    ]
+    return [Message(**{**m, "fields": tuple(Field(**f) for f in m["fields"])}) for m in found]
 
 
 def describe(frame: Frame, known: Mapping[int, Message]) -> str:
     """Return a frame in words, as far as its COB-ID and data tell."""
-    message = known.get(frame.can_id)
+    pdo = known.get(frame.can_id)
     if frame.remote:
         return "remote frame"
-    if message is not None and len(frame.data) >= message.size:
-        return f"{message.name}  " + ", ".join(_amount(f, frame.data) for f in message.fields)
+    if pdo is not None and len(frame.data) >= pdo.size:
+        return f"{pdo.name}  " + ", ".join(_amount(f, frame.data) for f in pdo.fields)
     return _service(frame.can_id, frame.data)
 
 
@@ -120,21 +63,3 @@ def _service(can_id: int, data: bytes) -> str:
         index = int.from_bytes(data[1:3], "little")
         return f"SDO {side} node {node}  {index:04X}:{data[3]:02X}"
     return ""
-
-
-def dbc(found: Sequence[Message]) -> str:
-    """Return messages as the text of a DBC file, in SI units."""
-    lines = ['VERSION ""', "", "NS_ :", "", "BS_:", "", "BU_:", ""]
-    kinds = []
-    for m in found:
-        lines.append(f"BO_ {m.can_id} {m.name}: {m.size} Vector__XXX")
-        for f in m.fields:
-            sign = "-" if f.signed or f.real else "+"
-            lines.append(
-                f' SG_ {f.name} : {f.start}|{f.bits}@1{sign} ({f.factor:.12g},0) [0|0] "{f.unit}" '
-                "Vector__XXX"
-            )
-            if f.real:
-                kinds.append(f"SIG_VALTYPE_ {m.can_id} {f.name} : {1 if f.bits == 32 else 2};")
-        lines.append("")
-    return "\n".join([*lines, *kinds, ""])

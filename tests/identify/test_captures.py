@@ -17,11 +17,11 @@ from hil_emulator.commands.export import contents
 from hil_emulator.commands.logs import Meaning, experiments
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
+from hil_emulator.device.message import Field
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.platform.paths import shipped
-from hil_emulator.recording.messages import Field
 
 TICKS = 400
 START_ALL = Frame(0x000, b"\x01\x00")

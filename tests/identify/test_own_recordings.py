@@ -12,7 +12,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.recording import journal
 from hil_emulator.recording.exports import export
 from hil_emulator.recording.header import header
-from hil_emulator.recording.journal import Recording
+from hil_emulator.recording.journal import MAGIC, Recording
 
 TICKS = 300
 CHANNELS = ("pressure_a", "pressure_b", "position", "load_force")
@@ -72,7 +72,7 @@ def test_frames_that_it_has_recorded_itself(
 def test_a_damaged_journal_is_refused(tmp_path: Path) -> None:
     """One message that names the file."""
     file = tmp_path / "run.rec"
-    file.write_bytes(b"HILREC1\n")
+    file.write_bytes(MAGIC)
     with pytest.raises(UserError, match=r"run\.rec: empty"):
         experiments([file], reference(), Meaning())
     file.write_bytes(b"something else")

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -12,9 +13,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from hil_emulator.commands.export import contents
+from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
+from hil_emulator.platform.paths import shipped
 from hil_emulator.recording.exports import check_file, export
 from hil_emulator.recording.journal import Recording
+
+KNEE = shipped("configs/hyq_knee.toml")
 
 
 def written(journal: Path, folder: Path, ending: str) -> Path:
@@ -106,6 +112,32 @@ def test_cantools_decodes_what_the_sensors_reported(
     for name, step in resolution.items():
         readings = recording.table()[name][-len(decoded[name]) :]
         np.testing.assert_allclose(decoded[name], readings, rtol=0, atol=0.501 * step)
+
+
+def test_the_database_beside_a_log_is_the_exported_one(journal: Path, tmp_path: Path) -> None:
+    """It says of every PDO what `hil-emulator export` says; only the node's name is shorter."""
+    (tmp_path / "bus.dbc").write_text(contents(load_machine([KNEE]))["bus.dbc"])
+    written(journal, tmp_path, ".log")
+    beside, exported = (
+        {
+            m.frame_id: (m.length, m.cycle_time, m.comment, [repr(s) for s in m.signals])
+            for m in cantools.database.load_file(tmp_path / name).messages
+        }
+        for name in ("run.dbc", "bus.dbc")
+    )
+    assert beside == exported
+    assert len(beside) >= 4
+
+
+def test_a_run_does_not_wait_for_cantools(tmp_path: Path) -> None:
+    """Neither asking whether a file can be written nor the process beside the loop imports it."""
+    code = (
+        "import sys; from pathlib import Path\n"
+        "from hil_emulator.recording import recorder, writer_process\n"
+        "from hil_emulator.recording.exports import check_file\n"
+        "check_file(Path('run.blf')); sys.exit('cantools' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
 
 
 @pytest.mark.parametrize("ending", [".blf", ".asc"])

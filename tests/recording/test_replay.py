@@ -54,7 +54,7 @@ def test_the_command_says_where_another_machine_differs(journal: Path, tmp_path:
     result = hil_emulator("replay", journal, REFERENCE, layer)
     assert result.returncode == 1
     assert "differs" in result.stdout
-    assert "TPDO1_node5" in result.stdout
+    assert "node5_TPDO1" in result.stdout
     assert "supply_pressure" in result.stdout
 
 

@@ -29,7 +29,7 @@ def test_a_failing_test_tells_frames_signals_seed_and_replay(tmp_path: Path) -> 
     text = suite(tmp_path, FAILING)
     frames = re.findall(r"^ +\d\.\d{3} s  (?:out|in ).*", text, re.M)
     assert len(frames) == 20
-    assert any("TPDO2_node5  position 43." in line for line in frames)
+    assert any("node5_TPDO2  position 43." in line for line in frames)
     assert "emulator time 0.032 s, seed 1" in text
     assert "position offset, value 3 mm" in text
     assert re.search(r"model\.position +(40|39\.9)\S* mm", text)

@@ -1,0 +1,101 @@
+"""A PDO as a message of the bus: where each value lies in its data, and what a digit is worth."""
+
+import struct
+from dataclasses import dataclass
+
+from hil_emulator.device.entry import Entry
+from hil_emulator.device.pdo import PdoParameters
+
+
+@dataclass(frozen=True)
+class Field:
+    """One value in a PDO: its place in bits, and how a count becomes a quantity.
+
+    Attributes:
+        name: of the object.
+        start: its least significant bit in the data.
+        bits: its length.
+        signed: whether it is an integer in two's complement.
+        real: whether it is an IEEE 754 number.
+        factor: `unit` per count.
+        unit: "" without one.
+        index: of the object.
+        subindex: of the object.
+        low: smallest count a client may write; None without a limit.
+        high: largest count a client may write; None without a limit.
+
+    """
+
+    name: str
+    start: int
+    bits: int
+    signed: bool
+    real: bool
+    factor: float
+    unit: str
+    index: int = 0
+    subindex: int = 0
+    low: float | None = None
+    high: float | None = None
+
+    def value(self, data: bytes) -> float:
+        """Return the value in a frame's data, in `unit`."""
+        word = int.from_bytes(data, "little") >> self.start & ((1 << self.bits) - 1)
+        if self.real:
+            code = "<f" if self.bits == 32 else "<d"
+            raw = struct.unpack(code, word.to_bytes(self.bits // 8, "little"))[0]
+            return float(raw) * self.factor
+        if self.signed and word >> (self.bits - 1):
+            word -= 1 << self.bits
+        return word * self.factor
+
+
+@dataclass(frozen=True)
+class Message:
+    """One PDO as it is configured now.
+
+    Attributes:
+        node: name of its node.
+        pdo: such as "TPDO1".
+        can_id: 11-bit identifier.
+        size: bytes of data.
+        transmission_type: see `PdoParameters`.
+        event_timer_ms: see `PdoParameters`.
+        fields: what it carries, without dummy entries.
+
+    """
+
+    node: str
+    pdo: str
+    can_id: int
+    size: int
+    transmission_type: int
+    event_timer_ms: int
+    fields: tuple[Field, ...]
+
+    @property
+    def name(self) -> str:
+        """Unique on the bus, such as "node5_TPDO1"."""
+        return f"{self.node}_{self.pdo}"
+
+    @property
+    def receive(self) -> bool:
+        """Whether the node receives it."""
+        return self.pdo.startswith("R")
+
+
+def message(node: str, pdo: PdoParameters) -> Message:
+    """Return a PDO of a node as a message."""
+    return Message(
+        node, pdo.name, pdo.can_id, pdo.mapping.size, pdo.transmission_type, pdo.event_timer_ms,
+        tuple(field(start, entry) for start, entry in pdo.mapping.placed()),
+    )  # fmt: skip
+
+
+def field(start: int, entry: Entry) -> Field:
+    """Return an object at a place in a PDO as a field."""
+    kind = entry.type
+    return Field(
+        entry.name, start, kind.bits, kind.low < 0, kind.kind == "real", entry.factor, entry.unit,
+        entry.index, entry.subindex, entry.low, entry.high,
+    )  # fmt: skip
