@@ -4,7 +4,7 @@ import click
 
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.faults.catalogue import KINDS
-from hil_emulator.faults.declare import FaultParam, Kind
+from hil_emulator.faults.declare import FaultKind, FaultParam
 
 
 def faults() -> None:
@@ -17,7 +17,7 @@ def faults() -> None:
     )
 
 
-def _params(kind: Kind) -> str:
+def _params(kind: FaultKind) -> str:
     return ", ".join(f"{p.name} [{_unit(p)}]" for p in kind.params)
 
 

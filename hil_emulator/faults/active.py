@@ -6,20 +6,20 @@ from random import Random
 from types import TracebackType
 from typing import Self
 
-from hil_emulator.device.emergency import ErrorBit
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
-from hil_emulator.faults import frames, plant, sensor
-from hil_emulator.faults.declare import Layer
+from hil_emulator.faults.coil import CoilFaultKind
+from hil_emulator.faults.connection import connection
 from hil_emulator.faults.fault import Fault
 from hil_emulator.faults.frame_filters import FrameFault
-from hil_emulator.faults.strength import Strength, strength
+from hil_emulator.faults.frames import BusFaultKind
+from hil_emulator.faults.plant import PlantFaultKind
+from hil_emulator.faults.plant_parameters import PlantParameters
+from hil_emulator.faults.sensor import Act, Place, SensorFaultKind
+from hil_emulator.faults.strength import Change, Strength
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.model.sensors import CHANNELS
-
-SHORT_CIRCUIT = 0x2320
-"""Emergency error code: current at the device's output (CiA 301 table 26, class 23xx)."""
 
 
 class Running:
@@ -47,7 +47,9 @@ class Running:
     def strength(self, now_ns: int) -> Strength:
         """Return how strong it is now."""
         assert self.began_ns is not None
-        return strength(self.fault, self.random, self.began_ns, now_ns)
+        elapsed, fault = now_ns - self.began_ns, self.fault
+        ramp = min(1.0, elapsed / fault.ramp_ns) if fault.ramp_ns else 1.0
+        return Strength(now_ns, elapsed, ramp, self.random, fault.probability)
 
     def end(self) -> None:
         """End it; harmless when repeated."""
@@ -95,12 +97,12 @@ class Faults:
         self._value = value
         self._channels = sensors.names
         self._upper = _upper_ends(plant_, sensors)
-        self.parameters = plant.PlantParameters(plant_)
+        self.parameters = PlantParameters(plant_)
         self._waiting: list[Running] = []
         self._running: list[Running] = []
-        self._changes: list[tuple[Running, str, plant.Change]] = []
-        self._coil: list[tuple[Running, plant.Change]] = []
-        self._samples: list[tuple[Running, sensor.Act]] = []
+        self._changes: list[tuple[Running, str, Change]] = []
+        self._coil: list[tuple[Running, Change]] = []
+        self._samples: list[tuple[Running, Act]] = []
         self._frames: list[tuple[Running, Node, FrameFault]] = []
         self._freed: list[tuple[Node, list[Frame], list[Frame]]] = []
         self.active = False
@@ -184,21 +186,27 @@ class Faults:
         self._waiting.remove(running)
         self._running.append(running)
         running.began_ns = now_ns
-        fault = running.fault
-        match fault.kind.layer:
-            case Layer.PLANT:
-                self._changes.append((running, *plant.parameter_change(fault)))
-            case Layer.ELECTRICAL:
-                self._coil.append((running, plant.coil_change(fault)))
-                self._report_short(running, begins=True)
-            case Layer.SENSOR:
-                act = sensor.act(fault, self._channels, self._upper)
-                self._samples.append((running, act))
-            case Layer.BUS:
-                nodes = [n for n in self._nodes if fault.node in (None, n.node_id)]
-                if fault.kind.name == "babbling":  # one strange node is enough
-                    nodes = nodes[:1]
-                self._frames += [(running, n, frames.frame_fault(fault, n)) for n in nodes]
+        self._apply(running)
+        if emergency := running.fault.kind.emergency:
+            for node in self._nodes:
+                node.raise_error(running, *emergency)
+
+    def _apply(self, running: Running) -> None:
+        """Let the fault's kind say what it does, and put that where it acts."""
+        fault, kind = running.fault, running.fault.kind
+        if isinstance(kind, PlantFaultKind):
+            self._changes.append((running, kind.parameter, kind.begin(**fault.values)))
+        elif isinstance(kind, CoilFaultKind):
+            self._coil.append((running, kind.begin(**fault.values)))
+        elif isinstance(kind, SensorFaultKind):
+            at, upper = self._channels.index(fault.target), self._upper[fault.target]
+            place = Place(at, upper, self._channels)
+            self._samples.append((running, kind.begin(place, **fault.values)))
+        elif isinstance(kind, BusFaultKind):
+            nodes = [n for n in self._nodes if fault.node in (None, n.node_id)]
+            for node in nodes[:1] if kind.once else nodes:
+                act = kind.begin(connection(node, fault.thing), **fault.values)
+                self._frames.append((running, node, act))
 
     def _end(self, running: Running) -> None:
         self._on_end(running)
@@ -213,15 +221,8 @@ class Faults:
         for _, node, act in [f for f in self._frames if f[0] is running]:
             self._freed.append((node, *act.end()))
         self._frames = [f for f in self._frames if f[0] is not running]
-        self._report_short(running, begins=False)
-
-    def _report_short(self, running: Running, *, begins: bool) -> None:
-        if (running.fault.target, running.fault.kind.name) != ("coil", "short"):
-            return
-        for node in self._nodes:
-            if begins:
-                node.raise_error(running, SHORT_CIRCUIT, ErrorBit.CURRENT)
-            else:
+        if running.fault.kind.emergency:
+            for node in self._nodes:
                 node.clear_error(running)
 
 

@@ -10,8 +10,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hil_emulator.errors import UserError
-from hil_emulator.faults.catalogue import BUS, KINDS, MESSAGE, MESSAGES, NODE
-from hil_emulator.faults.declare import SPAN, SPAN_PER_SECOND, TEXT, FaultParam, Kind, Layer
+from hil_emulator.faults.catalogue import KINDS
+from hil_emulator.faults.connection import BUS, MESSAGE, MESSAGES, NODE
+from hil_emulator.faults.declare import (
+    SPAN,
+    SPAN_PER_SECOND,
+    TEXT,
+    FaultKind,
+    FaultParam,
+    Layer,
+)
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.signals import condition
 from hil_emulator.signals.condition import Condition
@@ -43,7 +51,7 @@ class Fault:
     """
 
     target: str
-    kind: Kind
+    kind: FaultKind
     values: Mapping[str, Any]
     start_ns: int = 0
     duration_ns: int | None = None
@@ -76,7 +84,7 @@ def targets() -> list[str]:
     return [*_CHANNELS, *sorted(plain - _CHANNELS.keys()), BUS, NODE, *MESSAGES]
 
 
-def kinds_of(target: str) -> dict[str, Kind]:
+def kinds_of(target: str) -> dict[str, FaultKind]:
     """Return the kinds of fault that a target can have, by name."""
     name = _thing(target.lower())
     group = MESSAGE if name in MESSAGES or _is_cob_id(name) else name
@@ -134,7 +142,7 @@ def spoken(text: str) -> Fault:
     return fault(target, kind, **options)
 
 
-def _common(kind: Kind, options: Mapping[str, Any]) -> dict[str, Any]:
+def _common(kind: FaultKind, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return what every fault can be told."""
     times = {name: _time(name, options[name]) for name in _TIMES if name in options}
     found: dict[str, Any] = {f"{name}_ns": value for name, value in times.items()}
@@ -161,7 +169,7 @@ def _time(name: str, text: object) -> int:
     return round(seconds * 1e9)
 
 
-def _value(target: str, kind: Kind, param: FaultParam, options: Mapping[str, Any]) -> Any:
+def _value(target: str, kind: FaultKind, param: FaultParam, options: Mapping[str, Any]) -> Any:
     """Return a parameter in SI."""
     where = f"fault {target} {kind.name}: {param.name}"
     channel = _CHANNELS.get(target) if kind.layer is Layer.SENSOR else None

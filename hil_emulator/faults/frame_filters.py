@@ -130,3 +130,23 @@ class Reordered(PassThrough):
                 passed += [frame, *held]
                 held.clear()
         return passed
+
+
+class Cut(PassThrough):
+    """Lets no frame of the node out, and none in where it is deaf.
+
+    Args:
+        deaf: whether the node hears nothing either.
+
+    """
+
+    def __init__(self, deaf: bool) -> None:
+        self._deaf = deaf
+
+    def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Let frames in, or not."""
+        return [] if self._deaf and s.hits() else list(frames)
+
+    def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
+        """Let no frame out."""
+        return [] if s.hits() else list(frames)

@@ -1,13 +1,21 @@
 """Bus faults: each kind as what it does to the connection of one node."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass
 
 from hil_emulator.device.emergency import ErrorBit
 from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
 from hil_emulator.device.node import Node
-from hil_emulator.faults.catalogue import BUS
-from hil_emulator.faults.fault import Fault
-from hil_emulator.faults.frame_filters import Delayed, FrameFault, PassThrough, Reordered, Rewriting
+from hil_emulator.faults.connection import BUS, MESSAGE, NODE, Connection
+from hil_emulator.faults.declare import FaultKind, FaultParam, Layer
+from hil_emulator.faults.frame_filters import (
+    Cut,
+    Delayed,
+    FrameFault,
+    PassThrough,
+    Reordered,
+    Rewriting,
+)
 from hil_emulator.faults.strength import Strength
 from hil_emulator.frame import Frame
 
@@ -17,38 +25,88 @@ RECOVERED_FROM_BUS_OFF = 0x8140
 _BITS_PER_BYTE = 8
 
 
-class Cut(PassThrough):
-    """Lets frames pass in neither direction, or only inward.
+@dataclass(frozen=True)
+class BusFaultKind(FaultKind):
+    """A kind of fault on the bus.
 
-    Args:
-        node: whose connection it is.
-        deaf: whether the node hears nothing either.
-        recovers: whether the node reports that it is back (bus-off).
+    Attributes:
+        once: whether it befalls one connection only, where several nodes are on the bus.
 
     """
 
-    def __init__(self, node: Node, deaf: bool, recovers: bool = False) -> None:
-        self._node = node
-        self._deaf = deaf
-        self._recovers = recovers
-
-    def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
-        """Let frames in, or not."""
-        return [] if self._deaf and s.hits() else list(frames)
-
-    def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
-        """Let no frame out."""
-        return [] if s.hits() else list(frames)
-
-    def end(self) -> tuple[list[Frame], list[Frame]]:
-        """Report the return to the bus."""
-        if self._recovers:
-            self._node.raise_error("bus-off", RECOVERED_FROM_BUS_OFF, ErrorBit.COMMUNICATION)
-            self._node.clear_error("bus-off")
-        return [], []
+    layer = Layer.BUS
+    given = ("connection",)
+    begin: Callable[..., FrameFault]
+    _: KW_ONLY
+    once: bool = False
 
 
-class Babbling(PassThrough):
+def bus_fault(
+    *targets: str, params: tuple[FaultParam, ...] = (), once: bool = False
+) -> Callable[[Callable[..., FrameFault]], BusFaultKind]:
+    """Declare the decorated function, or class, as a fault of the bus, of a node, of messages."""
+
+    def declare(begin: Callable[..., FrameFault]) -> BusFaultKind:
+        return BusFaultKind(begin, targets, params, once=once)
+
+    return declare
+
+
+@bus_fault(BUS, MESSAGE)
+def drop(connection: Connection) -> FrameFault:
+    """Frames vanish."""
+    return Rewriting(connection.chosen, lambda s, f: [])
+
+
+@bus_fault(
+    BUS, MESSAGE, params=(FaultParam("time", "s", "how late", 0.01, 0.0, 10.0, "ms"),)
+)  # fmt: skip
+def delay(connection: Connection, time: float) -> FrameFault:
+    """Frames come late."""
+    return Delayed(connection.chosen, round(time * 1e9))
+
+
+@bus_fault(BUS, MESSAGE, params=(FaultParam("copies", "1", "further ones", 1.0, 1.0, 100.0),))
+def duplicate(connection: Connection, copies: float) -> FrameFault:
+    """Frames come several times."""
+    return Rewriting(connection.chosen, lambda s, f: [f] * (1 + round(copies)))
+
+
+@bus_fault(BUS, MESSAGE, params=(FaultParam("bits", "1", "how many", 1.0, 1.0, 64.0),))
+def corrupt(connection: Connection, bits: float) -> FrameFault:
+    """Bits of the data are wrong."""
+
+    def inverted(s: Strength, frame: Frame) -> list[Frame]:
+        size = len(frame.data) * _BITS_PER_BYTE
+        mask = sum(1 << bit for bit in s.random.sample(range(size), min(round(bits), size)))
+        data = int.from_bytes(frame.data, "little") ^ mask
+        return [frame._replace(data=data.to_bytes(len(frame.data), "little"))]
+
+    return Rewriting(connection.chosen, inverted)
+
+
+@bus_fault(BUS, MESSAGE)
+def reorder(connection: Connection) -> FrameFault:
+    """A frame comes after its successor."""
+    return Reordered(connection.chosen)
+
+
+@bus_fault(BUS, MESSAGE, params=(FaultParam("length", "1", "bytes of data", 1.0, 0.0, 8.0),))
+def wrong_length(connection: Connection, length: float) -> FrameFault:
+    """Frames have another length."""
+    size = round(length)
+    return Rewriting(
+        connection.chosen, lambda s, f: [f._replace(data=f.data[:size].ljust(size, b"\0"))]
+    )
+
+
+@bus_fault(NODE)
+def silence(connection: Connection) -> FrameFault:
+    """The node hears, but says nothing."""
+    return Cut(deaf=False)
+
+
+class _Babbling(PassThrough):
     """Puts frames of a strange node in front of those that the node sends."""
 
     def __init__(self, can_id: int, count: int) -> None:
@@ -63,7 +121,47 @@ class Babbling(PassThrough):
         return [*(strange if s.hits() else []), *frames]
 
 
-class Restart(PassThrough):
+@bus_fault(
+    BUS,
+    params=(
+        FaultParam("can_id", "1", "COB-ID of its frames", 1.0, 0.0, 2047.0),
+        FaultParam("frames", "1", "how many per tick", 5.0, 1.0, 100.0),
+    ),
+    once=True,
+)
+def babbling(connection: Connection, can_id: float, frames: float) -> FrameFault:
+    """A node fills the bus."""
+    return _Babbling(round(can_id), round(frames))
+
+
+class _Reported(PassThrough):
+    """An error that the node itself reports."""
+
+    def __init__(self, node: Node, code: int) -> None:
+        self._node = node
+        self._key = ("injected", code)
+        node.raise_error(self._key, code, ErrorBit.MANUFACTURER)
+
+    def end(self) -> tuple[list[Frame], list[Frame]]:
+        """Report that it is gone."""
+        self._node.clear_error(self._key)
+        return [], []
+
+
+@bus_fault(NODE, params=(FaultParam("code", "1", "emergency error code", 0x1000, 1.0, 65535.0),))
+def emcy(connection: Connection, code: float) -> FrameFault:
+    """The node reports an error, and at the end that it is gone."""
+    return _Reported(connection.node, round(code))
+
+
+@bus_fault(NODE)
+def heartbeat_stop(connection: Connection) -> FrameFault:
+    """No heartbeat; all else goes on."""
+    can_id = ERROR_CONTROL_COB_ID + connection.node.node_id
+    return Rewriting(lambda f: f.can_id == can_id and f.data != b"\0", lambda s, f: [])
+
+
+class _Restart(PassThrough):
     """Resets the node once, as a dip of its supply does."""
 
     def __init__(self, node: Node) -> None:
@@ -78,84 +176,39 @@ class Restart(PassThrough):
         return [Frame(0x000, bytes([129, self._node.node_id])), *frames]
 
 
-class Reported(PassThrough):
-    """An error that the node itself reports."""
+@bus_fault(NODE)
+def reset(connection: Connection) -> FrameFault:
+    """The node restarts, once; its supply has failed."""
+    return _Restart(connection.node)
 
-    def __init__(self, node: Node, code: int) -> None:
+
+class _BusOff(Cut):
+    """Takes the node off the bus; at the end the node reports that it is back."""
+
+    def __init__(self, node: Node) -> None:
+        super().__init__(deaf=True)
         self._node = node
-        self._key = ("injected", code)
-        node.raise_error(self._key, code, ErrorBit.MANUFACTURER)
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
-        """Report that it is gone."""
-        self._node.clear_error(self._key)
+        """Report the return to the bus."""
+        self._node.raise_error("bus-off", RECOVERED_FROM_BUS_OFF, ErrorBit.COMMUNICATION)
+        self._node.clear_error("bus-off")
         return [], []
 
 
-def frame_fault(fault: Fault, node: Node) -> FrameFault:
-    """Return what a fault does to the frames of one node."""
-    v, chosen = fault.values, _selector(fault.thing, node)
-    heartbeat = ERROR_CONTROL_COB_ID + node.node_id
-    match fault.kind.name:
-        case "drop":
-            return Rewriting(chosen, lambda s, f: [])
-        case "duplicate":
-            return Rewriting(chosen, lambda s, f: [f] * (1 + round(v["copies"])))
-        case "corrupt":
-            return Rewriting(chosen, lambda s, f: [_corrupt(s, f, round(v["bits"]))])
-        case "wrong_length":
-            return Rewriting(chosen, lambda s, f: [_resized(f, round(v["length"]))])
-        case "heartbeat_stop":
-            return Rewriting(lambda f: f.can_id == heartbeat and f.data != b"\0", lambda s, f: [])
-        case "delay":
-            return Delayed(chosen, round(v["time"] * 1e9))
-        case "reorder":
-            return Reordered(chosen)
-        case "silence":
-            return Cut(node, deaf=False)
-        case "bus_off":
-            return Cut(node, deaf=True, recovers=True)
-        case "interface_down":
-            return Cut(node, deaf=True)
-        case "babbling":
-            return Babbling(round(v["can_id"]), round(v["frames"]))
-        case "reset":
-            return Restart(node)
-        case "emcy":
-            return Reported(node, round(v["code"]))
-        case name:
-            raise AssertionError(name)
+@bus_fault(NODE)
+def bus_off(connection: Connection) -> FrameFault:
+    """The node is off the bus; back again it reports EMCY 0x8140."""
+    return _BusOff(connection.node)
 
 
-def _corrupt(s: Strength, frame: Frame, bits: int) -> Frame:
-    """Return a frame with some bits of its data inverted."""
-    size = len(frame.data) * _BITS_PER_BYTE
-    mask = sum(1 << bit for bit in s.random.sample(range(size), min(bits, size)))
-    data = int.from_bytes(frame.data, "little") ^ mask
-    return frame._replace(data=data.to_bytes(len(frame.data), "little"))
+@bus_fault(BUS)
+def interface_down(connection: Connection) -> FrameFault:
+    """The cable is unplugged."""
+    return Cut(deaf=True)
 
 
-def _resized(frame: Frame, length: int) -> Frame:
-    return frame._replace(data=frame.data[:length].ljust(length, b"\0"))
-
-
-def _selector(target: str, node: Node) -> Callable[[Frame], bool]:
-    """Return which frames a target means; COB-IDs are those in use at this moment."""
-    if target in (BUS, "node"):
-        return lambda frame: True
-    named = message_ids(node).get(target, set())
-    ids = {int(target, 16)} if target.startswith("0x") else named
-    return lambda frame: frame.can_id in ids
-
-
-def message_ids(node: Node) -> dict[str, set[int]]:
-    """Return the COB-IDs of a node's messages by name (predefined set: CiA 301 7.3.5)."""
-    n = node.node_id
-    named = {
-        "nmt": {0x000},
-        "sync": {0x080},
-        "emcy": {0x080 + n},
-        "sdo": {0x580 + n, 0x600 + n},
-        "heartbeat": {ERROR_CONTROL_COB_ID + n},
-    }
-    return named | {row.name.lower(): {row.can_id} for row in node.pdo_map() if row.exists}
+KINDS = (
+    drop, delay, duplicate, corrupt, reorder, wrong_length, silence, babbling, emcy,
+    heartbeat_stop, reset, bus_off, interface_down,
+)  # fmt: skip

@@ -1,89 +1,114 @@
-"""Plant and electrical faults: parameters and the coil current in place of the sound ones."""
+"""Plant faults: a parameter in place of the sound one.
 
-import functools
-import math
-from collections.abc import Callable, Collection, Mapping
-from typing import Any
+Each is a function of the parameter's sound value and the strength s of the fault.
+"""
 
-from hil_emulator.faults.fault import Fault
-from hil_emulator.model.plant import Plant
+from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass
 
-Change = Callable[[float, float], float]
-"""Returns a parameter's value from its sound value and the strength of the fault."""
+from hil_emulator.faults.declare import FaultKind, FaultParam, Layer
+from hil_emulator.faults.strength import Change
 
 LOWEST_SUPPLY = 1e5
 """A pump at rest: the supply does not fall below the atmosphere [Pa]."""
 
 
-_CHANGES: dict[tuple[str, str], tuple[str, Callable[[Mapping[str, Any], float, float], float]]] = {
-    ("supply", "loss"): (
-        "supply_pressure", lambda v, sound, s: sound + s * (v["pressure"] - sound)),
-    ("supply", "droop"): (
-        "supply_pressure", lambda v, sound, s: max(LOWEST_SUPPLY, sound - s * v["drop"])),
-    ("cylinder", "leak"): (
-        "internal_leakage_conductance", lambda v, sound, s: sound + s * v["conductance"]),
-    ("cylinder", "friction_jump"): (
-        "coulomb_friction_force", lambda v, sound, s: sound + s * v["force"]),
-    ("oil", "air"): (
-        "entrained_air_fraction", lambda v, sound, s: sound + s * v["fraction"]),
-    ("valve", "stuck"): (
-        "spool_rate_limit_rate", lambda v, sound, s: 0.0 if s else sound),
-    ("valve", "clogged"): (
-        "valve_gain", lambda v, sound, s: sound * (1.0 - s * v["share"])),
-    ("valve", "slow"): (
-        "spool_rate_limit_rate", lambda v, sound, s: min(sound, v["rate"] / s) if s else sound),
-}  # fmt: skip
-"""By target and kind: the parameter, and its value from the fault's values, its sound value and
-the strength of the fault."""
+@dataclass(frozen=True)
+class PlantFaultKind(FaultKind):
+    """A kind of fault in the plant.
 
-FAULTY_PARAMETERS = frozenset(name for name, _ in _CHANGES.values())
+    Attributes:
+        parameter: the parameter of the model that it changes.
+
+    """
+
+    layer = Layer.PLANT
+    begin: Callable[..., Change]
+    _: KW_ONLY
+    parameter: str
+
+
+def plant_fault(
+    target: str, parameter: str, *params: FaultParam
+) -> Callable[[Callable[..., Change]], PlantFaultKind]:
+    """Declare the decorated function as a fault of a part of the plant."""
+
+    def declare(begin: Callable[..., Change]) -> PlantFaultKind:
+        return PlantFaultKind(begin, (target,), params, parameter=parameter)
+
+    return declare
+
+
+@plant_fault(
+    "supply", "supply_pressure",
+    FaultParam("pressure", "Pa", "what is left", 1e5, 0.0, 400e5, "bar"),
+)  # fmt: skip
+def loss(pressure: float) -> Change:
+    """The pump stops."""
+    return lambda sound, s: sound + s * (pressure - sound)
+
+
+@plant_fault(
+    "supply", "supply_pressure",
+    FaultParam("drop", "Pa", "by how much", 40e5, 0.0, 400e5, "bar"),
+)  # fmt: skip
+def droop(drop: float) -> Change:
+    """The supply sags."""
+    return lambda sound, s: max(LOWEST_SUPPLY, sound - s * drop)
+
+
+@plant_fault(
+    "cylinder", "internal_leakage_conductance",
+    FaultParam("conductance", "m^3/(s*Pa)", "further leakage", 2e-12, 0.0, 1e-9),
+)  # fmt: skip
+def leak(conductance: float) -> Change:
+    """Oil passes the worn piston seal."""
+    return lambda sound, s: sound + s * conductance
+
+
+@plant_fault(
+    "cylinder", "coulomb_friction_force",
+    FaultParam("force", "N", "further Coulomb friction", 500.0, 0.0, 1e5),
+)  # fmt: skip
+def friction_jump(force: float) -> Change:
+    """The seal or the guide seizes."""
+    return lambda sound, s: sound + s * force
+
+
+@plant_fault(
+    "oil", "entrained_air_fraction",
+    FaultParam("fraction", "1", "further air, volume at 1 atm", 0.05, 0.0, 0.2, "%"),
+)  # fmt: skip
+def air(fraction: float) -> Change:
+    """The oil foams."""
+    return lambda sound, s: sound + s * fraction
+
+
+@plant_fault("valve", "spool_rate_limit_rate")
+def stuck() -> Change:
+    """The spool stays where it is."""
+    return lambda sound, s: 0.0 if s else sound
+
+
+@plant_fault(
+    "valve", "valve_gain",
+    FaultParam("share", "1", "part of the flow that is lost", 0.5, 0.0, 1.0, "%"),
+)  # fmt: skip
+def clogged(share: float) -> Change:
+    """Dirt in the valve's passages."""
+    return lambda sound, s: sound * (1.0 - s * share)
+
+
+@plant_fault(
+    "valve", "spool_rate_limit_rate",
+    FaultParam("rate", "A/s", "its fastest motion", 0.01, 1e-4, 100.0),
+)  # fmt: skip
+def slow(rate: float) -> Change:
+    """Varnish brakes the spool."""
+    return lambda sound, s: min(sound, rate / s) if s else sound
+
+
+KINDS = (loss, droop, leak, friction_jump, air, stuck, clogged, slow)
+
+FAULTY_PARAMETERS = frozenset(kind.parameter for kind in KINDS)
 """What faults can change, whether the configuration has it on or off."""
-
-
-def parameter_change(fault: Fault) -> tuple[str, Change]:
-    """Return the plant's parameter that a fault changes, and how."""
-    name, change = _CHANGES[fault.target, fault.kind.name]
-    return name, functools.partial(change, fault.values)
-
-
-def coil_change(fault: Fault) -> Change:
-    """Return how a fault changes the current through the coil."""
-    if fault.kind.name == "current_limited":
-
-        def limited(current: float, s: float) -> float:
-            limit = fault.values["limit"] / s if s else math.inf
-            return max(-limit, min(limit, current))
-
-        return limited
-    return lambda current, s: current * (1.0 - s)
-
-
-class PlantParameters:
-    """The plant's parameters with their sound values behind those that faults have changed."""
-
-    def __init__(self, plant: Plant) -> None:
-        self._vector = plant.parameter_vector
-        self._index = {name: i for i, name in enumerate(plant.kernel.parameters.names or ())}
-        self._sound: dict[str, float] = {}
-
-    def sound(self, name: str) -> float:
-        """Return the value a parameter has without faults."""
-        return self._sound.get(name, float(self._vector[self._index[name]]))
-
-    def set_sound(self, name: str, value: float) -> None:
-        """Set the value a parameter has without faults."""
-        if name in self._sound:
-            self._sound[name] = value
-        else:
-            self._vector[self._index[name]] = value
-
-    def change(self, values: Mapping[str, float]) -> None:
-        """Give parameters faulty values."""
-        for name, value in values.items():
-            self._sound.setdefault(name, float(self._vector[self._index[name]]))
-            self._vector[self._index[name]] = value
-
-    def restore(self, faulty: Collection[str]) -> None:
-        """Give all parameters but the `faulty` ones their sound values again."""
-        for name in [n for n in self._sound if n not in faulty]:
-            self._vector[self._index[name]] = self._sound.pop(name)

@@ -4,11 +4,20 @@ Each is a function of the strength s that changes the sample in place: value + s
 """
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-from hil_emulator.faults.fault import Fault
+from hil_emulator.faults.declare import (
+    SPAN,
+    SPAN_PER_SECOND,
+    TEXT,
+    FaultKind,
+    FaultParam,
+    Layer,
+)
 from hil_emulator.faults.strength import Strength
+from hil_emulator.model.sensors import CHANNELS
 
 Values = list[float]
 Ranges = list[int]
@@ -18,44 +27,50 @@ Wrong = Callable[[Strength, float], float]
 """Returns the wrong reading in place of a right one."""
 
 
-def act(fault: Fault, channels: Sequence[str], upper: Mapping[str, float]) -> Act:
-    """Return what a fault does to samples.
+class Place(NamedTuple):
+    """Where a faulty channel is in the samples.
 
-    Args:
-        fault: a fault of the sensor layer.
-        channels: names of the channels, in the order of the samples.
-        upper: upper end of each channel's measuring range, SI.
+    Attributes:
+        at: its index.
+        upper: upper end of its measuring range, SI.
+        channels: names of all channels, in the order of the samples.
 
     """
-    at, values = channels.index(fault.target), fault.values
-    match fault.kind.name:
-        case "off":
-            return _blended(at, lambda s, v: 0.0, overrange=-1)
-        case "over_range":
-            return _blended(at, lambda s, v: upper[fault.target], overrange=1)
-        case "stuck":
-            return _blended(at, _stuck())
-        case "offset":
-            return _blended(at, lambda s, v: v + values["value"])
-        case "gain":
-            return _blended(at, lambda s, v: v * values["factor"])
-        case "drift":
-            return _blended(at, lambda s, v: v + values["rate"] * s.elapsed_ns * 1e-9)
-        case "noise":
-            return _blended(at, lambda s, v: v + s.random.gauss(0.0, values["deviation"]))
-        case "spike":
-            return _blended(at, lambda s, v: v + values["height"])
-        case "delay":
-            return _blended(at, _delay(round(values["time"] * 1e9)))
-        case "dropout":
-            return _dropout(at)
-        case "swapped":
-            return _swapped(at, channels.index(values["channel"]))
-        case name:
-            raise AssertionError(name)
+
+    at: int
+    upper: float
+    channels: tuple[str, ...]
 
 
-def _blended(at: int, wrong: Wrong, overrange: int = 0) -> Act:
+@dataclass(frozen=True)
+class SensorFaultKind(FaultKind):
+    """A kind of fault of a sensor or its cable."""
+
+    layer = Layer.SENSOR
+    given = ("place",)
+    begin: Callable[..., Act]
+
+
+_ALL = tuple(c.name for c in CHANNELS)
+_WITH_TWIN = tuple(
+    c.name for c in CHANNELS if any(o.unit == c.unit and o.name != c.name for o in CHANNELS)
+)
+
+
+def sensor_fault(
+    *params: FaultParam, targets: tuple[str, ...] = _ALL, probability: float = 1.0
+) -> Callable[[Callable[..., Act]], SensorFaultKind]:
+    """Declare the decorated function as a fault of channels."""
+
+    def declare(begin: Callable[..., Act]) -> SensorFaultKind:
+        return SensorFaultKind(begin, targets, params, probability)
+
+    return declare
+
+
+def _blended(place: Place, wrong: Wrong, overrange: int = 0) -> Act:
+    at = place.at
+
     def act(strength: Strength, values: Values, ranges: Ranges) -> None:
         bad = wrong(strength, values[at])
         share = strength.drawn()
@@ -66,34 +81,78 @@ def _blended(at: int, wrong: Wrong, overrange: int = 0) -> Act:
     return act
 
 
-def _stuck() -> Wrong:
+@sensor_fault()
+def off(place: Place) -> Act:
+    """No signal: reads 0, reported as below its range."""
+    return _blended(place, lambda s, v: 0.0, overrange=-1)
+
+
+@sensor_fault()
+def stuck(place: Place) -> Act:
+    """Keeps the reading it has."""
     kept: list[float] = []
 
-    def wrong(strength: Strength, value: float) -> float:
+    def wrong(s: Strength, value: float) -> float:
         if not kept:
             kept.append(value)
         return kept[0]
 
-    return wrong
+    return _blended(place, wrong)
 
 
-def _delay(time_ns: int) -> Wrong:
+@sensor_fault(FaultParam("value", SPAN, "by how much", 0.1))
+def offset(place: Place, value: float) -> Act:
+    """Reads too much."""
+    return _blended(place, lambda s, v: v + value)
+
+
+@sensor_fault(FaultParam("factor", "1", "by what", 1.2, -10.0, 10.0))
+def gain(place: Place, factor: float) -> Act:
+    """Multiplies its reading."""
+    return _blended(place, lambda s, v: v * factor)
+
+
+@sensor_fault(FaultParam("rate", SPAN_PER_SECOND, "how fast", 0.1))
+def drift(place: Place, rate: float) -> Act:
+    """Wanders off."""
+    return _blended(place, lambda s, v: v + rate * s.elapsed_ns * 1e-9)
+
+
+@sensor_fault(FaultParam("deviation", SPAN, "standard deviation", 0.02, 0.0))
+def noise(place: Place, deviation: float) -> Act:
+    """Reads with further, normal noise."""
+    return _blended(place, lambda s, v: v + s.random.gauss(0.0, deviation))
+
+
+@sensor_fault(FaultParam("height", SPAN, "by how much", 0.3), probability=0.02)
+def spike(place: Place, height: float) -> Act:
+    """Single samples read too much."""
+    return _blended(place, lambda s, v: v + height)
+
+
+@sensor_fault(FaultParam("time", "s", "how long before", 0.02, 0.0, 10.0, "ms"))
+def delay(place: Place, time: float) -> Act:
+    """Shows what it read before; first what it read last."""
+    time_ns = round(time * 1e9)
     past: deque[tuple[int, float]] = deque()
 
-    def wrong(strength: Strength, value: float) -> float:
-        past.append((strength.now_ns, value))
-        while len(past) > 1 and past[1][0] <= strength.now_ns - time_ns:
+    def wrong(s: Strength, value: float) -> float:
+        past.append((s.now_ns, value))
+        while len(past) > 1 and past[1][0] <= s.now_ns - time_ns:
             past.popleft()
         return past[0][1]
 
-    return wrong
+    return _blended(place, wrong)
 
 
-def _dropout(at: int) -> Act:
+@sensor_fault(probability=0.5)
+def dropout(place: Place) -> Act:
+    """Single samples are lost: the last one stays."""
+    at = place.at
     good: list[Any] = []
 
-    def act(strength: Strength, values: Values, ranges: Ranges) -> None:
-        if good and strength.hits():
+    def act(s: Strength, values: Values, ranges: Ranges) -> None:
+        if good and s.hits():
             values[at], ranges[at] = good
         else:
             good[:] = values[at], ranges[at]
@@ -101,10 +160,28 @@ def _dropout(at: int) -> Act:
     return act
 
 
-def _swapped(at: int, other: int) -> Act:
-    def act(strength: Strength, values: Values, ranges: Ranges) -> None:
-        if strength.drawn():
+@sensor_fault()
+def over_range(place: Place) -> Act:
+    """At the upper end of its range, and reported."""
+    return _blended(place, lambda s, v: place.upper, overrange=1)
+
+
+@sensor_fault(
+    FaultParam("channel", TEXT, "the channel it has changed places with", None),
+    targets=_WITH_TWIN,
+)
+def swapped(place: Place, channel: str) -> Act:
+    """Plugged into another channel's place."""
+    at, other = place.at, place.channels.index(channel)
+
+    def act(s: Strength, values: Values, ranges: Ranges) -> None:
+        if s.drawn():
             values[at], values[other] = values[other], values[at]
             ranges[at], ranges[other] = ranges[other], ranges[at]
 
     return act
+
+
+KINDS = (
+    off, stuck, offset, gain, drift, noise, spike, delay, dropout, over_range, swapped,
+)  # fmt: skip

@@ -1,9 +1,11 @@
 """How strong a fault is at a moment: its ramp, and the chance it takes."""
 
+from collections.abc import Callable
 from random import Random
 from typing import NamedTuple
 
-from hil_emulator.faults.fault import Fault
+Change = Callable[[float, float], float]
+"""Returns a value of the plant or its current from the sound one and the strength drawn."""
 
 
 class Strength(NamedTuple):
@@ -34,10 +36,3 @@ class Strength(NamedTuple):
         """Take the chance for a frame; the ramp lowers the probability."""
         chance = self.probability * self.ramp
         return chance >= 1.0 or self.random.random() < chance
-
-
-def strength(fault: Fault, random: Random, began_ns: int, now_ns: int) -> Strength:
-    """Return how strong a fault is that began at `began_ns`."""
-    elapsed = now_ns - began_ns
-    ramp = min(1.0, elapsed / fault.ramp_ns) if fault.ramp_ns else 1.0
-    return Strength(now_ns, elapsed, ramp, random, fault.probability)

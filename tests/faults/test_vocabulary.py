@@ -7,24 +7,24 @@ import pytest
 
 from hil_emulator.errors import UserError
 from hil_emulator.faults.catalogue import KINDS
-from hil_emulator.faults.declare import Layer
+from hil_emulator.faults.declare import FaultKind, FaultParam, Layer
 from hil_emulator.faults.fault import fault, kinds_of, targets
-
-REQUIRED = {"swapped": {"channel": "pressure_b"}}
+from hil_emulator.faults.plant import plant_fault
+from hil_emulator.model.declare import DeclarationError
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda k: f"{k.layer}-{k.name}")
-def test_every_kind_can_be_said_without_a_parameter(kind: object) -> None:
-    """Each kind has defaults that make it, for each of its targets."""
+def test_every_kind_can_be_said_without_a_parameter(kind: FaultKind) -> None:
+    """Each kind has defaults that make it, for each of its targets, or must be told a twin."""
     for target in kind.targets:
         name = "tpdo1" if target == "message" else target
         other = {"pressure_b": "pressure_a"}.get(name, "pressure_b")
-        options = {"channel": other} if kind.name == "swapped" else {}
+        options = {p.name: other for p in kind.params if p.default is None}
         assert fault(name, kind.name, **options).kind is kind
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda k: f"{k.layer}-{k.name}")
-def test_every_kind_is_shown_on_the_bus(kind: object) -> None:
+def test_every_kind_is_shown_on_the_bus(kind: FaultKind) -> None:
     """A test names it: this guards the tests of this folder, which see it on the bus."""
     text = "".join(
         file.read_text()
@@ -94,3 +94,12 @@ def test_every_target_has_a_kind_and_every_layer_a_target() -> None:
     reached = {kind.layer for target in targets() for kind in kinds_of(target).values()}
     assert reached == set(Layer)
     assert all(kinds_of(target) for target in targets())
+
+
+def test_a_kind_takes_what_can_be_said_about_it() -> None:
+    """A declaration whose function lacks a parameter is refused where it stands."""
+    with pytest.raises(DeclarationError, match=r"'leak' takes .*given .*'conductance'"):
+
+        @plant_fault("cylinder", "leakage", FaultParam("conductance", "1", "how much", 1.0))
+        def leak() -> None:
+            """Leak."""

@@ -7,17 +7,12 @@ import pytest
 from rigs import reference
 
 from hil_emulator.config.load import Configuration
-from hil_emulator.faults.catalogue import KINDS
-from hil_emulator.faults.declare import Layer
-from hil_emulator.faults.fault import fault
-from hil_emulator.faults.plant import parameter_change
+from hil_emulator.faults.plant import KINDS, PlantFaultKind
 from hil_emulator.model import kernel
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.rig import compiled
-
-PLANT_FAULTS = [(target, k.name) for k in KINDS if k.layer is Layer.PLANT for target in k.targets]
 
 
 def driven(config: Configuration, changes: dict[str, float]) -> np.ndarray:
@@ -46,15 +41,14 @@ def test_what_is_left_out_leaves_no_trace() -> None:
     assert np.array_equal(driven(lean, faulty), driven(config, faulty))
 
 
-@pytest.mark.parametrize(("target", "kind"), PLANT_FAULTS)
-def test_a_fault_finds_its_parameter_where_nothing_is_on(target: str, kind: str) -> None:
+@pytest.mark.parametrize("kind", KINDS, ids=lambda k: k.name)
+def test_a_fault_finds_its_parameter_where_nothing_is_on(kind: PlantFaultKind) -> None:
     """Every plant fault can begin in a machine whose effects are all off."""
     config = reference()
     knobs = {e.field_of(e.knob): e.off for e in config.effects}
     off = {name: knobs.get(name, value) for name, value in config.plant.items()}
     lean = acting(dataclasses.replace(config, plant=off, sensors={}))
-    name, _ = parameter_change(fault(target, kind))
-    assert name in (kernel.layouts(lean.effects)["parameters"].names or ())
+    assert kind.parameter in (kernel.layouts(lean.effects)["parameters"].names or ())
 
 
 def test_an_effect_that_is_off_in_all_channels_is_left_out_with_its_shape() -> None:

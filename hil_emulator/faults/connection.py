@@ -1,0 +1,53 @@
+"""What a bus fault befalls: the connection of one node, and the messages on it by name."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
+from hil_emulator.device.node import Node
+from hil_emulator.frame import Frame
+
+BUS = "bus"
+NODE = "node"
+MESSAGE = "message"
+MESSAGES = (
+    "nmt", "sync", "emcy", "sdo", "heartbeat",
+    *(f"rpdo{n}" for n in range(1, 5)),
+    *(f"tpdo{n}" for n in range(1, 5)),
+)  # fmt: skip
+"""Names of messages of CiA 301; a COB-ID such as 0x185 names one as well."""
+
+
+class Connection(NamedTuple):
+    """The connection of a node.
+
+    Attributes:
+        node: whose it is.
+        chosen: which frames on it a fault can befall.
+
+    """
+
+    node: Node
+    chosen: Callable[[Frame], bool]
+
+
+def connection(node: Node, target: str) -> Connection:
+    """Return a node's connection and which frames a target means; COB-IDs are those in use now."""
+    if target in (BUS, NODE):
+        return Connection(node, lambda frame: True)
+    named = message_ids(node).get(target, set())
+    ids = {int(target, 16)} if target.startswith("0x") else named
+    return Connection(node, lambda frame: frame.can_id in ids)
+
+
+def message_ids(node: Node) -> dict[str, set[int]]:
+    """Return the COB-IDs of a node's messages by name (predefined set: CiA 301 7.3.5)."""
+    n = node.node_id
+    named = {
+        "nmt": {0x000},
+        "sync": {0x080},
+        "emcy": {0x080 + n},
+        "sdo": {0x580 + n, 0x600 + n},
+        "heartbeat": {ERROR_CONTROL_COB_ID + n},
+    }
+    return named | {row.name.lower(): {row.can_id} for row in node.pdo_map() if row.exists}
