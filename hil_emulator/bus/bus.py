@@ -2,8 +2,8 @@
 
 import time
 from collections.abc import Iterable, Mapping
-from types import TracebackType
-from typing import Any, Self
+from contextlib import AbstractContextManager
+from typing import Any
 
 import can
 
@@ -17,7 +17,7 @@ RECEIVE_LIMIT = 128
 _CLASSICAL_BYTES = 8  # ISO 11898-1
 
 
-class Bus:
+class Bus(AbstractContextManager["Bus"]):
     """The rig's door to CAN, whatever carries it.
 
     Args:
@@ -96,15 +96,7 @@ class Bus:
         """Leave the bus; harmless when repeated."""
         self._bus.shutdown()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _recv(self, timeout: float) -> can.Message | None:

@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from random import Random
-from types import TracebackType
-from typing import Self
 
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
@@ -22,7 +21,7 @@ from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.model.sensors import CHANNELS
 
 
-class Running:
+class Running(AbstractContextManager["Running"]):
     """A fault that has been injected; ends with `end()`, its block, or its duration.
 
     Attributes:
@@ -57,15 +56,7 @@ class Running:
             self.ended = True
             self._on_end(self)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.end()
 
 

@@ -3,8 +3,8 @@
 import itertools
 import os
 from collections.abc import Callable, Mapping
-from types import TracebackType
-from typing import Any, Self
+from contextlib import AbstractContextManager
+from typing import Any
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
@@ -49,7 +49,7 @@ class Signals:
         return self._value(self._prefix + name)
 
 
-class Emulator:
+class Emulator(AbstractContextManager["Emulator"]):
     """A rig in lock-step: time passes in `run_for`, `wait_until` and `tick`, and nowhere else.
 
     Args:
@@ -156,15 +156,7 @@ class Emulator:
         """Leave the bus."""
         self._door.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _condition(self, what: str | Callable[[Signals], bool]) -> Callable[[], bool]:

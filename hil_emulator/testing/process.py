@@ -7,9 +7,9 @@ import sys
 import tempfile
 import threading
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from hil_emulator.errors import UserError
 
@@ -24,7 +24,7 @@ port = 0
 """
 
 
-class EmulatorProcess:
+class EmulatorProcess(AbstractContextManager["EmulatorProcess"]):
     """`hil-emulator run` in the background, on TCP or SocketCAN.
 
     Args:
@@ -75,15 +75,7 @@ class EmulatorProcess:
         self._folder.cleanup()
         return text
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.stop()
 
     def _until(self, last: str) -> str:
