@@ -1,7 +1,7 @@
 """`hil-emulator identify` and `gap`: what the configuration lacks, and where it disagrees."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -70,8 +70,9 @@ def identify(
     )  # fmt: skip
     click.echo(summary(result))
     if out is not None:
-        _write(result, configs, out)
-        click.echo(f"\nwritten   {near(out / 'report.html')}, result.json, identified.toml")
+        _write(out, _findings(result, configs))
+        click.echo(f"\nwritten   {near(out / 'result.json')}, identified.toml")
+        _illustrate(result, configs, out)
     if result.interrupted:
         raise SystemExit(INTERRUPTED)
 
@@ -104,20 +105,35 @@ def _addition(result: Result) -> list[str]:
     return [f"          added to identified.toml as a table, {result.added.name}"]
 
 
-def _write(result: Result, configs: Sequence[Path], out: Path) -> None:
-    today = datetime.now(tz=UTC).strftime("%Y-%m-%d")
+def _findings(result: Result, configs: Sequence[Path]) -> dict[str, str]:
+    """Return what a program reads on, by the name of its file."""
+    texts = {
+        "result.json": json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
+        "identified.toml": layer(result, configs, _today()),
+    }
+    return texts if result.added is None else texts | {EFFECT_FILE: result.added.text}
+
+
+def _illustrate(result: Result, configs: Sequence[Path], out: Path) -> None:
+    """Write the page; whatever goes wrong with it, the findings are written already."""
     names = ", ".join(f.name for f in configs)
     title = f"What {names} lacks"
     if result.verdict in MEASURED:
         title = f"{names} beside its measurements"
-    made = f"hil-emulator {__version__}, {today}"
-    texts = {
-        "result.json": json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
-        "identified.toml": layer(result, configs, today),
-        "report.html": report(result, title, made),
-    }
-    if result.added is not None:
-        texts[EFFECT_FILE] = result.added.text
+    try:
+        page = report(result, title, f"hil-emulator {__version__}, {_today()}")
+    except Exception as error:
+        click.echo(f"no page   report.html failed: {type(error).__name__}: {error}", err=True)
+        return
+    _write(out, {"report.html": page})
+    click.echo(f"written   {near(out / 'report.html')}")
+
+
+def _today() -> str:
+    return datetime.now(tz=UTC).strftime("%Y-%m-%d")
+
+
+def _write(out: Path, texts: Mapping[str, str]) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():

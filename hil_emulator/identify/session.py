@@ -95,7 +95,7 @@ def _identified(
         result = conclude(searcher, found)
         if not search:
             account.judge(result)
-    result.notes = notes
+    result.notes = [*notes, *result.notes]
     result.digests = {e.name: e.digest for e in (*learn, *check)}
     result.held_out = [e.name for e in check]
     every = {c.name for c in parameters.candidates(model, model.names)}

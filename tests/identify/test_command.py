@@ -35,6 +35,21 @@ def test_identify_writes_page_result_and_layer(tmp_path: Path) -> None:
     assert "http://" not in page
 
 
+def test_a_page_that_fails_loses_no_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Result and layer are written before the page, and a failure of it is one line."""
+
+    def fails(*_: object) -> str:
+        raise IndexError("no column")
+
+    monkeypatch.setattr(command, "report", fails)
+    done = CliRunner().invoke(main, ["gap", RIG, *TRAIN, f"--out={tmp_path}"])
+    assert done.exit_code == 0, done.output
+    assert done.output.count("report.html failed: IndexError: no column") == 1
+    assert {f.name for f in tmp_path.iterdir()} == {"result.json", "identified.toml"}
+
+
 def test_the_layer_closes_the_gap(tmp_path: Path) -> None:
     """Asked again with the layer, neither effect is missing any more."""
     CliRunner().invoke(main, ["identify", RIG, *TRAIN, *CHECK, f"--out={tmp_path}"])

@@ -1,5 +1,6 @@
 """Which balance disagrees and where, on machines that lack something known."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,7 +11,12 @@ from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.balances import LEAKAGE, DiscrepancyTerm, drivers
+from hil_emulator.identify.prediction.balances import (
+    LEAKAGE,
+    DiscrepancyTerm,
+    Regressors,
+    drivers,
+)
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.selection.discrepancy_terms import score_blocks
 from hil_emulator.identify.selection.progress import NOTICEABLE
@@ -54,14 +60,19 @@ def blocks() -> list[DiscrepancyTerm]:
     return score_blocks(fitter, fit.coordinates, fit.at, project)
 
 
-def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
-    """The balance with the largest share is the one that lacks a term; shares add up to one."""
+def states() -> Regressors:
+    """Return what the model's state was along the experiments."""
     fit, fitter = configured()
     par, chan = knee_model().memory(fit.coordinates, fit.at)
     tracks = [observer().innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
-    states = drivers(np.vstack(tracks), knee_model().signal_names, leaking()[0].period)
+    return drivers(np.vstack(tracks), knee_model().signal_names, leaking()[0].period)
+
+
+def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
+    """The balance with the largest share is the one that lacks a term; shares add up to one."""
+    fit = configured()[0]
     least = NOTICEABLE * len(fit.residual)
-    found = disagreements(fit, blocks(), states, len(INSTRUMENTS), least)
+    found = disagreements(fit, blocks(), states(), len(INSTRUMENTS), least)
     assert found[0].balance == LEAKAGE.name
     assert found[0].driver == "pressure difference"
     assert sum(d.share for d in found) == pytest.approx(1.0)
@@ -72,6 +83,16 @@ def test_nothing_significant_is_no_disagreement() -> None:
     """Terms below what is worth a word make no line."""
     fit, _ = configured()
     assert disagreements(fit, blocks(), {}, len(INSTRUMENTS), np.inf) == []
+
+
+def test_a_term_that_another_one_holds_takes_no_share() -> None:
+    """Of two equal terms the second keeps no direction of its own: all shares stay as they are."""
+    fit = configured()[0]
+    once, twice = (
+        disagreements(fit, terms, states(), len(INSTRUMENTS), 0.0)
+        for terms in (blocks(), [*blocks(), replace(leak())])
+    )
+    assert [d.share for d in twice] == pytest.approx([d.share for d in once])
 
 
 def leak() -> DiscrepancyTerm:

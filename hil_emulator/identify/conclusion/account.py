@@ -8,7 +8,7 @@ import numpy as np
 from hil_emulator.identify.conclusion.effect_table import effect_table, place_of
 from hil_emulator.identify.conclusion.findings import in_words
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.disagreement.gap import Compared, compare, measure, traces
+from hil_emulator.identify.disagreement.gap import Compared, View, compare, measure, traces
 from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
 from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
@@ -26,6 +26,10 @@ HYSTERETIC = 0.5
 """Width of the loop over its size from which a term is called hysteretic (assumed)."""
 
 
+FAILURES = (ArithmeticError, LookupError, ValueError, MemoryError)
+"""What numerical work on unforeseen data raises; a finding must outlive its illustration."""
+
+
 def fill(searcher: Searcher, search: Search, result: Result) -> None:
     """Fill in gap, regions, maps and traces of a search with at least one round."""
     first, last = search.rounds[0], search.rounds[-1]
@@ -38,16 +42,27 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
     result.traces = traces(predictor, compared)
     if isinstance(predictor, Observer):
         result.motion = by_motion(predictor, compared)
-    result.where = _where(searcher, first, compared, old=True)
-    if last is not first:
-        result.remaining = _where(searcher, last, compared, old=False)
-    effects = [c.name for c in search.effects]
-    for block in _mapped(first, result.where):
-        old = after.without(effects) if effects else beside(before, block)
-        result.maps.append(draw(predictor, old, after, block, training))
+    result.where = _where(searcher, first, compared.before["training"])
     result.settled = after.at
     if result.unknown:
         _say_more(searcher, last, result)
+    try:
+        _illustrate(searcher, search, compared, result)
+    except FAILURES as error:
+        result.notes.append(f"regions and maps are incomplete: {type(error).__name__}: {error}")
+
+
+def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: Result) -> None:
+    """Fill in what only pictures and tables show: where the final model disagrees, and maps."""
+    first, last = search.rounds[0], search.rounds[-1]
+    before, after = first.base, search.final or last.base
+    if last is not first:
+        result.remaining = _where(searcher, last, compared.after["training"])
+    effects = [c.name for c in search.effects]
+    for block in _mapped(first, result.where):
+        old = after.without(effects) if effects else beside(before, block)
+        drawn = draw(searcher.fitter.predictor, old, after, block, searcher.fitter.experiments)
+        result.maps.append(drawn)
 
 
 def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
@@ -72,11 +87,8 @@ def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
         result.settled = beside(last.base, known[term.balance, term.driver]).at
 
 
-def _where(
-    searcher: Searcher, found: Round, compared: Compared, old: bool
-) -> list[Disagreement]:  # fmt: skip
+def _where(searcher: Searcher, found: Round, views: Sequence[View]) -> list[Disagreement]:
     """Return the balances that disagree at the start of a round."""
-    views = (compared.before if old else compared.after)["training"]
     names = searcher.fitter.predictor.model.signal_names
     parts = [drivers(v.replay.track, names, v.experiment.period) for v in views]
     states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}

@@ -142,9 +142,9 @@ def _beside(basis: Array, other: Array) -> Array:
 
 
 def _orthonormal(columns: Array) -> Array:
-    """Return an orthonormal basis, without directions that hardly exist."""
+    """Return an orthonormal basis, without directions that hardly exist: perhaps of none."""
     values, vectors = np.linalg.eigh(columns.T @ columns)
-    keep = values > max(1e-4 * values[-1], 1e-9)
+    keep = values > max(1e-4 * float(np.max(values, initial=0.0)), 1e-9)
     # of a long recording the bases of all blocks are large
     basis: Array = (columns @ (vectors[:, keep] / np.sqrt(values[keep]))).astype(np.float32)
     return basis
