@@ -71,10 +71,14 @@ def carriers(dictionary: Dictionary, pdos: Iterable[PdoParameters]) -> list[Carr
     return [_carrier(dictionary, pdo) for pdo in pdos if pdo.active]
 
 
+SYNC = 0x080
+"""Identifier of SYNC where nothing else is said (CiA 301, 7.3.5)."""
+
+
 def sync_id(dictionary: Dictionary) -> int:
     """Return the identifier of SYNC."""
     entry = dictionary.get(*_SYNC_COB_ID)
-    return 0x080 if entry is None else int(entry.value) & _CAN_ID
+    return SYNC if entry is None else int(entry.value) & _CAN_ID
 
 
 def _carrier(dictionary: Dictionary, pdo: PdoParameters) -> Carrier:

@@ -9,7 +9,7 @@ import click
 from hil_emulator.bench.finding import Finding, measure_finding
 from hil_emulator.bench.speed import Speeds, measure
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.config.load import load
+from hil_emulator.config.load import load_rig
 from hil_emulator.platform.paths import cache_folder, shipped
 
 
@@ -29,7 +29,7 @@ def bench(
 
     """
     chosen = files or (shipped("configs/hyq_knee.toml"),)
-    config = load(chosen)
+    config = load_rig(chosen)
     measured: Speeds | Finding
     if identify:
         measured = measure_finding(chosen, identify, _say)

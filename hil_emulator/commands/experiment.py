@@ -9,7 +9,7 @@ import click
 import numpy as np
 
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.load import Configuration, load, on_bus
 from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design.library import (
     LIBRARY,
@@ -53,12 +53,13 @@ def write(
         scenario: file of a scenario that plays it.
 
     Raises:
-        UserError: for an unknown experiment, one that the machine cannot do, or a file that cannot
-            be written.
+        UserError: for an unknown experiment, one that the machine cannot do, a file that cannot
+            be written, or a scenario of a machine without nodes.
 
     """
     files = list(configs) or [shipped("configs/hyq_knee.toml")]
-    made = target(stimulus(name), limits(load(files).plant), amplitude, duration, seed)
+    config = load(files) if scenario is None else on_bus(load(files))
+    made = target(stimulus(name), limits(config.plant), amplitude, duration, seed)
     file = out or Path(f"{name}.csv")
     _save(file, stimulus_file(made))
     click.echo(f"stimulus  {near(file)}: {described(made)}")
@@ -66,7 +67,7 @@ def write(
         _draw(made, picture)
         click.echo(f"picture   {near(picture)}")
     if scenario is not None:
-        _save(scenario, playing(made, file, load(files), scenario.parent))
+        _save(scenario, playing(made, file, config, scenario.parent))
         click.echo(f"scenario  {near(scenario)}; play it on the bus:")
         click.echo(f"          hil-emulator scenario {near(scenario)} --record recordings")
 

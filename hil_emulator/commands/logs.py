@@ -96,7 +96,11 @@ def _carriers(
     found = [c for f in meaning.databases for c in by_database.from_file(f, meaning.names)]
     found += by_dictionary.from_files(meaning.sheets, meaning.node_ids)
     made: list[Node] = nodes(config, [channel.name for channel in CHANNELS])
-    sync_id = by_dictionary.sync_id(made[0].dictionary)
+    sync_id = by_dictionary.sync_id(made[0].dictionary) if made else by_dictionary.SYNC
+    if not found and not made:
+        raise UserError(
+            f"{config.files[-1]}: no [[node]] says what captured frames mean; name a --dbc or --eds"
+        )
     if not found:
         found = [c for n in made for c in by_dictionary.carriers(n.dictionary, n.pdos)]
     return found, sync_id

@@ -12,7 +12,7 @@ import numpy as np
 
 from hil_emulator.bus import frame_log
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import cache_folder
@@ -148,7 +148,7 @@ def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration
     if file.suffix in frame_log.SUFFIXES:
         if not files:
             raise UserError(f"{file}: a log does not say what was emulated; name the CONFIG too")
-        config = load(files)
+        config = load_rig(files)
         frames = list(frame_log.read(file, config.tick_ns))
         head = header(config, ())
         return Recording(head, np.empty((0, len(head["columns"]))), frames), config
@@ -158,7 +158,7 @@ def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration
             f"{file}: begins {recording.rows[0, 0]:g} s after the start, around "
             f'"{recording.header["capture"]}"; only a recording from the start can be replayed'
         )
-    config = load(files or [Path(name) for name in recording.header["files"]])
+    config = load_rig(files or [Path(name) for name in recording.header["files"]])
     config = _as_recorded(config, recording.header)
     if not files and config.digest != recording.provenance["digest"]:
         raise UserError(

@@ -65,7 +65,7 @@ class Configuration:
         late: what a late tick means: "count" it or "stop" the run.
         sync_period_ns: time that one SYNC stands for under the follow-SYNC clock [ns].
         bus: arguments of `can.Bus`.
-        nodes: the CANopen nodes.
+        nodes: the CANopen nodes; none for a bench that only measures.
         effects: the catalogue, with the user's own effects at its end.
         plant: parameters of the plant by record field, SI.
         sensors: transducer parameters by channel and record field, SI.
@@ -107,6 +107,31 @@ def load(files: Sequence[Path]) -> Configuration:
     except ValidationError as error:
         raise UserError(describe(error, schema(effects), merged, origin, files)) from None
     return _configuration(checked, merged, effects, origin, files)
+
+
+def load_rig(files: Sequence[Path]) -> Configuration:
+    """Read and check a configuration whose devices go on a bus.
+
+    Raises:
+        UserError: as `load` does, or if there is no device.
+
+    """
+    return on_bus(load(files))
+
+
+def on_bus(config: Configuration) -> Configuration:
+    """Return a configuration that has devices on a bus.
+
+    Raises:
+        UserError: if it has none.
+
+    """
+    if not config.nodes:
+        raise UserError(
+            f"{config.files[-1]}: no [[node]]: nothing of it is on a bus; add "
+            '[[node]] with id = 5 and eds = "hydraulic_actuator.eds"'
+        )
+    return config
 
 
 def _read(file: Path) -> dict[str, Any]:
@@ -218,7 +243,7 @@ def _configuration(
         )
     chain = [e for e in effects if e.stage == transducer]
     channels = type(checked.sensors).model_fields
-    folder = origin[("node",)].parent
+    folder = origin.get(("node",), files[-1]).parent
     canonical = json.dumps(merged, sort_keys=True, default=str).encode()
     return Configuration(
         tick_ns=round(rig.tick * 1e9),

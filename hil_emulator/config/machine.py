@@ -20,7 +20,7 @@ from typing import Any
 
 from pydantic import Field, ValidationError
 
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.table import Table
 from hil_emulator.errors import UserError
@@ -76,7 +76,7 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
 
     """
     if len(files) != 1 or not _has_actuators(files[0]):
-        config = load(files)
+        config = load_rig(files)
         name = config.files[0].stem
         only = ActuatorSettings(name, config, ONLY_BUS)
         return MachineSettings((only,), {ONLY_BUS: config.bus})
@@ -108,7 +108,7 @@ def _checked(file: Path) -> MachineTable:
 
 def _actuator(file: Path, position: int, table: ActuatorTable, bus: int) -> ActuatorSettings:
     """Load one actuator; its noise and serial numbers differ from those of the others."""
-    config = load([file.parent / name for name in table.files])
+    config = load_rig([file.parent / name for name in table.files])
     nodes = tuple(
         dataclasses.replace(n, id=n.id + table.node_offset, bus_number=bus) for n in config.nodes
     )

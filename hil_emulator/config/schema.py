@@ -94,7 +94,7 @@ def schema(effects: tuple[Effect, ...]) -> type[Table]:
         "rig": (RigTable, RigTable()),
         "model": (ModelTable, ModelTable()),
         "bus": (dict[str, Any], Field(default_factory=dict)),
-        "node": (list[NodeTable], Field(min_length=1)),
+        "node": (list[NodeTable], []),
     }
     for table in plant_tables(effects):
         model = _plant_table(table, effects)

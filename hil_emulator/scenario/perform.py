@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hil_emulator.bus.bus import Bus
-from hil_emulator.config.load import load as load_config
+from hil_emulator.config.load import load_rig
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.recording import SUFFIX, exports, journal
@@ -125,7 +125,7 @@ def perform(file: Path, recordings: Path | None = None) -> Outcome:
     begin = time.perf_counter()
     try:
         scenario = schema.load(file)
-        config = load_config([file.parent / name for name in scenario.config])
+        config = load_rig([file.parent / name for name in scenario.config])
         if scenario.seed is not None:
             config = dataclasses.replace(config, seed=scenario.seed)
         with Emulator(config) as emulator:

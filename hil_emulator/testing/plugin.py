@@ -70,9 +70,9 @@ def _found(request: pytest.FixtureRequest, name: str) -> Path:
 @pytest.fixture
 def emulator_config(request: pytest.FixtureRequest) -> Configuration:
     """Return the configuration of the emulator; override this fixture to choose another."""
-    from hil_emulator.config.load import load
+    from hil_emulator.config.load import load_rig
 
-    config = load(_files(request))
+    config = load_rig(_files(request))
     mark = request.node.get_closest_marker(_MARK)
     seed = request.config.getoption("--emulator-seed")
     if seed is None and mark is not None:
