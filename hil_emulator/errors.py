@@ -1,4 +1,8 @@
-"""The one exception that is meant for the user."""
+"""The one exception that is meant for the user, and how it quotes what the user gave."""
+
+import reprlib
+
+_LONGEST = 80  # characters of a quotation (assumed)
 
 
 class UserError(Exception):
@@ -6,3 +10,13 @@ class UserError(Exception):
 
     The command line prints its text without a traceback and ends with exit code 2.
     """
+
+
+def brief(given: object) -> str:
+    """Return what was given, short enough for a message whatever it is: text without quotes."""
+    if isinstance(given, str):
+        return given if len(given) <= _LONGEST else f"{given[:_LONGEST]} ..."
+    try:
+        return reprlib.repr(given)
+    except (ValueError, RecursionError):  # Python prints no integer of thousands of digits
+        return f"{type(given).__name__} of a size beyond all measure"

@@ -1,9 +1,34 @@
-"""Quantities with units, such as "160 bar", to SI numbers and back."""
+"""Quantities with units, such as "160 bar", to SI numbers and back.
+
+    quantity   number [unit]
+    unit       [["1"] "/"] term {("*" | "/" | " ") term}
+    term       power or "(" power {("*" | "/" | " ") power} ")" [exponent]
+    power      name [exponent]
+    exponent   ("^" | "**") ["-"] digit ["." digit]
+
+Only what this grammar lets pass reaches pint, which would evaluate any arithmetic: a quantity is
+read, never computed.
+"""
 
 import math
+import re
 from functools import cache
 
 import pint
+
+from hil_emulator.errors import brief
+
+LONGEST = 80
+"""Characters of a quantity; the longest unit that is declared has 17 (assumed)."""
+
+_NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:inf|nan)\b)\s*"
+_EXPONENT = r"(?:\s*(?:\^|\*\*)\s*-?\d(?:\.\d)?)?"
+_POWER = rf"(?:%|°?[A-Za-zµμΩ][A-Za-z0-9_µμΩ]*){_EXPONENT}"
+_JOINED = r"(?:\s*[*/·]\s*|\s+)"
+_TERM = rf"(?:{_POWER}|\(\s*{_POWER}(?:{_JOINED}{_POWER})*\s*\){_EXPONENT})"
+_UNIT = rf"((?:1?\s*/\s*)?{_TERM}(?:{_JOINED}{_TERM})*)?\s*"
+_QUANTITY = re.compile(_NUMBER + _UNIT, re.ASCII)
+_SUPERSCRIPTS = str.maketrans({"²": "^2", "³": "^3"})
 
 _WORDS = {
     "Pa": "pressure",
@@ -36,6 +61,21 @@ def _dimension(unit: str) -> str:
     return f"quantity in {unit}"
 
 
+def _read(text: str) -> pint.Quantity[float]:
+    """Return the quantity that a text states.
+
+    Raises:
+        ValueError: if it is too long, or more than a number and a unit.
+        pint.PintError: if there is no such unit.
+
+    """
+    match = _QUANTITY.fullmatch(text.translate(_SUPERSCRIPTS)) if len(text) <= LONGEST else None
+    if match is None:
+        raise ValueError(f"write a number and a unit, at most {LONGEST} characters")
+    number, unit = match.groups(default="")
+    return _registry().Quantity(float(number), f"1{unit}" if unit.startswith("/") else unit)
+
+
 def to_si(text: object, unit: str, example: str = "") -> float:
     """Return the number of `unit` in a quantity such as "7.5 l/min".
 
@@ -50,25 +90,31 @@ def to_si(text: object, unit: str, example: str = "") -> float:
     """
     hint = f', such as "{example}"' if example else ""
     if isinstance(text, bool) or not isinstance(text, str | int | float):
-        raise ValueError(f"{text!r} is not a quantity; a {_dimension(unit)} is wanted{hint}")
+        raise ValueError(f"{brief(text)} is not a quantity; a {_dimension(unit)} is wanted{hint}")
     if not isinstance(text, str) and unit != "1":
-        raise ValueError(f"{text!r} has no unit; write it as text with a unit{hint}")
+        raise ValueError(f"{brief(text)} has no unit; write it as text with a unit{hint}")
+    written = f'"{brief(text)}"'
     try:
-        quantity = _registry().Quantity(text)
+        quantity = _read(text) if isinstance(text, str) else _registry().Quantity(float(text))
         value = float(quantity.to(unit).magnitude)
     except pint.DimensionalityError:
         found = _dimension(str(quantity.units)) if not quantity.unitless else "plain number"
-        raise ValueError(f'"{text}" is a {found}; a {_dimension(unit)} is wanted{hint}') from None
-    except Exception:  # pint answers a malformed text with many kinds of exception
-        raise ValueError(f'"{text}" cannot be read as a {_dimension(unit)}{hint}') from None
+        raise ValueError(f"{written} is a {found}; a {_dimension(unit)} is wanted{hint}") from None
+    except Exception:  # pint answers an unknown unit with many kinds of exception
+        raise ValueError(f"{written} cannot be read as a {_dimension(unit)}{hint}") from None
     if math.isnan(value):
-        raise ValueError(f'"{text}" is not a number')
+        raise ValueError(f"{written} is not a number")
     return value
 
 
 def factor(unit: str, shown: str) -> float:
-    """Return how many SI `unit` one `shown` unit is; both must be without offset."""
-    return float(_registry().Quantity(1.0, shown).to(unit).magnitude)
+    """Return how many SI `unit` one `shown` unit is; both must be without offset.
+
+    Raises:
+        ValueError, pint.PintError: if `shown` is no unit, or one of something else.
+
+    """
+    return float(_read(f"1 {shown}").to(unit).magnitude)
 
 
 def show(value: float, unit: str, shown: str = "") -> str:

@@ -2,7 +2,10 @@
 
 import math
 
+import pint
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from hil_emulator.units import factor, show, to_si
 
@@ -21,6 +24,13 @@ from hil_emulator.units import factor, show, to_si
         ("250 Hz", "Hz", 250.0),
         ("40 degC", "K", 313.15),
         ("inf A", "A", math.inf),
+        ("160bar", "Pa", 1.6e7),
+        ("5 1/s", "1/s", 5.0),
+        ("5/s", "1/s", 5.0),
+        ("46 mm²/s", "m^2/s", 46e-6),
+        ("1 m^3/(s*A*Pa^0.5)", "m^3/(s*A*Pa^0.5)", 1.0),
+        ("40 °C", "K", 313.15),
+        ("-1e-3 m**2", "m^2", -1e-3),
     ],
 )
 def test_a_quantity_becomes_its_si_number(text: object, unit: str, value: float) -> None:
@@ -40,6 +50,14 @@ def test_a_quantity_becomes_its_si_number(text: object, unit: str, value: float)
         (True, "1", "is not a quantity"),
         (None, "Pa", "is not a quantity"),
         ("__import__('os')", "Pa", "cannot be read"),
+        ("9**9**8 bar", "Pa", "cannot be read"),
+        ("2*80 bar", "Pa", "cannot be read"),
+        ("(160) bar", "Pa", "cannot be read"),
+        ("1,5 bar", "Pa", "cannot be read"),
+        ("1 m^99", "m", "cannot be read"),
+        pytest.param("1" * 5000 + " bar", "Pa", r'1 \.\.\." cannot be read', id="long"),
+        pytest.param(10**5000, "1", "int of a size beyond all measure", id="huge"),
+        ([[[[[[[[]]]]]]]], "1", "is not a quantity"),
     ],
 )
 def test_a_wrong_quantity_is_refused_with_what_is_wanted(
@@ -57,3 +75,58 @@ def test_a_value_is_shown_in_the_unit_engineers_use() -> None:
     assert show(math.inf, "A", "mA") == "unlimited"
     assert to_si(show(0.0125, "m", "mm"), "m") == pytest.approx(0.0125)
     assert factor("Pa", "bar") == pytest.approx(1e5)
+
+
+PIECES = (
+    *(
+        "9",
+        "1",
+        "0.5",
+        "1e9",
+        "-",
+        "+",
+        "*",
+        "**",
+        "/",
+        "//",
+        "^",
+        "(",
+        ")",
+        " ",
+        ",",
+        "%",
+        "e",
+        "_",
+    ),
+    *("bar", "mm", "l", "min", "m", "s", "N", "degC", "inf", "nan", "pi", "²", "⁹", "·", "µA", "°"),
+)
+TEXTS = st.one_of(st.lists(st.sampled_from(PIECES), max_size=12).map("".join), st.text(max_size=90))
+INDEPENDENT = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+"""Reads units for the comparison without the grammar."""
+
+
+@settings(max_examples=2_000, deadline=None, database=None)
+@given(TEXTS)
+@example("9**9**8 bar")
+@example("2 bar + 3 bar")
+@example("1 (m^9)^9")
+def test_no_text_is_evaluated(text: str) -> None:
+    """Of 2,000 texts, most of them formulas, one that is accepted is its number times its unit."""
+    try:
+        value = to_si(text, "Pa")
+    except ValueError:
+        return
+    number, unit = next(
+        (text[:n], text[n:]) for n in range(len(text), 0, -1) if is_number(text[:n])
+    )
+    unit = INDEPENDENT.Quantity(1.0, f"1{unit}" if unit.lstrip().startswith("/") else unit)
+    assert value == pytest.approx(float(number) * unit.to("Pa").magnitude, rel=1e-12)
+
+
+def is_number(text: str) -> bool:
+    """Tell whether Python reads a text as a number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
