@@ -37,7 +37,9 @@ def balances(title: str, found: Sequence[Disagreement]) -> list[str]:
     """Return a line per balance, and one per region of it."""
     lines = []
     for d in found:
-        lines.append(f"{title:9s} {d.balance}, over {d.driver}: {100 * d.share:.0f} % of the gap")
+        lines.append(
+            f"{title:9s} {d.balance}, over {d.regressor}: {100 * d.share:.0f} % of the gap"
+        )
         lines += [f"          {region}" for region in d.regions]
         title = ""
     return lines

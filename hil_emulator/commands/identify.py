@@ -88,7 +88,7 @@ def summary(result: Result) -> str:
             lines.append(f"          its law differs from the catalogue's form: {finding.form}")
         lines += [f"          rival {r.name}: {r.lost}" for r in finding.rivals[:3]]
     if result.verdict not in MEASURED:
-        lines += [f"unknown   {u.balance} over {u.driver}: {u.shape}" for u in result.unknown]
+        lines += [f"unknown   {u.balance} over {u.regressor}: {u.shape}" for u in result.unknown]
         lines += _addition(result)
     if result.next_experiment:
         lines.append(f"next      {result.next_experiment}")

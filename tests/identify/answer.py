@@ -43,7 +43,7 @@ class Answer:
 
     Attributes:
         named: effects, in the order in which they were found.
-        unknown: balance and driver of every unexplained term, the strongest first.
+        unknown: balance and regressor of every unexplained term, the strongest first.
         nearest: the best effect that was not named, or "".
         separates: what would tell the members of a class apart, or "".
         verdict: in a word.
@@ -84,7 +84,7 @@ def from_result(result: Result, seconds: float) -> Answer:
     lines = _rounds(result)
     return Answer(
         named=tuple(_named(f) for f in result.effects),
-        unknown=tuple((u.balance, u.driver) for u in result.unknown),
+        unknown=tuple((u.balance, u.regressor) for u in result.unknown),
         nearest=_nearest(result), separates=result.next_experiment or "",
         verdict=result.verdict, evidence=tuple(lines), seconds=seconds,
     )  # fmt: skip
@@ -107,7 +107,7 @@ def _nearest(result: Result) -> str:
 
 
 def _rounds(result: Result) -> list[str]:
-    """Return the best trials and blocks of every round of the search."""
+    """Return the best trials and terms of every round of the search."""
     lines = []
     for i, found in enumerate(result.search.rounds if result.search else ()):
         for t in found.trials[:3]:
@@ -118,7 +118,7 @@ def _rounds(result: Result) -> list[str]:
                 f"held out {e.held_out:.0f} size {t.fit.at[-1]:.3g}"
             )
         lines += [
-            f"round {i + 1} block: {b.balance.name} by {b.driver} {b.statistic:.0f} "
-            f"(limit {b.limit:.0f})" for b in found.blocks[:3] if b.significant
+            f"round {i + 1} block: {t.balance.name} by {t.regressor} {t.statistic:.0f} "
+            f"(limit {t.limit:.0f})" for t in found.terms[:3] if t.significant
         ]  # fmt: skip
     return lines

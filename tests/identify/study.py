@@ -115,7 +115,7 @@ def answered(wanted: Iterable[Case], method: str, jobs: int) -> Iterator[tuple[C
 def line(outcome: Outcome) -> str:
     """Return one case in a line."""
     names = [n.name + ("*" if n.form_differs else "") for n in outcome.answer.named]
-    places = [f"?{balance} by {driver}" for balance, driver in outcome.answer.unknown[:1]]
+    places = [f"?{balance} by {regressor}" for balance, regressor in outcome.answer.unknown[:1]]
     return (
         f"{outcome.case.name:17s} {', '.join(outcome.case.effects) or 'nothing':44s} "
         f"{'FAILED' if failed(outcome) else 'good':7s} {', '.join(names + places) or 'nothing'} "

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import PISTON, DiscrepancyTerm
+from hil_emulator.identify.prediction.balances import PISTON
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.certainty import deviation, faint
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of
 from tests.identify.rig_data import INSTRUMENTS, knee_model

@@ -4,17 +4,12 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import (
-    FLOW_B,
-    LEAKAGE,
-    LOAD,
-    Balance,
-    DiscrepancyTerm,
-)
+from hil_emulator.identify.prediction.balances import FLOW_B, LEAKAGE, LOAD, Balance
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial, ranked
 from hil_emulator.identify.selection.conditional_test import ConditionalTest
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
@@ -36,11 +31,11 @@ def base(residual: np.ndarray) -> Fit:
     return Fit([leak], np.ones(1), residual, 100.0 * LEAK[:, None], float(residual @ residual))
 
 
-def term(balance: Balance, driver: str, fit: Fit, *columns: np.ndarray) -> DiscrepancyTerm:
+def term(balance: Balance, regressor: str, fit: Fit, *columns: np.ndarray) -> DiscrepancyTerm:
     """Return a free term of such a shape; chance reaches 10."""
     gain = sum(float(c @ fit.residual) ** 2 for c in columns)
     knots = np.zeros(6)
-    return DiscrepancyTerm(balance, driver, gain, 10.0, knots, knots, np.column_stack(columns))
+    return DiscrepancyTerm(balance, regressor, gain, 10.0, knots, knots, np.column_stack(columns))
 
 
 def candidate(name: str, fit: Fit, trace: np.ndarray) -> Score:
@@ -54,13 +49,13 @@ def judged(spring: float, *names: str) -> Round:
     It leaves 70, the null 22, something at the load `spring` standard deviations.
     """
     fit = base(70.0 * SHAPE + 22.0 * NULL + spring * SPRING)
-    blocks = [
+    terms = [
         term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE),
         term(FLOW_B, "pressure b", fit, SHAPE),
         term(LOAD, "velocity", fit, SPRING),
     ]
     traces = {"null_bias": NULL, "external_leakage": OTHER_LEAK}
-    found = Round(fit, [], [], blocks)
+    found = Round(fit, [], [], terms)
     for name in names:
         score = candidate(name, fit, traces[name])
         gain = score.statistic
@@ -120,7 +115,7 @@ def test_a_term_that_follows_any_ripple_needs_more(hats: int, worth: bool) -> No
     fit = base(22.0 * NULL)
     knots = np.zeros(hats)
     statistic = 2.0 * 0.01 * N + 5.0
-    block = DiscrepancyTerm(
+    ripple = DiscrepancyTerm(
         LOAD, "position", statistic, 10.0, knots, knots, NULL[:, None], usual=5.0
     )
-    assert bool(Round(fit, [], [], [block]).worthwhile) is worth
+    assert bool(Round(fit, [], [], [ripple]).worthwhile) is worth

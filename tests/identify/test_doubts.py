@@ -4,19 +4,12 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import (
-    LOAD,
-    PISTON,
-    RULER,
-    SUPPLY,
-    TAP_A,
-    Balance,
-    DiscrepancyTerm,
-)
+from hil_emulator.identify.prediction.balances import LOAD, PISTON, RULER, SUPPLY, TAP_A, Balance
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.doubts import hardly_believed, outdone, strained
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.law_form import sole_laws
@@ -38,10 +31,10 @@ def trace() -> np.ndarray:
     return np.sin(np.linspace(0.0, 20.0, N))
 
 
-def block(balance: Balance, driver: str, statistic: float) -> DiscrepancyTerm:
+def term(balance: Balance, regressor: str, statistic: float) -> DiscrepancyTerm:
     """Return a term that explains so much, with a limit of 50."""
     columns = np.column_stack([trace(), np.cos(np.linspace(0.0, 20.0, N))])
-    return DiscrepancyTerm(balance, driver, statistic, 50.0, np.zeros(2), np.zeros(2), columns)
+    return DiscrepancyTerm(balance, regressor, statistic, 50.0, np.zeros(2), np.zeros(2), columns)
 
 
 def score(name: str, statistic: float) -> Score:
@@ -51,19 +44,19 @@ def score(name: str, statistic: float) -> Score:
     return Score(effect(name), statistic, 1.0, statistic, column, trace(), np.zeros(0))
 
 
-def named(name: str, gain: float, blocks: list[DiscrepancyTerm]) -> tuple[Trial, Round]:
+def named(name: str, gain: float, terms: list[DiscrepancyTerm]) -> tuple[Trial, Round]:
     """Return an accepted effect with such a gain, and its round."""
     found = score(name, gain)
     fit = Fit([found.coordinate], np.ones(1), np.zeros(N), trace()[:, None], 0.0)
     trial = Trial(found, fit, Evidence(gain, gain, gain, 20.0, gain), 1.0)
-    return trial, Round(fit, [found], [trial], blocks, accepted=True)
+    return trial, Round(fit, [found], [trial], terms, accepted=True)
 
 
 @pytest.mark.parametrize(("gain", "doubtful"), [(1000.0, False), (950.0, False), (700.0, True)])
 def test_a_free_shape_that_explains_clearly_more_is_a_doubt(gain: float, doubtful: bool) -> None:
     """A law of the right form explains as much as a free term of its balance does."""
-    blocks = [block(PISTON, "velocity", 1000.0)]
-    times, words = outdone(*named("stribeck_friction", gain, blocks))
+    terms = [term(PISTON, "velocity", 1000.0)]
+    times, words = outdone(*named("stribeck_friction", gain, terms))
     assert bool(words) is doubtful
     assert (times > 1.0) is doubtful
 
@@ -71,7 +64,7 @@ def test_a_free_shape_that_explains_clearly_more_is_a_doubt(gain: float, doubtfu
 @pytest.mark.parametrize(("free", "accepted"), [(1100.0, True), (5000.0, False)])
 def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted: bool) -> None:
     """Where an unknown term explains five times as much, the nearest name would be a wrong one."""
-    found = named("stribeck_friction", 1000.0, [block(LOAD, "velocity", free)])[1]
+    found = named("stribeck_friction", 1000.0, [term(LOAD, "velocity", free)])[1]
     found.accepted = False
     judge(Search([]), found)
     assert found.accepted is accepted
@@ -80,7 +73,7 @@ def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted
 
 def test_a_drifting_zero_is_no_shape_of_friction() -> None:
     """Friction that was named does not keep the sensor's own offset from being named after it."""
-    friction, found = named("friction_asymmetry", 1000.0, [block(TAP_A, "time", 900.0)])
+    friction, found = named("friction_asymmetry", 1000.0, [term(TAP_A, "time", 900.0)])
     search = Search([], effects=[friction.score.coordinate])
     found.trials, found.accepted = [named("pressure_a.offset", 850.0, [])[0]], False
     judge(search, found)
@@ -89,7 +82,7 @@ def test_a_drifting_zero_is_no_shape_of_friction() -> None:
 
 def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_first() -> None:
     """What a delay of another form leaves, looks like cross-talk of the same sensor."""
-    late, found = named("position.delay", 1000.0, [block(RULER, "acceleration", 900.0)])
+    late, found = named("position.delay", 1000.0, [term(RULER, "acceleration", 900.0)])
     search = Search([], effects=[late.score.coordinate])
     other = named("position.crosstalk", 850.0, [])[0]
     found.trials, found.accepted = [other], False
@@ -135,7 +128,7 @@ def test_what_is_left_over_the_driver_of_the_only_law_in_a_balance_is_of_that_la
     other = np.cos(np.linspace(0.0, 7.0, N))
     free = [effect("fixed_pump"), effect("stribeck_friction")]
     fit = Fit(free, np.ones(2), np.zeros(N), np.column_stack([other, other]), 0.0)
-    left, slow = block(SUPPLY, "supply flow", 900.0), block(PISTON, "time", 900.0)
+    left, slow = term(SUPPLY, "supply flow", 900.0), term(PISTON, "time", 900.0)
     assert sole_laws(fit, [c.name for c in free], [left, slow]) == {left.title: "fixed_pump"}
     pumps = [*free, effect("variable_pump")]
     both = Fit(pumps, np.ones(3), np.zeros(N), np.column_stack([other] * 3), 0.0)
@@ -158,7 +151,7 @@ def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
     """Friction over the pressures resembles pressure friction, though another effect gains more."""
     scores = [score("load_force.offset", 900.0), score("friction_asymmetry", 800.0),
               score("pressure_friction", 500.0), score("load_spring", 50.0)]  # fmt: skip
-    term = block(PISTON, "pressure sum with the sign of velocity", 3000.0)
-    assert nearest(term, scores) == "pressure_friction"
-    assert nearest(block(LOAD, "position", 3000.0), scores) == "load_spring"
-    assert nearest(block(LOAD, "time", 3000.0), scores[:1]) == ""
+    pressures = term(PISTON, "pressure sum with the sign of velocity", 3000.0)
+    assert nearest(pressures, scores) == "pressure_friction"
+    assert nearest(term(LOAD, "position", 3000.0), scores) == "load_spring"
+    assert nearest(term(LOAD, "time", 3000.0), scores[:1]) == ""

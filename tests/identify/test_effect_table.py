@@ -73,13 +73,13 @@ def test_a_second_table_gets_another_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("balance", "driver"),
+    ("balance", "regressor"),
     [("force on the piston", "time"), ("leakage from a to b", "position times pressure difference"),
      ("flow into chamber a", "spool position"), ("reading of the load cell", "time")],
 )  # fmt: skip
-def test_what_has_no_place_in_the_model_is_not_added(balance: str, driver: str) -> None:
-    """A term over time, or in a balance whose stage does not know the driver."""
-    assert effect_table(Unexplained(balance, driver, "N", SPEEDS, DRAG.curve, "", 1e4)) is None
+def test_what_has_no_place_in_the_model_is_not_added(balance: str, regressor: str) -> None:
+    """A term over time, or in a balance whose stage does not know the regressor."""
+    assert effect_table(Unexplained(balance, regressor, "N", SPEEDS, DRAG.curve, "", 1e4)) is None
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import LOAD, PISTON, Balance, DiscrepancyTerm
+from hil_emulator.identify.prediction.balances import LOAD, PISTON, Balance
 from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.redundant_effects import redundant, same_part
 from tests.identify.rig_data import INSTRUMENTS, knee_model
@@ -34,18 +35,16 @@ def after(
 
     """
     straight, aside = waves()
-    term, trace = straight, 0.5 * straight + np.sqrt(0.75) * aside
-    data = mine * trace + unknown * term
+    shape, trace = straight, 0.5 * straight + np.sqrt(0.75) * aside
+    data = mine * trace + unknown * shape
     size = float(trace @ data)
     residual = data - size * trace
     effect = COORDINATES[name]
     fit = Fit([effect], np.array([size]), residual, -trace[:, None], float(residual @ residual))
     left = float((unknown * np.sqrt(0.75)) ** 2)
-    columns = -term[:, None]
-    block = DiscrepancyTerm(
-        balance, "velocity", left, 0.1 * left, np.zeros(1), np.zeros(1), columns
-    )
-    found = Round(fit, [], [], [block], unknown=True)
+    columns = -shape[:, None]
+    term = DiscrepancyTerm(balance, "velocity", left, 0.1 * left, np.zeros(1), np.zeros(1), columns)
+    found = Round(fit, [], [], [term], unknown=True)
     return Search([], effects=[effect], at=fit.at, rounds=[found]), found
 
 
@@ -71,9 +70,9 @@ def test_a_free_shape_of_its_own_law_does_not_count_against_an_effect() -> None:
     assert redundant(*after(0.0, 100.0, name, LOAD)) is not None
     straight, aside = waves()
     search, found = after(0.0, 100.0, name, LOAD)
-    block = found.blocks[0]
-    found.blocks[0] = DiscrepancyTerm(
-        LOAD, "position", block.statistic, block.limit, block.knots, block.curve,
+    term = found.terms[0]
+    found.terms[0] = DiscrepancyTerm(
+        LOAD, "position", term.statistic, term.limit, term.knots, term.curve,
         np.column_stack([straight, aside]),
     )  # fmt: skip
     assert redundant(search, found) is None

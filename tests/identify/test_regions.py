@@ -11,16 +11,12 @@ from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.balances import (
-    LEAKAGE,
-    DiscrepancyTerm,
-    Regressors,
-    drivers,
-)
+from hil_emulator.identify.prediction.balances import LEAKAGE, Regressors, regressors
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.selection.discrepancy_terms import score_blocks
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.progress import NOTICEABLE
 from hil_emulator.identify.selection.scan import Projection
+from hil_emulator.identify.selection.term_scan import score_terms
 from tests.identify.rig_data import INSTRUMENTS, OFF, knee_model, recorded
 
 CONDUCTANCE = 1e-13
@@ -53,11 +49,11 @@ def configured() -> tuple[Fit, Fitter]:
 
 
 @cache
-def blocks() -> list[DiscrepancyTerm]:
-    """Return what every block explains of the leaking machine."""
+def terms() -> list[DiscrepancyTerm]:
+    """Return what every term explains of the leaking machine."""
     fit, fitter = configured()
     project = Projection(fit)
-    return score_blocks(fitter, fit.coordinates, fit.at, project)
+    return score_terms(fitter, fit.coordinates, fit.at, project)
 
 
 def states() -> Regressors:
@@ -65,16 +61,16 @@ def states() -> Regressors:
     fit, fitter = configured()
     par, chan = knee_model().memory(fit.coordinates, fit.at)
     tracks = [observer().innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
-    return drivers(np.vstack(tracks), knee_model().signal_names, leaking()[0].period)
+    return regressors(np.vstack(tracks), knee_model().signal_names, leaking()[0].period)
 
 
 def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
     """The balance with the largest share is the one that lacks a term; shares add up to one."""
     fit = configured()[0]
     least = NOTICEABLE * len(fit.residual)
-    found = disagreements(fit, blocks(), states(), len(INSTRUMENTS), least)
+    found = disagreements(fit, terms(), states(), len(INSTRUMENTS), least)
     assert found[0].balance == LEAKAGE.name
-    assert found[0].driver == "pressure difference"
+    assert found[0].regressor == "pressure difference"
     assert sum(d.share for d in found) == pytest.approx(1.0)
     assert all(0.0 < r.time < 1.0 and r.share > r.time for d in found for r in d.regions)
 
@@ -82,22 +78,22 @@ def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
 def test_nothing_significant_is_no_disagreement() -> None:
     """Terms below what is worth a word make no line."""
     fit, _ = configured()
-    assert disagreements(fit, blocks(), {}, len(INSTRUMENTS), np.inf) == []
+    assert disagreements(fit, terms(), {}, len(INSTRUMENTS), np.inf) == []
 
 
 def test_a_term_that_another_one_holds_takes_no_share() -> None:
     """Of two equal terms the second keeps no direction of its own: all shares stay as they are."""
     fit = configured()[0]
     once, twice = (
-        disagreements(fit, terms, states(), len(INSTRUMENTS), 0.0)
-        for terms in (blocks(), [*blocks(), replace(leak())])
+        disagreements(fit, given, states(), len(INSTRUMENTS), 0.0)
+        for given in (terms(), [*terms(), replace(leak())])
     )
     assert [d.share for d in twice] == pytest.approx([d.share for d in once])
 
 
 def leak() -> DiscrepancyTerm:
     """Return the leakage over the pressure difference."""
-    return next(b for b in blocks() if b.balance is LEAKAGE and b.driver == "pressure difference")
+    return next(t for t in terms() if t.balance is LEAKAGE and t.regressor == "pressure difference")
 
 
 def test_what_the_balance_lacks_is_the_leak_itself() -> None:
@@ -113,14 +109,14 @@ def test_what_the_balance_lacks_is_the_leak_itself() -> None:
 
 
 def test_a_map_shows_the_leak_before_and_nothing_after() -> None:
-    """With the leak in the model the mean of the residual no longer follows its driver."""
+    """With the leak in the model the mean of the residual no longer follows its regressor."""
     fit, _ = configured()
     effects = parameters.candidates(knee_model(), INSTRUMENTS)
     effect = next(c for c in effects if c.name == "internal_leakage")
     at = np.append(beside(fit, leak()).at, CONDUCTANCE / effect.scale)
     after = Fit([*fit.coordinates, effect], at, fit.residual, fit.jacobian, 0.0)
     drawn = draw(observer(), beside(fit, leak()), after, leak(), leaking())
-    assert (drawn.unit, drawn.driver_unit) == ("l/min", "bar")
+    assert (drawn.unit, drawn.regressor_unit) == ("l/min", "bar")
     assert np.nanstd(drawn.after.middle) < 0.3 * np.nanstd(drawn.before.middle)
     assert drawn.spectra[0][:5].sum() > drawn.spectra[1][:5].sum()
 
@@ -132,6 +128,6 @@ def test_what_no_law_explains_casts_doubt_on_what_it_moves() -> None:
     i = names.index("oil_bulk_modulus")
     true = (OFF["oil_bulk_modulus"] - 1.0) * fit.coordinates[i].neutral / fit.coordinates[i].scale
     error = abs(float(fit.at[i]) - true)
-    doubt = float(np.linalg.norm([b.doubt[i] for b in blocks()]))
+    doubt = float(np.linalg.norm([t.doubt[i] for t in terms()]))
     assert error > 5.0 * np.sqrt(fit.covariance()[i, i])
     assert 0.5 * error < doubt < 5.0 * error

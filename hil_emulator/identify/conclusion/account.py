@@ -13,8 +13,9 @@ from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
 from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import DiscrepancyTerm, drivers
+from hil_emulator.identify.prediction.balances import regressors
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.judgement import standing
 from hil_emulator.identify.selection.progress import NOTICEABLE, Round, Search
 from hil_emulator.identify.selection.search import Searcher
@@ -59,9 +60,9 @@ def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: 
     if last is not first:
         result.remaining = _where(searcher, last, compared.after["training"])
     effects = [c.name for c in search.effects]
-    for block in _mapped(first, result.where):
-        old = after.without(effects) if effects else beside(before, block)
-        drawn = draw(searcher.fitter.predictor, old, after, block, searcher.fitter.experiments)
+    for term in _mapped(first, result.where):
+        old = after.without(effects) if effects else beside(before, term)
+        drawn = draw(searcher.fitter.predictor, old, after, term, searcher.fitter.experiments)
         result.maps.append(drawn)
 
 
@@ -71,41 +72,41 @@ def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
     Beside named effects a term is what their laws leave, and rarely worth a table.
     """
     predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
-    known = {(b.balance.name, b.driver): b for b in last.blocks}
-    for i, term in enumerate(result.unknown):
-        block = known[term.balance, term.driver]
-        curve = simplest(last.base, block)
-        shape = in_words(term.driver, block.knots, curve, term.unit)
-        if not block.balance.channel:
-            drawn = draw(predictor, beside(last.base, block), last.base, block, training)
+    known = {(t.balance.name, t.regressor): t for t in last.terms}
+    for i, unexplained in enumerate(result.unknown):
+        term = known[unexplained.balance, unexplained.regressor]
+        curve = simplest(last.base, term)
+        shape = in_words(unexplained.regressor, term.knots, curve, unexplained.unit)
+        if not term.balance.channel:
+            drawn = draw(predictor, beside(last.base, term), last.base, term, training)
             shape += ", hysteretic" if drawn.loop > HYSTERETIC else ", without hysteresis"
-        result.unknown[i] = replace(term, curve=tuple(curve.tolist()), shape=shape)
+        result.unknown[i] = replace(unexplained, curve=tuple(curve.tolist()), shape=shape)
     placed = [u for u in result.unknown if place_of(u)]
     if placed and result.verdict == "unknown_effect":
-        term = max(placed, key=lambda u: u.statistic)
-        result.added = effect_table(term, [e.name for e in predictor.model.effects])
-        result.settled = beside(last.base, known[term.balance, term.driver]).at
+        strongest = max(placed, key=lambda u: u.statistic)
+        result.added = effect_table(strongest, [e.name for e in predictor.model.effects])
+        result.settled = beside(last.base, known[strongest.balance, strongest.regressor]).at
 
 
 def _where(searcher: Searcher, found: Round, views: Sequence[View]) -> list[Disagreement]:
     """Return the balances that disagree at the start of a round."""
     names = searcher.fitter.predictor.model.signal_names
-    parts = [drivers(v.replay.track, names, v.experiment.period) for v in views]
+    parts = [regressors(v.replay.track, names, v.experiment.period) for v in views]
     states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     count = len(searcher.fitter.predictor.channels)
     least = NOTICEABLE * len(found.base.residual)
-    return disagreements(found.base, found.blocks, states, count, least)
+    return disagreements(found.base, found.terms, states, count, least)
 
 
 def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm]:
-    """Return the blocks worth a map: where it disagrees, or else where it might most."""
-    known = {(b.balance.name, b.driver): b for b in first.blocks
-             if b.columns.shape[1] and not b.balance.channel}  # fmt: skip
-    wanted = [known[d.balance, d.driver] for d in where if (d.balance, d.driver) in known]
+    """Return the terms worth a map: where it disagrees, or else where it might most."""
+    known = {(t.balance.name, t.regressor): t for t in first.terms
+             if t.columns.shape[1] and not t.balance.channel}  # fmt: skip
+    wanted = [known[d.balance, d.regressor] for d in where if (d.balance, d.regressor) in known]
     found: list[DiscrepancyTerm] = []
-    for block in [*wanted, *known.values()]:
-        if block.balance not in [f.balance for f in found]:
-            found.append(block)
+    for term in [*wanted, *known.values()]:
+        if term.balance not in [f.balance for f in found]:
+            found.append(term)
     return found[: max(1, min(MAPPED, len(where)))]
 
 
@@ -149,8 +150,8 @@ def _chi2(searcher: Searcher, fit: Fit) -> float:
 
 def _left(last: Round) -> float:
     """Return what the strongest unexplained term would still take."""
-    terms: list[DiscrepancyTerm] = [b for b in last.blocks if b.significant]
-    return max((b.statistic for b in terms), default=0.0)
+    terms: list[DiscrepancyTerm] = [t for t in last.terms if t.significant]
+    return max((t.statistic for t in terms), default=0.0)
 
 
 def judge(result: Result) -> None:

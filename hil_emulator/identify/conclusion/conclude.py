@@ -38,11 +38,11 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     if last.unknown:
         unknown = [
             Unexplained(
-                b.balance.name, b.driver, b.balance.unit, tuple(b.knots.tolist()),
-                tuple(b.curve.tolist()), in_words(b.driver, b.knots, b.curve, b.balance.unit),
-                b.statistic,
+                t.balance.name, t.regressor, t.balance.unit, tuple(t.knots.tolist()),
+                tuple(t.curve.tolist()), in_words(t.regressor, t.knots, t.curve, t.balance.unit),
+                t.statistic,
             )
-            for b in [b for b in last.blocks[:3] if b.significant]
+            for t in [t for t in last.terms[:3] if t.significant]
         ]  # fmt: skip
     unseen = [s.coordinate.name for s in search.rounds[0].scores if not s.visible]
     result = Result("nothing_missing", _explained(search))
@@ -54,7 +54,7 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     elif unknown:
         result.verdict = "unknown_effect"
         u = unknown[0]
-        result.reason = f"something acts on the {u.balance}, depending on {u.driver}: {u.shape}"
+        result.reason = f"something acts on the {u.balance}, depending on {u.regressor}: {u.shape}"
         result.reason += f"; nearest in the catalogue: {search.nearest}" if search.nearest else ""
     result.nearest = search.nearest
     ambiguous = [f for f in findings if f.group]

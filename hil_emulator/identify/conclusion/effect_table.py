@@ -1,4 +1,4 @@
-"""An unexplained term as an effect of the user's own: a table over its driver.
+"""An unexplained term as an effect of the user's own: a table over its regressor.
 
 The file is Python like any user's effect file, so that people can read it, change it, and replace
 it by the law once they know it. Only balances with a place for such a term can take one.
@@ -27,7 +27,7 @@ class Place:
     Attributes:
         stage: the place in the equations.
         takes: arguments of the law, as Python writes them.
-        driver: the driver, as Python computes it from them.
+        regressor: the regressor, as Python computes it from them.
         value: what the law returns of the table's value `term`.
         equation: the law for a reader.
 
@@ -35,7 +35,7 @@ class Place:
 
     stage: Stage
     takes: tuple[str, ...]
-    driver: str
+    regressor: str
     value: str
     equation: str
 
@@ -68,8 +68,8 @@ PLACES = {
         command, ("current",), "current", "current + term", "u = i + T(i)"
     ),
 }  # fmt: skip
-"""By balance and driver. A stage offers its law few quantities: leakage does not know the position,
-a chamber's flow has no stage of its own, and time is no quantity of a law."""
+"""By balance and regressor. A stage offers its law few quantities: leakage does not know the
+position, a chamber's flow has no stage of its own, and time is no quantity of a law."""
 
 _FILE = '''\
 """A term that identification found and no effect of the catalogue explains.
@@ -84,7 +84,7 @@ from hil_emulator.model.declare import Param, effect
 from hil_emulator.model.stages import {stage}
 
 KNOTS = ({knots},)
-"""Values of the driver [{driver_unit}]."""
+"""Values of the driver [{regressor_unit}]."""
 
 VALUES = ({values},)
 """The term there [{unit}]."""
@@ -101,7 +101,7 @@ SLOPES = ({slopes},)
 )
 def {name}({arguments}, factor: float) -> float:
     """{equation}, T the fitted curve, constant beyond its ends."""
-    z = min(max({driver}, KNOTS[0]), KNOTS[-1])
+    z = min(max({regressor}, KNOTS[0]), KNOTS[-1])
     i = 0
     while i < len(KNOTS) - 2 and z > KNOTS[i + 1]:
         i += 1
@@ -138,7 +138,7 @@ class EffectTable:
 
 def place_of(term: Unexplained) -> Place | None:
     """Return where a term can be added to the model; None where it cannot."""
-    return PLACES.get((term.balance, term.driver))
+    return PLACES.get((term.balance, term.regressor))
 
 
 def effect_table(
@@ -161,10 +161,10 @@ def effect_table(
     text = _FILE.format(
         story=story or f"It acts on the {term.balance}: {term.shape}.", stage=place.stage.name,
         knots=_numbers(knots), values=_numbers(values), slopes=_numbers(np.asarray(slopes)),
-        driver_unit=_UNITS.get(term.driver, "SI"), unit=term.unit,
-        signature=f"{term.balance} over {term.driver}", name=name,
+        regressor_unit=_UNITS.get(term.regressor, "SI"), unit=term.unit,
+        signature=f"{term.balance} over {term.regressor}", name=name,
         arguments=", ".join(f"{a}: float" for a in place.takes), equation=place.equation,
-        driver=place.driver, value=place.value,
+        regressor=place.regressor, value=place.value,
     )  # fmt: skip
     if "math." not in text:
         text = text.replace("import math\n\n", "")
@@ -179,8 +179,8 @@ def _name(term: Unexplained, taken: Sequence[str]) -> str:
     balance = {PISTON.name: "friction", LOAD.name: "load"}.get(
         term.balance, term.balance.split()[0]
     )
-    driver = term.driver.split(" with ")[0].replace(" ", "_")
-    wanted = f"unexplained_{balance}_over_{driver}"
+    regressor = term.regressor.split(" with ")[0].replace(" ", "_")
+    wanted = f"unexplained_{balance}_over_{regressor}"
     count, name = 1, wanted
     while name in taken:
         count += 1

@@ -89,9 +89,9 @@ class Unexplained:
 
     Attributes:
         balance: where it sits.
-        driver: what it depends on.
+        regressor: what it depends on.
         unit: unit of the term.
-        knots: values of the driver.
+        knots: values of the regressor.
         curve: what the model lacks there: the term that would have to be added.
         shape: the curve in words.
         statistic: gain in chi-square.
@@ -99,7 +99,7 @@ class Unexplained:
     """
 
     balance: str
-    driver: str
+    regressor: str
     unit: str
     knots: tuple[float, ...]
     curve: tuple[float, ...]
@@ -107,27 +107,27 @@ class Unexplained:
     statistic: float
 
 
-def in_words(driver: str, knots: Array, curve: Array, unit: str) -> str:
-    """Describe a curve over its driver: how large, odd or even, rising or falling."""
+def in_words(regressor: str, knots: Array, curve: Array, unit: str) -> str:
+    """Describe a curve over its regressor: how large, odd or even, rising or falling."""
     size = float(np.max(np.abs(curve)))
     if size == 0.0:
         return "zero"
     factor, shown = SHOWN.get(unit, (1.0, unit))
-    return f"up to {size * factor:.3g} {shown}, {_parity(driver, knots, curve)}"
+    return f"up to {size * factor:.3g} {shown}, {_parity(regressor, knots, curve)}"
 
 
-def _parity(driver: str, knots: Array, curve: Array) -> str:
-    """Return a curve's symmetry about zero, or its trend where the driver keeps its sign."""
+def _parity(regressor: str, knots: Array, curve: Array) -> str:
+    """Return a curve's symmetry about zero, or its trend where the regressor keeps its sign."""
     steps = np.diff(curve)
     trend = ""
     if np.all(steps >= 0.0) or np.all(steps <= 0.0):
         trend = ", rising" if curve[-1] > curve[0] else ", falling"
     reach = min(-knots[0], knots[-1])
     if reach < 0.3 * max(-knots[0], knots[-1]):
-        return f"{trend.removeprefix(', ') or 'bent'} with {driver}"
+        return f"{trend.removeprefix(', ') or 'bent'} with {regressor}"
     grid = np.linspace(0.05, 1.0, 20) * reach
     right, left = np.interp(grid, knots, curve), np.interp(-grid, knots, curve)
     odd, even = float(np.sum((right - left) ** 2)), float(np.sum((right + left) ** 2))
     share = odd / max(odd + even, 1e-300)
     kind = "odd" if share > 0.8 else "even" if share < 0.2 else "neither odd nor even"
-    return f"{kind} in {driver}{trend}"
+    return f"{kind} in {regressor}{trend}"

@@ -88,7 +88,7 @@ class Result:
             "verdict": self.verdict,
             "reason": self.reason,
             "effects": [_finding(f) for f in self.effects],
-            "unknown": [vars(u) for u in self.unknown],
+            "unknown": [_plain(u) for u in self.unknown],
             "nearest": self.nearest,
             "gap": self.gap,
             "gap_measure": self.measure,
@@ -107,11 +107,18 @@ class Result:
         }
 
 
+_KEYS = {"regressor": "driver", "delta_chi2": "gain"}
+"""Keys of `result.json` that are not the attribute's name: programs read them."""
+
+
+def _plain(found: object) -> dict[str, Any]:
+    """Return attributes by their keys in `result.json`."""
+    return {_KEYS.get(name, name): value for name, value in vars(found).items()}
+
+
 def _finding(finding: Finding) -> Mapping[str, Any]:
-    plain = dict(vars(finding))
-    plain["rivals"] = [vars(r) for r in finding.rivals]
-    return plain
+    return {**_plain(finding), "rivals": [_plain(r) for r in finding.rivals]}
 
 
 def _where(disagreement: Disagreement) -> Mapping[str, Any]:
-    return {**vars(disagreement), "regions": [vars(r) for r in disagreement.regions]}
+    return {**_plain(disagreement), "regions": [_plain(r) for r in disagreement.regions]}

@@ -1,9 +1,9 @@
 """Which balance disagrees, and in which region of the state space.
 
 A balance's share is what terms in it explain of everything that terms in any balance explain, taken
-one after the other, the strongest first: so the shares add up. Terms are the nonparametric blocks;
-ordinary parameters are projected out. A block's gain falls on single samples, and a region is the
-simplest statement about the state that covers most of the gain in little of the time.
+one after the other, the strongest first: so the shares add up. Ordinary parameters are projected
+out. A term's gain falls on single samples, and a region is the simplest statement about the state
+that covers most of the gain in little of the time.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,8 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Mask
-from hil_emulator.identify.prediction.balances import DiscrepancyTerm, Regressors
+from hil_emulator.identify.prediction.balances import Regressors
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Projection
 
 LEAST = 0.02
@@ -29,7 +30,7 @@ MOST = 3
 """Regions that are told of one balance."""
 
 SMALL = np.linspace(0.05, 0.95, 19)
-"""Quantiles of a driver at which a region may begin or end."""
+"""Quantiles of a regressor at which a region may begin or end."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Disagreement:
 
     Attributes:
         balance: which.
-        driver: what its strongest term depends on.
+        regressor: what its strongest term depends on.
         share: share of the gap that terms in this balance explain.
         gain: their gain in chi-square.
         regions: where it is, the widest part first.
@@ -65,74 +66,74 @@ class Disagreement:
     """
 
     balance: str
-    driver: str
+    regressor: str
     share: float
     gain: float
     regions: tuple[Region, ...]
 
     def __str__(self) -> str:
         where = f", {self.regions[0]}" if self.regions else ", everywhere"
-        return f"{self.balance} over {self.driver}, {100 * self.share:.0f} % of the gap{where}"
+        return f"{self.balance} over {self.regressor}, {100 * self.share:.0f} % of the gap{where}"
 
 
 def disagreements(
-    fit: Fit, blocks: Sequence[DiscrepancyTerm], states: Regressors, channels: int, least: float
+    fit: Fit, terms: Sequence[DiscrepancyTerm], states: Regressors, channels: int, least: float
 ) -> list[Disagreement]:
     """Return the balances that disagree, the largest share first.
 
     Args:
         fit: the model.
-        blocks: what every block explains there.
-        states: drivers along the trajectory, all experiments in a row.
+        terms: what every term explains there.
+        states: regressors along the trajectory, all experiments in a row.
         channels: residuals per sample.
         least: gain in chi-square below which a term is not worth a word.
 
     """
-    told = [b for b in blocks if b.significant and b.statistic > least and b.columns.size]
+    told = [t for t in terms if t.significant and t.statistic > least and t.columns.size]
     chosen = _chosen(told, fit)
     total = sum(gain for _, gain, _ in chosen)
     found: dict[str, Disagreement] = {}
-    for block, gain, local in chosen:
-        name, samples = block.balance.name, local.reshape(-1, channels).sum(axis=1)
+    for term, gain, local in chosen:
+        name, samples = term.balance.name, local.reshape(-1, channels).sum(axis=1)
         known = found.get(name)
         if known is None:
             regions = tuple(_regions(samples, states))
-            found[name] = Disagreement(name, block.driver, gain / total, gain, regions)
+            found[name] = Disagreement(name, term.regressor, gain / total, gain, regions)
         else:
             share = known.share + gain / total
             found[name] = Disagreement(
-                name, known.driver, share, known.gain + gain, known.regions
+                name, known.regressor, share, known.gain + gain, known.regions
             )  # fmt: skip
     return sorted(found.values(), key=lambda d: -d.share)
 
 
 def _chosen(
-    blocks: Sequence[DiscrepancyTerm], fit: Fit
+    terms: Sequence[DiscrepancyTerm], fit: Fit
 ) -> list[tuple[DiscrepancyTerm, float, Array]]:
-    """Return blocks one after the other with their further gain, in all and by residual."""
+    """Return terms one after the other with their further gain, in all and by residual."""
     project = Projection(fit)
-    rest = list(blocks)
-    bases = {id(b): _basis(b, project) for b in rest}
+    rest = list(terms)
+    bases = {id(t): _basis(t, project) for t in rest}
     residual, chosen = project.residual.copy(), []
     count, first = len(fit.residual), 0.0
     while rest:
-        gains = [float(np.sum((bases[id(b)].T @ residual) ** 2)) for b in rest]
+        gains = [float(np.sum((bases[id(t)].T @ residual) ** 2)) for t in rest]
         best = int(np.argmax(gains))
-        block, gain = rest.pop(best), gains[best]
+        term, gain = rest.pop(best), gains[best]
         first = first or gain
-        if gain < max(LEAST * first, block.limit):
+        if gain < max(LEAST * first, term.limit):
             break
-        basis = bases.pop(id(block))
+        basis = bases.pop(id(term))
         after = residual - basis @ (basis.T @ residual)
-        chosen.append((block, gain, (residual**2 - after**2)[:count]))
+        chosen.append((term, gain, (residual**2 - after**2)[:count]))
         residual = after
         for other in rest:
             bases[id(other)] = _beside(bases[id(other)], basis)
     return chosen
 
 
-def _basis(block: DiscrepancyTerm, project: Projection) -> Array:
-    return _orthonormal(np.column_stack([project(c) for c in block.columns.T]))
+def _basis(term: DiscrepancyTerm, project: Projection) -> Array:
+    return _orthonormal(np.column_stack([project(c) for c in term.columns.T]))
 
 
 def _beside(basis: Array, other: Array) -> Array:
@@ -145,7 +146,7 @@ def _orthonormal(columns: Array) -> Array:
     """Return an orthonormal basis, without directions that hardly exist: perhaps of none."""
     values, vectors = np.linalg.eigh(columns.T @ columns)
     keep = values > max(1e-4 * float(np.max(values, initial=0.0)), 1e-9)
-    # of a long recording the bases of all blocks are large
+    # of a long recording the bases of all terms are large
     basis: Array = (columns @ (vectors[:, keep] / np.sqrt(values[keep]))).astype(np.float32)
     return basis
 

@@ -11,12 +11,13 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import SUPPLY, Balance, DiscrepancyTerm
+from hil_emulator.identify.prediction.balances import SUPPLY, Balance
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.static import Measured
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Projection
 
 STRONG = 0.03
@@ -47,12 +48,12 @@ REGRESSOR_UNITS = {
     "pressure difference with the sign of velocity": "Pa",
     "pressure sum with the sign of velocity": "Pa",
 }  # fmt: skip
-"""SI unit of the drivers that are shown in a unit."""
+"""SI unit of the regressors that are shown in a unit."""
 
 
 @dataclass(frozen=True)
 class Binned:
-    """A residual over a driver: median, and quantiles of 16 and 84 % in each bin."""
+    """A residual over a regressor: median, and quantiles of 16 and 84 % in each bin."""
 
     middle: Array
     low: Array
@@ -61,27 +62,27 @@ class Binned:
 
 @dataclass(frozen=True)
 class Map:
-    """What one balance lacks over one driver, in units for people.
+    """What one balance lacks over one regressor, in units for people.
 
     Attributes:
         balance: which.
-        driver: over what.
+        regressor: over what.
         unit: of the residual.
-        driver_unit: of the driver.
+        regressor_unit: of the regressor.
         centres: of the bins.
         before: with the configured model.
         after: with what was found.
         frequency: of the spectra [Hz]; empty where samples are irregular.
         spectra: density before and after [unit/Hz^0.5].
-        loop: how far the residual before differs between a rising and a falling driver, over its
-            size; near one for hysteresis.
+        loop: how far the residual before differs between a rising and a falling regressor, over
+            its size; near one for hysteresis.
 
     """
 
     balance: str
-    driver: str
+    regressor: str
     unit: str
-    driver_unit: str
+    regressor_unit: str
     centres: Array
     before: Binned
     after: Binned
@@ -144,51 +145,51 @@ def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> f
     return largest[what.unit]
 
 
-def simplest(fit: Fit, block: DiscrepancyTerm) -> Array:
-    """Return the smallest curve that explains what a block explains, in the balance's unit.
+def simplest(fit: Fit, term: DiscrepancyTerm) -> Array:
+    """Return the smallest curve that explains what a term explains, in the balance's unit.
 
     Part of a curve may be what an ordinary parameter does as well: a constant friction, say. The
     parameter takes that part.
     """
     project = Projection(fit)
-    columns = np.column_stack([project(c) for c in block.columns.T])
+    columns = np.column_stack([project(c) for c in term.columns.T])
     values, vectors = np.linalg.eigh(columns.T @ columns)
     keep = values > DISTINCT * max(values[-1], 1e-30)
     slope = vectors[:, keep].T @ (columns.T @ project.residual)
-    return np.asarray(-vectors[:, keep] @ (slope / values[keep]) * block.balance.scale)
+    return np.asarray(-vectors[:, keep] @ (slope / values[keep]) * term.balance.scale)
 
 
-def beside(fit: Fit, block: DiscrepancyTerm) -> Fit:
-    """Return a fit with its parameters moved to where they go when a block's term joins them.
+def beside(fit: Fit, term: DiscrepancyTerm) -> Fit:
+    """Return a fit with its parameters moved to where they go when a term joins them.
 
     Without the term they have taken over part of it: what a balance lacks then shows too little.
     """
     weights = prior_rows(fit.coordinates)
     normal = fit.jacobian.T @ fit.jacobian + np.diag(weights**2)
-    pull = fit.jacobian.T @ (block.columns @ (simplest(fit, block) / block.balance.scale))
+    pull = fit.jacobian.T @ (term.columns @ (simplest(fit, term) / term.balance.scale))
     moved = fit.at - np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ pull
     bounds = np.array([c.bounds for c in fit.coordinates]).reshape(-1, 2)
     return replace(fit, at=np.clip(moved, bounds[:, 0], bounds[:, 1]))
 
 
 def draw(
-    predictor: Predictor, before: Fit, after: Fit, block: DiscrepancyTerm,
+    predictor: Predictor, before: Fit, after: Fit, term: DiscrepancyTerm,
     experiments: Sequence[Experiment],
 ) -> Map:  # fmt: skip
-    """Return what a block's balance lacks over its driver, with both models.
+    """Return what a term's balance lacks over its regressor, with both models.
 
     Args:
         predictor: sees the experiments.
         before: the model without what was found, its other parameters where they belong.
         after: the final model.
-        block: balance and driver.
+        term: balance and regressor.
         experiments: the first of them are drawn.
 
     """
     chosen = _first(experiments)
-    old = _along(predictor, before, chosen, block)
-    new = _along(predictor, after, chosen, block)
-    return _map(block, chosen[0].period, old, new)
+    old = _along(predictor, before, chosen, term)
+    new = _along(predictor, after, chosen, term)
+    return _map(term, chosen[0].period, old, new)
 
 
 def _first(experiments: Sequence[Experiment]) -> list[Experiment]:
@@ -198,40 +199,42 @@ def _first(experiments: Sequence[Experiment]) -> list[Experiment]:
 
 
 def _along(
-    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], block: DiscrepancyTerm
+    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], term: DiscrepancyTerm
 ) -> tuple[Array, Array]:
-    """Return driver and residual, all experiments in a row."""
+    """Return regressor and residual, all experiments in a row."""
     par, chan = predictor.model.memory(fit.coordinates, fit.at)
     values, residuals = [], []
     for experiment in experiments:
         frozen = predictor.freeze(experiment, par, chan)
         predictor.weigh(frozen, par, chan)
         track = predictor.innovations(frozen, par, chan, track=True)[1]
-        values.append(predictor.drivers(frozen, track)[block.driver])
-        residuals.append(lacking(predictor, frozen, par, chan, block.balance))
+        values.append(predictor.regressors(frozen, track)[term.regressor])
+        residuals.append(lacking(predictor, frozen, par, chan, term.balance))
     return np.concatenate(values), np.concatenate(residuals)
 
 
 def _map(
-    block: DiscrepancyTerm, period: float, before: tuple[Array, Array], after: tuple[Array, Array]
+    term: DiscrepancyTerm, period: float, before: tuple[Array, Array], after: tuple[Array, Array]
 ) -> Map:
-    balance, driver = block.balance, block.driver
+    balance, regressor = term.balance, term.regressor
     factor, unit = SHOWN[balance.unit]
-    driver_factor, driver_unit = SHOWN.get(REGRESSOR_UNITS.get(driver, ""), (1.0, "SI"))
+    regressor_factor, regressor_unit = SHOWN.get(REGRESSOR_UNITS.get(regressor, ""), (1.0, "SI"))
     ends = np.quantile(before[0], (0.005, 0.995))
     edges = np.linspace(ends[0], ends[1], BINS + 1)
-    centres = 0.5 * (edges[:-1] + edges[1:]) * driver_factor
+    centres = 0.5 * (edges[:-1] + edges[1:]) * regressor_factor
     one, two = (_binned(d, r * factor, edges) for d, r in (before, after))
     frequency, spectrum = _spectrum(before[1] * factor, period)
     spectra = (spectrum, _spectrum(after[1] * factor, period)[1])
     loop = _loop(*before, edges)
-    return Map(balance.name, driver, unit, driver_unit, centres, one, two, frequency, spectra, loop)
+    return Map(
+        balance.name, regressor, unit, regressor_unit, centres, one, two, frequency, spectra, loop
+    )  # fmt: skip
 
 
-def _loop(driver: Array, residual: Array, edges: Array) -> float:
-    """Return the width of the loop of a residual over its driver, over its size."""
-    rising = np.gradient(driver) > 0.0
-    up, down = (_binned(driver[m], residual[m], edges).middle for m in (rising, ~rising))
+def _loop(regressor: Array, residual: Array, edges: Array) -> float:
+    """Return the width of the loop of a residual over its regressor, over its size."""
+    rising = np.gradient(regressor) > 0.0
+    up, down = (_binned(regressor[m], residual[m], edges).middle for m in (rising, ~rising))
     both = np.isfinite(up) & np.isfinite(down)
     if not both.any():
         return 0.0
@@ -239,8 +242,8 @@ def _loop(driver: Array, residual: Array, edges: Array) -> float:
     return float(np.sqrt(np.mean((0.5 * (up - down)[both]) ** 2))) / max(size, 1e-300)
 
 
-def _binned(driver: Array, residual: Array, edges: Array) -> Binned:
-    inside = np.digitize(driver, edges) - 1
+def _binned(regressor: Array, residual: Array, edges: Array) -> Binned:
+    inside = np.digitize(regressor, edges) - 1
     found = np.full((3, BINS), np.nan)
     for b in range(BINS):
         here = residual[(inside == b) & np.isfinite(residual)]

@@ -1,24 +1,14 @@
-"""Nonparametric terms: what an effect in no catalogue would look like, and where.
-
-A block is one balance and one driver; six hat functions of the driver are put into the balance
-along the filtered trajectory. A block that explains much more than the best catalogued effect says
-that the law is another one, or that the effect is unknown.
-"""
+"""The balances of the machine, and what a term that one of them lacks may depend on."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
 
-HATS = 6
-"""Hat functions of a block."""
-
-FINE = 24
-"""The same over the place along the stroke: a tight spot is as long as a seal."""
-
 Regressors = dict[str, Array]
+"""Values along a trajectory, by name, each of shape (samples,)."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +48,7 @@ TAP_B = Balance("reading of the sensor of pressure b", "Pa", 1e4, channel="press
 CELL = Balance("reading of the load cell", "N", 10.0, channel="load_force")
 RULER = Balance("reading of the position sensor", "m", 1e-5, channel="position")
 
-BLOCKS: tuple[tuple[Balance, str], ...] = (
+TERMS: tuple[tuple[Balance, str], ...] = (
     (SPOOL, "valve current"), (SPOOL, "rate of the current"),
     (FLOW_A, "spool position"), (FLOW_A, "pressure a"), (FLOW_A, "position"),
     (FLOW_B, "spool position"), (FLOW_B, "pressure b"), (FLOW_B, "position"),
@@ -71,62 +61,12 @@ BLOCKS: tuple[tuple[Balance, str], ...] = (
     (CELL, "time"), (CELL, "pressure sum"),
     (RULER, "velocity"), (RULER, "acceleration"),
 )  # fmt: skip
-"""Balance and driver of every block. The spool over time is missing: drift of the null, which every
-valve has, is a state of the predictor."""
+"""Balance and regressor of every discrepancy term. The spool over time is missing: drift of the
+null, which every valve has, is a state of the predictor."""
 
 
-@dataclass(frozen=True)
-class DiscrepancyTerm:
-    """What one block explains.
-
-    Attributes:
-        balance: where the term sits.
-        driver: what it depends on.
-        statistic: gain in chi-square.
-        limit: what chance reaches in one of ten thousand, residuals serially correlated.
-        knots: values of the driver.
-        curve: the term there, in the balance's unit.
-        columns: derivative of the residual by each hat; none of a term that is not significant, but
-            for the best of those that are no error of a sensor.
-        doubt: standard deviation that each free parameter gets from a term of this strength and
-            unknown shape.
-        usual: what chance reaches on average.
-
-    """
-
-    balance: Balance
-    driver: str
-    statistic: float
-    limit: float
-    knots: Array
-    curve: Array
-    columns: Array
-    doubt: Array = field(default_factory=lambda: np.zeros(0))
-    usual: float = 0.0
-
-    @property
-    def title(self) -> str:
-        """The balance and its driver in words."""
-        return f"{self.balance.name} over {self.driver}"
-
-    @property
-    def significant(self) -> bool:
-        """Whether chance hardly explains it."""
-        return self.statistic > self.limit
-
-    @property
-    def surplus(self) -> float:
-        """Gain in chi-square beyond what the term has by chance on average."""
-        return self.statistic - self.usual
-
-    @property
-    def certain(self) -> float:
-        """Gain in chi-square beyond what chance hardly ever reaches."""
-        return self.statistic - self.limit
-
-
-def drivers(track: Array, names: Sequence[str], period: float) -> Regressors:
-    """Return the drivers along a predicted trajectory."""
+def regressors(track: Array, names: Sequence[str], period: float) -> Regressors:
+    """Return the regressors along a predicted trajectory."""
     get = {name: track[:, i] for i, name in enumerate(names)}
     v, x = get["velocity"], get["position"]
     sign = np.tanh(v / max(0.02 * float(np.max(np.abs(v))), 1e-4))

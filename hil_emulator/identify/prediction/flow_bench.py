@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment, noise_of
-from hil_emulator.identify.prediction.balances import FLOW_A, Balance, Regressors, drivers
+from hil_emulator.identify.prediction.balances import FLOW_A, Balance, Regressors, regressors
 from hil_emulator.identify.prediction.filter import INPUT_COUNT
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.static import Measured
@@ -122,9 +122,9 @@ class FlowBench:
         reach = round(MEMORY / frozen.experiment.period)
         frozen.weights = np.array([1.0 / (spread * np.sqrt(_together(r, reach)))])
 
-    def drivers(self, frozen: Measured, path: Array) -> Regressors:
+    def regressors(self, frozen: Measured, path: Array) -> Regressors:
         """Return what a term may depend on."""
-        return drivers(path, self.model.signal_names, frozen.experiment.period)
+        return regressors(path, self.model.signal_names, frozen.experiment.period)
 
     def through(self, frozen: Measured, balance: Balance, term: Array) -> Array:
         """Return the change of the residual that a term makes."""

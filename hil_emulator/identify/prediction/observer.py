@@ -3,7 +3,7 @@
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import BLOCKS, SUPPLY, Balance, Regressors, drivers
+from hil_emulator.identify.prediction.balances import SUPPLY, TERMS, Balance, Regressors, regressors
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
 from hil_emulator.identify.prediction.plant_model import PlantModel
@@ -156,14 +156,14 @@ class Observer:
     @property
     def balances(self) -> tuple[Balance, ...]:
         """The balances that the channels can show."""
-        found = {b for b, _ in BLOCKS if not b.channel or b.channel in self.channels}
+        found = {b for b, _ in TERMS if not b.channel or b.channel in self.channels}
         if "supply_pressure" not in self.channels:
             found.discard(SUPPLY)
         return tuple(found)
 
-    def drivers(self, frozen: Frozen, path: Array) -> Regressors:
+    def regressors(self, frozen: Frozen, path: Array) -> Regressors:
         """Return what a term may depend on."""
-        return drivers(path, self.model.signal_names, frozen.experiment.period)
+        return regressors(path, self.model.signal_names, frozen.experiment.period)
 
     def through(self, frozen: Frozen, balance: Balance, term: Array) -> Array:
         """Return the change of the weighted innovations that a term along the track makes."""

@@ -37,7 +37,7 @@ class Predictor(Protocol):
     ) -> tuple[Array, Array]:
         """Return the residuals, shape (samples, channels), and the model's signals."""
 
-    def drivers(self, frozen: Any, path: Array) -> Regressors:
+    def regressors(self, frozen: Any, path: Array) -> Regressors:
         """Return what a term may depend on."""
 
     def through(self, frozen: Any, balance: Balance, term: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance, Regressors, drivers
+from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance, Regressors, regressors
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.model.stages import friction, inertia, stop, transducer
 
@@ -112,9 +112,9 @@ class StaticObserver:
         independent = max(1.0, CORRELATED / frozen.experiment.period)
         frozen.weights = np.array([1.0 / (max(spread, 1e-9) * np.sqrt(independent))])
 
-    def drivers(self, frozen: Measured, path: Array) -> Regressors:
+    def regressors(self, frozen: Measured, path: Array) -> Regressors:
         """Return what a term may depend on."""
-        return drivers(path, self.model.signal_names, frozen.experiment.period)
+        return regressors(path, self.model.signal_names, frozen.experiment.period)
 
     def through(self, frozen: Measured, balance: Balance, term: Array) -> Array:
         """Return the change of the residual that a term makes."""

@@ -81,7 +81,7 @@ def _stretch(time: Array, error: Array) -> Any:
 
 
 def balance(drawn_map: Map, both: bool) -> str:
-    """Draw what a balance lacks over its driver, before and after, and over frequency."""
+    """Draw what a balance lacks over its regressor, before and after, and over frequency."""
     wide = len(drawn_map.frequency) > 0
     widths = [1.0, 1.0, 0.9] if both else [1.2, 1.0]
     drawn, axes = figure(2.9, columns=len(widths), width_ratios=widths)
@@ -91,7 +91,7 @@ def balance(drawn_map: Map, both: bool) -> str:
     for one, (label, binned, colour) in zip(axes, panels, strict=False):
         _band(one, drawn_map, binned, colour)
         one.set_title(label, fontsize=9, loc="left", color=colour)
-        words = textwrap.fill(f"{drawn_map.driver} [{drawn_map.driver_unit}]", 28)
+        words = textwrap.fill(f"{drawn_map.regressor} [{drawn_map.regressor_unit}]", 28)
         one.set_xlabel(words, fontsize=8)
     axes[0].set_ylabel(f"lacks [{drawn_map.unit}]", fontsize=9)
     if both:
@@ -111,20 +111,20 @@ def balance(drawn_map: Map, both: bool) -> str:
 
 
 def _band(axes: Any, drawn_map: Map, binned: Binned, colour: str) -> None:
-    """Draw median and spread of a residual in bins of its driver."""
+    """Draw median and spread of a residual in bins of its regressor."""
     axes.fill_between(drawn_map.centres, binned.low, binned.high, color=colour, alpha=0.25, lw=0)
     axes.plot(drawn_map.centres, binned.middle, "o-", color=colour, ms=3, lw=1.2)
     axes.axhline(0.0, color=MEASURED, lw=0.5)
 
 
 def term(unexplained: Unexplained) -> str:
-    """Draw an unexplained term over its driver."""
+    """Draw an unexplained term over its regressor."""
     factor, unit = SHOWN[unexplained.unit]
     drawn, axes = figure(2.4)
     knots = np.array(unexplained.knots)
-    scale, driver_unit = SHOWN.get(REGRESSOR_UNITS.get(unexplained.driver, ""), (1.0, "SI"))
+    scale, regressor_unit = SHOWN.get(REGRESSOR_UNITS.get(unexplained.regressor, ""), (1.0, "SI"))
     axes.plot(scale * knots, factor * np.array(unexplained.curve), "o-", color=BEFORE)
     axes.axhline(0.0, color=MEASURED, lw=0.5)
-    axes.set_xlabel(f"{unexplained.driver} [{driver_unit}]", fontsize=9)
+    axes.set_xlabel(f"{unexplained.regressor} [{regressor_unit}]", fontsize=9)
     axes.set_ylabel(f"lacking in the\n{unexplained.balance} [{unit}]", fontsize=8)
     return png(drawn)

@@ -88,7 +88,7 @@ def _where(result: Result) -> list[str]:
     for drawn in result.maps:
         parts.append(
             f"<p>What the balance <b>{escape(drawn.balance)}</b> lacks over "
-            f"{escape(drawn.driver)}: median and the middle two thirds.</p>"
+            f"{escape(drawn.regressor)}: median and the middle two thirds.</p>"
         )
         parts.append(_image(pictures.balance(drawn, both)))
     if both and result.remaining:
@@ -103,8 +103,8 @@ def _places(title: str, found: Sequence[Disagreement]) -> str:
     for d in found:
         places = "".join(f"<li>{escape(str(r))}</li>" for r in d.regions)
         lines.append(
-            f"<li><b>{escape(d.balance)}</b> over {escape(d.driver)}: {100 * d.share:.0f} % of the "
-            f"gap<ul>{places}</ul></li>"
+            f"<li><b>{escape(d.balance)}</b> over {escape(d.regressor)}: {100 * d.share:.0f} % of "
+            f"the gap<ul>{places}</ul></li>"
         )
     return f"<p>{title}:</p><ul>{''.join(lines)}</ul>"
 
@@ -126,13 +126,13 @@ def _unknown(result: Result) -> list[str]:
     """Return the strongest unexplained term, and other readings of the same gap."""
     first, *others = sorted(result.unknown, key=lambda u: -u.statistic)
     parts = [
-        f"<h2>Unexplained: {escape(first.balance)} over {escape(first.driver)}</h2>"
+        f"<h2>Unexplained: {escape(first.balance)} over {escape(first.regressor)}</h2>"
         f"<p>{escape(first.shape)}; gain in chi-square {first.statistic:.0f}</p>",
         _image(pictures.term(first)),
     ]
     if others:
         lines = "".join(
-            f"<li>{escape(u.balance)} over {escape(u.driver)}: {escape(u.shape)}; gain "
+            f"<li>{escape(u.balance)} over {escape(u.regressor)}: {escape(u.shape)}; gain "
             f"{u.statistic:.0f}</li>" for u in others
         )  # fmt: skip
         parts.append(f"<p>Other readings of the same gap:</p><ul>{lines}</ul>")

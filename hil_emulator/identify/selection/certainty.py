@@ -56,7 +56,7 @@ def doubts(search: Search, fit: Fit) -> Array:
     """
     last = search.rounds[-1]
     names = [c.name for c in last.base.coordinates]
-    found = [dict(zip(names, b.doubt, strict=True)) for b in last.blocks if len(b.doubt)]
+    found = [dict(zip(names, t.doubt, strict=True)) for t in last.terms if len(t.doubt)]
     return np.array([np.linalg.norm([d.get(c.name, 0.0) for d in found])
                      for c in fit.coordinates])  # fmt: skip
 

@@ -9,9 +9,9 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import DiscrepancyTerm
 from hil_emulator.identify.selection.acceptance_test import needed_gain
 from hil_emulator.identify.selection.candidate_refit import ranked
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.law_form import directions
 from hil_emulator.identify.selection.nearest import acts_in
 from hil_emulator.identify.selection.progress import Round
@@ -44,7 +44,7 @@ class ConditionalTest:
 
     def __init__(self, laws: Sequence[DiscrepancyTerm], fit: Fit) -> None:
         self._project = Projection(fit)
-        self._columns = np.column_stack([self._project(c) for b in laws for c in b.columns.T])
+        self._columns = np.column_stack([self._project(c) for t in laws for c in t.columns.T])
         self._basis = directions(self._columns)
         self._rest = self._basis.T @ (self._columns.T @ self._project.residual)
 
@@ -57,9 +57,9 @@ class ConditionalTest:
             return 0.0
         return float(own @ self._project.residual - mine @ self._rest) ** 2 / information
 
-    def term(self, block: DiscrepancyTerm) -> float:
+    def term(self, term: DiscrepancyTerm) -> float:
         """Return the gain in chi-square of a free term."""
-        columns = np.column_stack([self._project(c) for c in block.columns.T])
+        columns = np.column_stack([self._project(c) for c in term.columns.T])
         mine = self._basis.T @ (self._columns.T @ columns)
         values, vectors = np.linalg.eigh(columns.T @ columns - mine.T @ mine)
         there = values > LEFT * float(np.max(np.sum(np.square(columns), axis=0)))
@@ -74,7 +74,7 @@ class ConditionalTest:
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
     """Tell whether a free shape of a law in the model explains more than the best candidate."""
     best = found.best
-    return any(best < PARSIMONIOUS * b.surplus or _of_one_sensor(found, b) for b in laws)
+    return any(best < PARSIMONIOUS * t.surplus or _of_one_sensor(found, t) for t in laws)
 
 
 def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collection[str]) -> bool:
@@ -98,13 +98,13 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
         return False
     first = there[0]
     most = OUTSHONE * beside.candidate(first.score)
-    rest = [beside.term(b) - b.limit for b in found.worthwhile if b not in laws]
+    rest = [beside.term(t) - t.limit for t in found.worthwhile if t not in laws]
     # what acts where that law does may be a part of it
-    rest += [b.certain for b in laws if acts_in(first.score.coordinate, b.balance)]
+    rest += [t.certain for t in laws if acts_in(first.score.coordinate, t.balance)]
     return all(explained <= most for explained in rest)
 
 
-def _of_one_sensor(found: Round, block: DiscrepancyTerm) -> bool:
+def _of_one_sensor(found: Round, term: DiscrepancyTerm) -> bool:
     """Tell whether the best candidate is another error of the sensor that a term is about."""
     channel = found.trials[0].score.coordinate.channel if found.trials else ""
-    return bool(channel) and channel == block.balance.channel
+    return bool(channel) and channel == term.balance.channel

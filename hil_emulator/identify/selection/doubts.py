@@ -6,7 +6,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.law_form import own_blocks
+from hil_emulator.identify.selection.law_form import own_terms
 from hil_emulator.identify.selection.progress import Round
 
 OUTDONE = 0.1
@@ -34,10 +34,10 @@ def outdone(trial: Trial, found: Round) -> tuple[float, str]:
 
     """
     name, gain = trial.score.coordinate.name, trial.evidence.gain
-    for title in own_blocks(trial.fit, [name], found.significant):
-        block = next(b for b in found.significant if b.title == title)
-        if block.surplus - gain > max(OUTDONE * gain, block.limit):
-            ratio = block.statistic / gain
+    for title in own_terms(trial.fit, [name], found.significant):
+        term = next(t for t in found.significant if t.title == title)
+        if term.surplus - gain > max(OUTDONE * gain, term.limit):
+            ratio = term.statistic / gain
             return ratio, f"a free term in the {title} explains {ratio:.1f} times as much"
     return 1.0, ""
 

@@ -4,7 +4,7 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.selection.completion import completions
 from hil_emulator.identify.selection.conditional_test import OUTSHONE, overshadowed, stands_beside
 from hil_emulator.identify.selection.doubts import strained
-from hil_emulator.identify.selection.law_form import own_blocks, sole_laws
+from hil_emulator.identify.selection.law_form import own_terms, sole_laws
 from hil_emulator.identify.selection.progress import Round, Search
 
 OTHER_LAW = 2.0
@@ -34,18 +34,18 @@ def judge(search: Search, found: Round) -> None:
     """
     completing = completions(search.candidate_refits, found.trials)
     found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
-    owners = own_blocks(found.base, [c.name for c in search.effects], found.significant)
+    owners = own_terms(found.base, [c.name for c in search.effects], found.significant)
     sensors = {c.channel for c in search.effects if c.channel}
-    own = [b for b in found.significant if b.title in owners or b.balance.channel in sensors]
+    own = [t for t in found.significant if t.title in owners or t.balance.channel in sensors]
     if overshadowed(found, own):
         found.accepted = stands_beside(found, own, completing)
     else:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
-        found.accepted &= all(b.certain <= OUTSHONE * found.best for b in found.worthwhile)
+        found.accepted &= all(t.certain <= OUTSHONE * found.best for t in found.worthwhile)
     found.accepted &= found.best > INEXACT * _named_for(search)
     found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
     search.between = {c.named: c for c in reversed(list(completing.values()))}
-    found.unknown = not found.accepted and any(b.title not in owners for b in found.worthwhile)
+    found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
 
 
 def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
@@ -59,21 +59,21 @@ def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
     last = search.rounds[-1]
     names = [c.name for c in search.effects]
     owners = sole_laws(last.base, names, last.significant)
-    owners |= own_blocks(last.base, names, last.significant)
+    owners |= own_terms(last.base, names, last.significant)
     strains = strained(last.base, names)
     rejected, forms = [], {}
     for name in names:
-        own = [b for b in last.significant if owners.get(b.title) == name]
-        block = max(own, key=lambda b: b.statistic, default=None)
-        left = block.surplus if block else 0.0
-        stands = standing(fitter, search, last.base, name) if block else 0.0
+        own = [t for t in last.significant if owners.get(t.title) == name]
+        term = max(own, key=lambda t: t.statistic, default=None)
+        left = term.surplus if term else 0.0
+        stands = standing(fitter, search, last.base, name) if term else 0.0
         times, doubt = search.outdone.get(name, (1.0, ""))
-        differs = block is not None and left > DIFFERENT * stands
-        if (block and block.certain > UNKNOWN * stands) or (differs and times > OTHER_LAW):
+        differs = term is not None and left > DIFFERENT * stands
+        if (term and term.certain > UNKNOWN * stands) or (differs and times > OTHER_LAW):
             rejected.append(name)
-        elif block and differs:
+        elif term and differs:
             part = 100.0 * left / (left + stands)
-            forms[name] = f"a free term in the {block.title} explains {part:.0f} % more"
+            forms[name] = f"a free term in the {term.title} explains {part:.0f} % more"
         elif name in search.between:
             forms[name] = str(search.between[name])
         elif doubt or name in strains:

@@ -1,9 +1,9 @@
 """Whether what remains belongs to the law of an effect that was named already.
 
 A leak that grows with the root of the pressure difference, named as one that grows with the
-pressure difference, leaves a residual in the same balance with the same driver. The next entry of
-the catalogue that resembles this residual would be a wrong name; the right answer is that the law
-of the leak is another one.
+pressure difference, leaves a residual in the same balance with the same regressor. The next entry
+of the catalogue that resembles this residual would be a wrong name; the right answer is that the
+law of the leak is another one.
 """
 
 from collections.abc import Iterable, Sequence
@@ -12,20 +12,18 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import DiscrepancyTerm
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.nearest import acts_in, depends_on
 
 OWN = 0.6
-"""Part of an effect's trace that a block must reproduce to be where its law lives (assumed)."""
+"""Part of an effect's trace that a term must reproduce to be where its law lives (assumed)."""
 
 THERE = 0.3
-"""The same where the catalogue says that the law acts in the block's balance (assumed)."""
+"""The same where the catalogue says that the law acts in the term's balance (assumed)."""
 
 
-def own_blocks(
-    fit: Fit, effects: Iterable[str], blocks: Sequence[DiscrepancyTerm]
-) -> dict[str, str]:
-    """Return, by block, the effect whose law lives there.
+def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]) -> dict[str, str]:
+    """Return, by term, the effect whose law lives there.
 
     A term over time is of an effect of its balance only: it is no shape of a law elsewhere, however
     much it resembles what friction does to a sensor with a free zero.
@@ -33,46 +31,46 @@ def own_blocks(
     Args:
         fit: with the effects in it.
         effects: names of effects in the model.
-        blocks: scored at this fit.
+        terms: scored at this fit.
 
     Returns:
-        {block's title: effect's name}, the effect whose trace the block reproduces best.
+        {term's title: effect's name}, the effect whose trace the term reproduces best.
 
     """
     names = [c.name for c in fit.coordinates]
     owners: dict[str, tuple[float, str]] = {}
-    for block in blocks:
-        columns = block.columns.astype(np.float64)
+    for term in terms:
+        columns = term.columns.astype(np.float64)
         basis = directions(columns)
         for effect in effects:
             i = names.index(effect)
-            there = acts_in(fit.coordinates[i], block.balance)
-            if block.driver == "time" and not there:
+            there = acts_in(fit.coordinates[i], term.balance)
+            if term.regressor == "time" and not there:
                 continue
             trace = fit.jacobian[:, i]
             power = float(trace @ trace)
             shown = basis.T @ (columns.T @ trace)
             share = float(shown @ shown) / power if power > 0.0 else 0.0
             least = THERE if there else OWN
-            if share > max(least, owners.get(block.title, (0.0, ""))[0]):
-                owners[block.title] = (share, effect)
+            if share > max(least, owners.get(term.title, (0.0, ""))[0]):
+                owners[term.title] = (share, effect)
     return {title: effect for title, (_, effect) in owners.items()}
 
 
 def sole_laws(
-    fit: Fit, effects: Iterable[str], blocks: Sequence[DiscrepancyTerm]
+    fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
 ) -> dict[str, str]:  # fmt: skip
-    """Return, by block, the only effect in the block's balance, if its law has the block's driver.
+    """Return, by term, the only effect in the term's balance, if its law has the term's regressor.
 
-    However little the block resembles what the effect did: what remains there over what the law
+    However little the term resembles what the effect did: what remains there over what the law
     depends on is of the law.
     """
     chosen = [c for c in fit.coordinates if c.name in set(effects)]
     found = {}
-    for block in blocks:
-        acting = [c for c in chosen if acts_in(c, block.balance)]
-        if len(acting) == 1 and depends_on(acting[0], block.driver):
-            found[block.title] = acting[0].name
+    for term in terms:
+        acting = [c for c in chosen if acts_in(c, term.balance)]
+        if len(acting) == 1 and depends_on(acting[0], term.regressor):
+            found[term.title] = acting[0].name
     return found
 
 

@@ -1,11 +1,12 @@
-"""Which catalogued effect an unexplained term is nearest to: the same balance, the same driver."""
+"""Which catalogued effect an unexplained term is nearest to: same balance, same regressor."""
 
 import inspect
 from collections.abc import Sequence
 
 from hil_emulator.identify.prediction import balances
-from hil_emulator.identify.prediction.balances import Balance, DiscrepancyTerm
+from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Score
 
 STAGES = {
@@ -32,21 +33,21 @@ TAKES = {
     "position with the sign of velocity": "position", "supply flow": "flow",
     "return flow": "flow",
 }  # fmt: skip
-"""Arguments of a law by which it depends on a driver."""
+"""Arguments of a law by which it depends on a regressor."""
 
 
-def nearest(block: DiscrepancyTerm, scores: Sequence[Score]) -> str:
-    """Return the candidate of the block's balance that resembles it, or "".
+def nearest(term: DiscrepancyTerm, scores: Sequence[Score]) -> str:
+    """Return the candidate of the term's balance that resembles it, or "".
 
-    One whose law depends on the block's driver comes before any other.
+    One whose law depends on the term's regressor comes before any other.
 
     Args:
-        block: the unexplained term.
+        term: the unexplained term.
         scores: of the candidates, best first.
 
     """
-    there = [s for s in scores if s.statistic > 0.0 and acts_in(s.coordinate, block.balance)]
-    there.sort(key=lambda s: not depends_on(s.coordinate, block.driver))
+    there = [s for s in scores if s.statistic > 0.0 and acts_in(s.coordinate, term.balance)]
+    there.sort(key=lambda s: not depends_on(s.coordinate, term.regressor))
     return there[0].coordinate.name if there else ""
 
 
@@ -58,7 +59,7 @@ def acts_in(coordinate: Coordinate, balance: Balance) -> bool:
     return coordinate.effect is not None and coordinate.effect.stage.name in stages
 
 
-def depends_on(coordinate: Coordinate, driver: str) -> bool:
-    """Tell whether the law of an effect depends on what drives a block."""
-    effect, takes = coordinate.effect, set(TAKES.get(driver, "").split())
+def depends_on(coordinate: Coordinate, regressor: str) -> bool:
+    """Tell whether the law of an effect depends on what drives a term."""
+    effect, takes = coordinate.effect, set(TAKES.get(regressor, "").split())
     return effect is not None and bool(takes & set(inspect.signature(effect.law).parameters))

@@ -7,10 +7,10 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import HATS, DiscrepancyTerm
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.completion import Completion
+from hil_emulator.identify.selection.discrepancy_term import HATS, DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Score
 
 NOTICEABLE = 0.01
@@ -30,7 +30,7 @@ class Round:
         base: the fit before it.
         scores: of all candidates, best first.
         trials: the likeliest, refitted, best first.
-        blocks: nonparametric terms, the worthwhile ones first.
+        terms: nonparametric terms, the worthwhile ones first.
         accepted: whether the first trial became part of the model.
         unknown: whether something remains that no effect explains.
         alike: effects that the data of the accepted one cannot tell from it, the nearest first.
@@ -42,7 +42,7 @@ class Round:
     base: Fit
     scores: list[Score]
     trials: list[Trial]
-    blocks: list[DiscrepancyTerm]
+    terms: list[DiscrepancyTerm]
     accepted: bool = False
     unknown: bool = False
     alike: list[str] = field(default_factory=list)
@@ -58,11 +58,11 @@ class Round:
     def thin(self, kept: int) -> None:
         """Forget the columns of all terms but the strongest of each balance."""
         seen: Counter[str] = Counter()
-        for i in sorted(range(len(self.blocks)), key=lambda i: -self.blocks[i].statistic):
-            block = self.blocks[i]
-            if seen[block.balance.name] >= kept:
-                self.blocks[i] = replace(block, columns=np.zeros((0, 0), np.float32))
-            seen[block.balance.name] += 1
+        for i in sorted(range(len(self.terms)), key=lambda i: -self.terms[i].statistic):
+            term = self.terms[i]
+            if seen[term.balance.name] >= kept:
+                self.terms[i] = replace(term, columns=np.zeros((0, 0), np.float32))
+            seen[term.balance.name] += 1
 
     @property
     def best(self) -> float:
@@ -72,13 +72,13 @@ class Round:
     @property
     def significant(self) -> list[DiscrepancyTerm]:
         """Terms that are hardly chance."""
-        return [b for b in self.blocks if b.significant]
+        return [t for t in self.terms if t.significant]
 
     @property
     def worthwhile(self) -> list[DiscrepancyTerm]:
         """Terms that are neither chance nor too small for a word."""
         least = NOTICEABLE * len(self.base.residual)
-        return [b for b in self.significant if b.surplus > least * len(b.knots) / HATS]
+        return [t for t in self.significant if t.surplus > least * len(t.knots) / HATS]
 
 
 @dataclass

@@ -12,7 +12,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.conditional_test import ConditionalTest
 from hil_emulator.identify.selection.distinguishability import belongs
-from hil_emulator.identify.selection.law_form import own_blocks
+from hil_emulator.identify.selection.law_form import own_terms
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of
 
@@ -31,11 +31,11 @@ def redundant(search: Search, found: Round) -> tuple[Coordinate, str] | None:
         found: the round after the last of them.
 
     """
-    owned = own_blocks(found.base, [c.name for c in search.effects], found.significant)
-    terms = [b for b in found.worthwhile if b.title not in owned]
+    owned = own_terms(found.base, [c.name for c in search.effects], found.significant)
+    terms = [t for t in found.worthwhile if t.title not in owned]
     if not terms:
         return None
-    term = max(terms, key=lambda b: b.surplus)
+    term = max(terms, key=lambda t: t.surplus)
     for effect in search.effects:
         without, column = _without(found.base, effect)
         score = score_of(effect, column, Projection(without))

@@ -6,14 +6,13 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.balances import DiscrepancyTerm
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.candidate_refit import CandidateRefits, Trial
 from hil_emulator.identify.selection.certainty import faint
 from hil_emulator.identify.selection.confirmation import Confirmation
-from hil_emulator.identify.selection.discrepancy_terms import score_blocks
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.distinguishability import rivals_of, weighed
 from hil_emulator.identify.selection.doubts import outdone
 from hil_emulator.identify.selection.judgement import judge, laws
@@ -25,6 +24,7 @@ from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.re_examination import re_examine
 from hil_emulator.identify.selection.redundant_effects import redundant, same_part
 from hil_emulator.identify.selection.scan import Projection, Score, scan
+from hil_emulator.identify.selection.term_scan import score_terms
 
 REFITTED = 4
 """Candidates that are refitted together with everything else."""
@@ -120,7 +120,7 @@ class Searcher:
         self.tell(f"refitting {len(search.free)} parameters")
         base = settle(self.fitter, search)
         self.tell("looking for balances that disagree")
-        found = Round(base, [], [], self._blocks(base))
+        found = Round(base, [], [], self._terms(base))
         found.unknown = bool(found.worthwhile)
         search.rounds.append(found)
         return search
@@ -140,7 +140,7 @@ class Searcher:
         self.tell(f"screening {len(rest)} effects")
         scores, trials = self._screened(search, base, rest)
         self.tell("looking for what no effect explains")
-        return Round(base, scores, trials, self._blocks(base))
+        return Round(base, scores, trials, self._terms(base))
 
     def _screened(
         self, search: Search, base: Fit, rest: Sequence[Coordinate]
@@ -161,12 +161,12 @@ class Searcher:
             trials = [leader, *others]
         return scores, trials
 
-    def _blocks(self, base: Fit) -> list[DiscrepancyTerm]:
+    def _terms(self, base: Fit) -> list[DiscrepancyTerm]:
         """Return nonparametric terms, those that are worth a word first."""
         project = Projection(base)
-        blocks = score_blocks(self.fitter, base.coordinates, base.at, project)
-        worthwhile = {b.title for b in Round(base, [], [], blocks).worthwhile}
-        return sorted(blocks, key=lambda b: b.title not in worthwhile)
+        terms = score_terms(self.fitter, base.coordinates, base.at, project)
+        worthwhile = {t.title for t in Round(base, [], [], terms).worthwhile}
+        return sorted(terms, key=lambda t: t.title not in worthwhile)
 
     def _conclude(self, search: Search) -> None:
         """Say of each effect in the model whether its law fits what it was named for."""
@@ -201,7 +201,7 @@ class Searcher:
         search.remove(name, why)
         base = settle(self.fitter, search, 2)
         last = search.rounds[-1]
-        search.rounds.append(Round(base, last.scores, [], self._blocks(base), unknown=unknown))
+        search.rounds.append(Round(base, last.scores, [], self._terms(base), unknown=unknown))
 
     def _held_out(self, base: Fit) -> Batch | None:
         if not self.validation:

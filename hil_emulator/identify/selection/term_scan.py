@@ -1,4 +1,4 @@
-"""What free terms explain: a block's hat functions along the trajectory, against chance."""
+"""What free terms explain: a term's hat functions along the trajectory, against chance."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,15 +7,9 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import (
-    BLOCKS,
-    FINE,
-    HATS,
-    PISTON,
-    Balance,
-    DiscrepancyTerm,
-)  # fmt: skip
+from hil_emulator.identify.prediction.balances import PISTON, TERMS, Balance
 from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.discrepancy_term import FINE, HATS, DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Projection
 
 
@@ -26,7 +20,7 @@ def hats(values: Array, knots: Array) -> Array:
 
 
 def _knots(values: Array, count: int) -> Array | None:
-    """Return knots at the quantiles of a driver; None for one that stands still."""
+    """Return knots at the quantiles of a regressor; None for one that stands still."""
     spread = np.quantile(values, np.linspace(0.01, 0.99, count))
     if spread[-1] - spread[0] < 1e-12:
         return None
@@ -34,10 +28,10 @@ def _knots(values: Array, count: int) -> Array | None:
     return np.asarray(0.5 * (spread + even))
 
 
-def score_blocks(
+def score_terms(
     fitter: Fitter, coordinates: Sequence[Coordinate], at: Array, project: Projection, seed: int = 0
 ) -> list[DiscrepancyTerm]:
-    """Return what every block explains, best first.
+    """Return what every term explains, best first.
 
     Args:
         fitter: with frozen experiments.
@@ -51,39 +45,39 @@ def score_blocks(
     par, chan = model.memory(coordinates, at)
     tracks = [fitter.predictor.innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
     predictor = fitter.predictor
-    driven = [predictor.drivers(f, t) for f, t in zip(fitter.frozen, tracks, strict=True)]
-    wanted = [b for b in BLOCKS if b[0] in predictor.balances]
+    values = [predictor.regressors(f, t) for f, t in zip(fitter.frozen, tracks, strict=True)]
+    wanted = [t for t in TERMS if t[0] in predictor.balances]
     found = []
-    for balance, driver in wanted:
-        count = FINE if balance is PISTON and driver.startswith("position") else HATS
-        knots = _knots(np.concatenate([d[driver] for d in driven]), count)
+    for balance, regressor in wanted:
+        count = FINE if balance is PISTON and regressor.startswith("position") else HATS
+        knots = _knots(np.concatenate([v[regressor] for v in values]), count)
         if knots is None:
             continue
-        terms = [hats(d[driver], knots) for d in driven]
+        along = [hats(v[regressor], knots) for v in values]
         rows = len(project.residual) - len(coordinates)
         columns: Array = np.empty((rows, count), dtype=np.float32)
         for i in range(count):
-            columns[:, i] = _column(fitter, balance, terms, i)
+            columns[:, i] = _column(fitter, balance, along, i)
         found.append(
-            _score(balance, driver, knots, columns, project, seed, fitter.correlation_length)
+            _score(balance, regressor, knots, columns, project, seed, fitter.correlation_length)
         )
-    found.sort(key=lambda b: b.limit - b.statistic)
-    best = next((b for b in found if not b.balance.channel), None)
+    found.sort(key=lambda t: t.limit - t.statistic)
+    best = next((t for t in found if not t.balance.channel), None)
     # columns of a long recording are large
-    return [b if b.significant or b is best else replace(b, columns=b.columns[:, :0].copy())
-            for b in found]  # fmt: skip
+    return [t if t.significant or t is best else replace(t, columns=t.columns[:, :0].copy())
+            for t in found]  # fmt: skip
 
 
-def _column(fitter: Fitter, balance: Balance, terms: Sequence[Array], hat: int) -> Array:
+def _column(fitter: Fitter, balance: Balance, along: Sequence[Array], hat: int) -> Array:
     parts = [
-        fitter.predictor.through(frozen, balance, term[:, hat] * balance.scale)
-        for frozen, term in zip(fitter.frozen, terms, strict=True)
+        fitter.predictor.through(frozen, balance, values[:, hat] * balance.scale)
+        for frozen, values in zip(fitter.frozen, along, strict=True)
     ]
     return np.concatenate(parts)
 
 
 def _score(
-    balance: Balance, driver: str, knots: Array, columns: Array, project: Projection, seed: int,
+    balance: Balance, regressor: str, knots: Array, columns: Array, project: Projection, seed: int,
     correlation_length: int,
 ) -> DiscrepancyTerm:  # fmt: skip
     residual = project.residual
@@ -103,7 +97,9 @@ def _score(
     usual, limit = chance(basis, residual - basis @ gain, seed, 2 * correlation_length)
     strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
     doubt = np.sqrt(strength * np.sum(np.square(responses), axis=0))
-    return DiscrepancyTerm(balance, driver, statistic, limit, knots, curve, columns, doubt, usual)
+    return DiscrepancyTerm(
+        balance, regressor, statistic, limit, knots, curve, columns, doubt, usual
+    )
 
 
 def chance(basis: Array, residual: Array, seed: int, length: int) -> tuple[float, float]:

@@ -5,13 +5,14 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.balances import BLOCKS, RETURN, DiscrepancyTerm
+from hil_emulator.identify.prediction.balances import RETURN, TERMS
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.selection.discrepancy_terms import score_blocks
+from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.nearest import nearest
 from hil_emulator.identify.selection.outer_iteration import settle
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import Projection, scan
+from hil_emulator.identify.selection.term_scan import score_terms
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 RESISTANCE = 3e13
@@ -28,14 +29,14 @@ def returning() -> tuple[Fitter, list[DiscrepancyTerm], Projection]:
     fitter = Fitter(Observer(model, INSTRUMENTS), data)
     fit = settle(fitter, Search(free, at=np.zeros(len(free))), 2)
     project = Projection(fit)
-    return fitter, score_blocks(fitter, fit.coordinates, fit.at, project), project
+    return fitter, score_terms(fitter, fit.coordinates, fit.at, project), project
 
 
 def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(
     returning: tuple[Fitter, list[DiscrepancyTerm], Projection],
 ) -> None:
     """No other balance explains as much, and the curve rises with the square."""
-    best = max(returning[1], key=lambda b: b.certain)
+    best = max(returning[1], key=lambda t: t.certain)
     assert best.title == "return pressure over return flow"
     flow = best.knots[-1]
     assert best.curve[-1] == pytest.approx(RESISTANCE * flow**2, rel=0.3)
@@ -46,8 +47,8 @@ def test_the_return_line_is_what_the_term_comes_nearest_to(
     returning: tuple[Fitter, list[DiscrepancyTerm], Projection],
 ) -> None:
     """Though sensors that are off explain something of it too."""
-    fitter, blocks, _ = returning
-    term = next(b for b in blocks if b.balance is RETURN)
+    fitter, terms, _ = returning
+    term = next(t for t in terms if t.balance is RETURN)
     free = [c for c in parameters.ordinary(knee_model()) if c.name == "valve_gain"]
     fit = fitter.fit(free, np.zeros(1), 3)
     candidates = parameters.candidates(knee_model(), INSTRUMENTS)
@@ -58,10 +59,10 @@ def test_a_term_of_each_balance_is_scored(
     returning: tuple[Fitter, list[DiscrepancyTerm], Projection],
 ) -> None:
     """Chance explains less on average than it does at most, and what is there more than both."""
-    blocks = returning[1]
-    assert {b.title for b in blocks} == {
-        f"{balance.name} over {driver}" for balance, driver in BLOCKS
+    terms = returning[1]
+    assert {t.title for t in terms} == {
+        f"{balance.name} over {regressor}" for balance, regressor in TERMS
     }
-    assert all(0.0 < b.usual < b.limit for b in blocks)
-    best = max(blocks, key=lambda b: b.certain)
+    assert all(0.0 < t.usual < t.limit for t in terms)
+    best = max(terms, key=lambda t: t.certain)
     assert 0.0 < best.certain < best.surplus < best.statistic
