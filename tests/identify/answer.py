@@ -94,7 +94,7 @@ def _named(f: Finding) -> Named:
     held = "-" if f.held_out is None else f"{f.held_out:.0f}"
     rivals = "; ".join(f"{r.name}: {r.lost}" for r in f.rivals[:2])
     return Named(f.name, tuple(f.group), f.form_differs, f.value, *f.interval,
-                 evidence=f"gain {f.gain:.0f}, held out {held}; {rivals}")  # fmt: skip
+                 evidence=f"gain {f.delta_chi2:.0f}, held out {held}; {rivals}")  # fmt: skip
 
 
 def _nearest(result: Result) -> str:
@@ -114,7 +114,7 @@ def _rounds(result: Result) -> list[str]:
             e = t.evidence
             lines.append(
                 f"round {i + 1}{' accepted' if found.accepted else ''}: "
-                f"{t.score.coordinate.name} gain {e.gain:.0f} Wald {e.wald:.0f} "
+                f"{t.score.coordinate.name} gain {e.delta_chi2:.0f} Wald {e.wald:.0f} "
                 f"held out {e.held_out:.0f} size {t.fit.at[-1]:.3g}"
             )
         lines += [

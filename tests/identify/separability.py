@@ -26,7 +26,7 @@ from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.pool import LocalBatch
-from hil_emulator.identify.selection.acceptance_test import needed_gain
+from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.distinguishability import INSEPARABLE, separability
 from hil_emulator.identify.selection.scan import Score, scan
 from tests.identify.generator.bench import record
@@ -130,7 +130,7 @@ class Beginning:
     fitter: Fitter
     truth: Explanation
     rival: Explanation
-    gain: float
+    delta_chi2: float
 
     @property
     def apart(self) -> float:
@@ -143,8 +143,8 @@ def begun(bench: Bench) -> Beginning:
     name = EFFECTS[bench.key].name
     fitter, base, scores = bench.scored()
     mine = next(s for s in scores if s.coordinate.name == name)
-    gain = base.chi2 - bench.explained(fitter, base, mine, bench.size(mine)).chi2
-    bench.sized(float(np.clip(math.sqrt(SHOWS / max(gain, 1.0)), 0.1, 3.0)))
+    delta_chi2 = base.chi2 - bench.explained(fitter, base, mine, bench.size(mine)).chi2
+    bench.sized(float(np.clip(math.sqrt(SHOWS / max(delta_chi2, 1.0)), 0.1, 3.0)))
     fitter, base, scores = bench.scored()
     mine = next(s for s in scores if s.coordinate.name == name)
     truth = bench.explained(fitter, base, mine, bench.size(mine))
@@ -158,7 +158,7 @@ def begun(bench: Bench) -> Beginning:
 def examine(bench: Bench) -> Outcome | Beginning:
     """Run one case; where the effect does not show, return where it ended."""
     first = begun(bench)
-    shows = first.gain > needed_gain(len(first.fitter.residual([], np.zeros(0))))
+    shows = first.delta_chi2 > needed_delta_chi2(len(first.fitter.residual([], np.zeros(0))))
     return forecast_and_shown(bench, first) if shows else first
 
 
@@ -205,7 +205,7 @@ def main() -> None:
         first = ("multisine", "triangles")[(i // len(keys) + i) % 2]
         found = examine(Bench(keys[i % len(keys)], 1000 * chosen.seed + i, first))
         if isinstance(found, Beginning):
-            print(f"{found.truth.name:22s} does not show: gain {found.gain:.0f}", flush=True)
+            print(f"{found.truth.name:22s} does not show: gain {found.delta_chi2:.0f}", flush=True)
             continue
         outcomes.append(found)
         print(described(found), flush=True)

@@ -7,16 +7,18 @@ from hil_emulator.identify.prediction.parameters import ordinary
 from hil_emulator.identify.selection.acceptance_test import (
     Evidence,
     hac_variance_factor,
-    needed_gain,
+    needed_delta_chi2,
 )
 from hil_emulator.identify.selection.candidate_refit import unbelieved
 from tests.identify.rig_data import knee_model
 
 
-def evidence(gain: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
+def evidence(delta_chi2: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
              expected: float = 400.0, hac_variance_factor: float = 1.0) -> Evidence:  # fmt: skip
     """Return evidence that passes unless told otherwise."""
-    return Evidence(gain, wald, held_out, needed_gain(40_000), expected, hac_variance_factor)
+    return Evidence(
+        delta_chi2, wald, held_out, needed_delta_chi2(40_000), expected, hac_variance_factor
+    )
 
 
 def test_all_evidence_together_passes() -> None:
@@ -26,7 +28,7 @@ def test_all_evidence_together_passes() -> None:
 
 def test_each_lack_is_an_objection() -> None:
     """A small gain, a small Wald statistic, or held-out data that object, each bar a name."""
-    assert not evidence(gain=20.0).passed
+    assert not evidence(delta_chi2=20.0).passed
     assert not evidence(wald=8.0).passed
     assert not evidence(held_out=-3.0).passed
 

@@ -18,11 +18,11 @@ COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 N = 40_000
 
 
-def search(gain: float, own: float = 0.0, doubt: float = 0.0) -> Search:
+def search(delta_chi2: float, own: float = 0.0, doubt: float = 0.0) -> Search:
     """Return a finished search that named friction of size one along the stroke.
 
     Args:
-        gain: in chi-square.
+        delta_chi2: in chi-square.
         own: standard deviation by the data; what it had when it was named is zero.
         doubt: the same by what no law explains.
 
@@ -32,7 +32,7 @@ def search(gain: float, own: float = 0.0, doubt: float = 0.0) -> Search:
     slope[0] = 1.0 / own if own else 1e6
     fit = Fit([knob], np.ones(1), np.zeros(N), slope, 0.0)
     score = score_of(knob, slope[:, 0], Projection(fit))
-    trial = Trial(score, fit, Evidence(gain, gain, gain, 20.0, gain), 0.0)
+    trial = Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 0.0)
     named = Round(fit, [score], [trial], [], accepted=True)
     knots, nothing = np.zeros(6), np.zeros((0, 0))
     left = DiscrepancyTerm(PISTON, "time", 0.0, 10.0, knots, knots, nothing, np.array([doubt]))
@@ -40,20 +40,20 @@ def search(gain: float, own: float = 0.0, doubt: float = 0.0) -> Search:
 
 
 @pytest.mark.parametrize(
-    ("gain", "doubt", "too_faint"),
+    ("delta_chi2", "doubt", "too_faint"),
     [(100.0, 0.4, False), (100.0, 0.6, True), (300.0, 0.6, False)],
 )
 def test_a_faint_effect_needs_a_value_that_differs_from_none(
-    gain: float, doubt: float, too_faint: bool
+    delta_chi2: float, doubt: float, too_faint: bool
 ) -> None:
     """Of half a percent of the variance, an interval that holds zero is no name; of more, it is."""
-    assert faint(search(gain, doubt=doubt)) == ["position_friction"] * too_faint
+    assert faint(search(delta_chi2, doubt=doubt)) == ["position_friction"] * too_faint
 
 
-@pytest.mark.parametrize(("gain", "too_faint"), [(100.0, True), (300.0, False)])
-def test_a_faint_effect_needs_a_law_that_fits(gain: float, too_faint: bool) -> None:
+@pytest.mark.parametrize(("delta_chi2", "too_faint"), [(100.0, True), (300.0, False)])
+def test_a_faint_effect_needs_a_law_that_fits(delta_chi2: float, too_faint: bool) -> None:
     """A rise along the stroke beside which a ripple explains more is the ripple's."""
-    found = search(gain)
+    found = search(delta_chi2)
     found.forms["position_friction"] = "a free term explains 74 % more"
     assert faint(found) == ["position_friction"] * too_faint
 

@@ -16,14 +16,14 @@ from tests.identify.rig_data import INSTRUMENTS, knee_model
 COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 
 
-def trial(name: str, gain: float, needed: float = 20.0, angle: float = np.nan) -> Trial:
+def trial(name: str, delta_chi2: float, needed: float = 20.0, angle: float = np.nan) -> Trial:
     """Return a refitted candidate with such a gain, and a trace in such a direction."""
     c = COORDINATES[name]
     none = np.zeros(0)
     fit = Fit([c], np.ones(1), none, np.zeros((0, 1)), 0.0)
     trace = none if np.isnan(angle) else np.array([np.cos(angle), np.sin(angle)])
-    score = Score(c, gain, 1.0, 1.0, trace, none, none)
-    return Trial(score, fit, Evidence(gain, gain, gain, needed, gain), 1.0)
+    score = Score(c, delta_chi2, 1.0, 1.0, trace, none, none)
+    return Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, needed, delta_chi2), 1.0)
 
 
 NAMED = [trial("threshold", 40000.0), trial("hysteresis", 33000.0), trial("null_bias", 900.0)]
@@ -55,10 +55,10 @@ def test_what_does_the_same_as_a_rival_that_completes_a_law_completes_it_too() -
     """Of two errors of one sensor with nearly the same trace, neither is a further effect."""
     before = [trial("pressure_b.offset", 10000.0), trial("pressure_b.gain_error", 9000.0)]
     again = trial("pressure_b.gain_error", 660.0, angle=0.0)
-    for angle, gain, names in ((0.3, 650.0, {"gain_error", "nonlinearity"}),
+    for angle, delta_chi2, names in ((0.3, 650.0, {"gain_error", "nonlinearity"}),
                                (1.2, 650.0, {"gain_error"}),
                                (0.3, 700.0, {"gain_error"})):  # fmt: skip
-        other = trial("pressure_b.nonlinearity", gain, angle=angle)
+        other = trial("pressure_b.nonlinearity", delta_chi2, angle=angle)
         found = completions([before], [other, again])
         assert {n.partition(".")[2] for n in found} == names
         assert next(iter(found.values())).rival == "pressure_b.gain_error"

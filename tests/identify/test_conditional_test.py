@@ -33,9 +33,11 @@ def base(residual: np.ndarray) -> Fit:
 
 def term(balance: Balance, regressor: str, fit: Fit, *columns: np.ndarray) -> DiscrepancyTerm:
     """Return a free term of such a shape; chance reaches 10."""
-    gain = sum(float(c @ fit.residual) ** 2 for c in columns)
+    delta_chi2 = sum(float(c @ fit.residual) ** 2 for c in columns)
     knots = np.zeros(6)
-    return DiscrepancyTerm(balance, regressor, gain, 10.0, knots, knots, np.column_stack(columns))
+    return DiscrepancyTerm(
+        balance, regressor, delta_chi2, 10.0, knots, knots, np.column_stack(columns)
+    )
 
 
 def candidate(name: str, fit: Fit, trace: np.ndarray) -> Score:
@@ -58,8 +60,10 @@ def judged(spring: float, *names: str) -> Round:
     found = Round(fit, [], [], terms)
     for name in names:
         score = candidate(name, fit, traces[name])
-        gain = score.statistic
-        found.trials.append(Trial(score, fit, Evidence(gain, gain, gain, 20.0, gain), 1.0))
+        delta_chi2 = score.statistic
+        found.trials.append(
+            Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 1.0)
+        )
     search = Search([], effects=[COORDINATES["internal_leakage"]])
     judge(search, found)
     return found
@@ -106,7 +110,7 @@ def test_candidates_that_all_do_harm_are_in_order() -> None:
     fit = base(22.0 * NULL)
     score = candidate("null_bias", fit, NULL)
     trials = [Trial(score, fit, Evidence(g, 0.0, 1.0, 20.0), 1.0) for g in (-30.0, -20.0)]
-    assert [t.evidence.gain for t in ranked(trials)] == [-20.0, -30.0]
+    assert [t.evidence.delta_chi2 for t in ranked(trials)] == [-20.0, -30.0]
 
 
 @pytest.mark.parametrize(("hats", "worth"), [(6, True), (24, False)])

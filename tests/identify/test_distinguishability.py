@@ -72,10 +72,10 @@ def test_near_effects_are_a_group_and_far_ones_are_not() -> None:
 def test_a_refit_overrules_the_linear_forecast() -> None:
     """A rival that lost 100 in fact is no rival; one that lost 1 is, whatever D says."""
     near, far = Problem(0.1, 400.0), Problem(0.5, 400.0)
-    gains = Evidence(near.trials[0].evidence.gain - 100.0, 0.0, np.nan, 20.0)
-    lost = Trial(near.scores[1], near.trials[1].fit, gains, 1.0)
+    deltas = Evidence(near.trials[0].evidence.delta_chi2 - 100.0, 0.0, np.nan, 20.0)
+    lost = Trial(near.scores[1], near.trials[1].fit, deltas, 1.0)
     assert rivals_of(near.trials[0], near.scores, [near.trials[0], lost])[0] == []
-    level = Evidence(far.trials[0].evidence.gain - 1.0, 0.0, np.nan, 20.0)
+    level = Evidence(far.trials[0].evidence.delta_chi2 - 1.0, 0.0, np.nan, 20.0)
     kept = Trial(far.scores[1], far.trials[1].fit, level, 1.0)
     assert rivals_of(far.trials[0], far.scores, [far.trials[0], kept])[0] == ["b"]
 
@@ -86,7 +86,7 @@ def test_held_out_data_separate_too() -> None:
 
     def with_held(trial: Trial, held: float) -> Trial:
         e = trial.evidence
-        return Trial(trial.score, trial.fit, Evidence(e.gain, e.wald, held, e.needed), 1.0)
+        return Trial(trial.score, trial.fit, Evidence(e.delta_chi2, e.wald, held, e.needed), 1.0)
 
     best, rival = with_held(p.trials[0], 300.0), with_held(p.trials[1], 250.0)
     assert rivals_of(best, p.scores, [best, rival])[0] == []

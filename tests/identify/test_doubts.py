@@ -44,19 +44,23 @@ def score(name: str, statistic: float) -> Score:
     return Score(effect(name), statistic, 1.0, statistic, column, trace(), np.zeros(0))
 
 
-def named(name: str, gain: float, terms: list[DiscrepancyTerm]) -> tuple[Trial, Round]:
+def named(name: str, delta_chi2: float, terms: list[DiscrepancyTerm]) -> tuple[Trial, Round]:
     """Return an accepted effect with such a gain, and its round."""
-    found = score(name, gain)
+    found = score(name, delta_chi2)
     fit = Fit([found.coordinate], np.ones(1), np.zeros(N), trace()[:, None], 0.0)
-    trial = Trial(found, fit, Evidence(gain, gain, gain, 20.0, gain), 1.0)
+    trial = Trial(found, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 1.0)
     return trial, Round(fit, [found], [trial], terms, accepted=True)
 
 
-@pytest.mark.parametrize(("gain", "doubtful"), [(1000.0, False), (950.0, False), (700.0, True)])
-def test_a_free_shape_that_explains_clearly_more_is_a_doubt(gain: float, doubtful: bool) -> None:
+@pytest.mark.parametrize(
+    ("delta_chi2", "doubtful"), [(1000.0, False), (950.0, False), (700.0, True)]
+)
+def test_a_free_shape_that_explains_clearly_more_is_a_doubt(
+    delta_chi2: float, doubtful: bool
+) -> None:
     """A law of the right form explains as much as a free term of its balance does."""
     terms = [term(PISTON, "velocity", 1000.0)]
-    times, words = outdone(*named("stribeck_friction", gain, terms))
+    times, words = outdone(*named("stribeck_friction", delta_chi2, terms))
     assert bool(words) is doubtful
     assert (times > 1.0) is doubtful
 
@@ -90,12 +94,12 @@ def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_
     assert not found.accepted
 
 
-@pytest.mark.parametrize(("gain", "accepted"), [(90.0, False), (110.0, True)])
-def test_what_an_inexact_law_may_leave_gets_no_name(gain: float, accepted: bool) -> None:
+@pytest.mark.parametrize(("delta_chi2", "accepted"), [(90.0, False), (110.0, True)])
+def test_what_an_inexact_law_may_leave_gets_no_name(delta_chi2: float, accepted: bool) -> None:
     """After an effect that gained 10 000, one that gains less than a hundredth is its remains."""
     first, before = named("internal_leakage", 10_000.0, [])
     before.accepted = True
-    found = named("position_friction", gain, [])[1]
+    found = named("position_friction", delta_chi2, [])[1]
     found.accepted = False
     judge(Search([], effects=[first.score.coordinate], rounds=[before, found]), found)
     assert found.accepted is accepted

@@ -40,12 +40,12 @@ def fitted(fitter: Fitter, effects: list[Coordinate], sizes: list[float]) -> Fit
     return fit
 
 
-def trial(knob: Coordinate, gain: float, size: float) -> Trial:
+def trial(knob: Coordinate, delta_chi2: float, size: float) -> Trial:
     """Return a candidate that ended at a size, and gained so much."""
     none = np.zeros(0)
     fit = Fit([knob], np.array([size]), none, np.zeros((0, 1)), 0.0)
-    score = Score(knob, gain, size, gain, none, none, none)
-    return Trial(score, fit, Evidence(gain, gain, gain, 20.0, gain), 1.0)
+    score = Score(knob, delta_chi2, size, delta_chi2, none, none, none)
+    return Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 1.0)
 
 
 def named(*trials: Trial) -> Round:

@@ -45,7 +45,7 @@ def test_two_that_nearly_cancel_are_found_and_a_third_is_not() -> None:
     sizes = {s.coordinate.name: x for s, x in zip(found[0].scores, found[0].sizes, strict=True)}
     assert sizes["a"] == pytest.approx(1.0, rel=1e-3)
     assert sizes["b"] == pytest.approx(-1.0, rel=1e-3)
-    assert found[0].gain == pytest.approx(float(residual @ residual), rel=1e-3)
+    assert found[0].delta_chi2 == pytest.approx(float(residual @ residual), rel=1e-3)
 
 
 def test_effects_of_their_own_need_no_pair() -> None:

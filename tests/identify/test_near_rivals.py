@@ -50,9 +50,10 @@ def scored(name: str, statistic: float, estimate: float = 0.0) -> Score:
     return Score(COORDINATES[name], statistic, estimate, statistic, none, none, none)
 
 
-def trial(name: str, gain: float, fit: Fit) -> Trial:
+def trial(name: str, delta_chi2: float, fit: Fit) -> Trial:
     """Return a refitted candidate with such a gain."""
-    return Trial(scored(name, gain), fit, Evidence(gain, gain, gain, 20.0, gain), 1.0)
+    evidence = Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2)
+    return Trial(scored(name, delta_chi2), fit, evidence, 1.0)
 
 
 def test_a_pump_that_brings_a_state_is_found_in_the_place_of_one_without(
@@ -92,13 +93,13 @@ def test_the_gains_are_those_of_the_finished_model_again(
 
 
 @pytest.mark.parametrize(
-    ("rival", "gain"), [("accumulator", 400.0), ("load_spring", 990.0)],
+    ("rival", "delta_chi2"), [("accumulator", 400.0), ("load_spring", 990.0)],
     ids=["explained little", "acts elsewhere"],
 )  # fmt: skip
 def test_other_rivals_are_not_tried(
-    pumped: tuple[Fitter, Search, Round], rival: str, gain: float
+    pumped: tuple[Fitter, Search, Round], rival: str, delta_chi2: float
 ) -> None:
     """One that explained clearly less when the effect was named, or acts at another part."""
     fitter, search, found = pumped
-    one = replace(found, scores=[], trials=[*found.trials, trial(rival, gain, found.base)])
+    one = replace(found, scores=[], trials=[*found.trials, trial(rival, delta_chi2, found.base)])
     assert near_rivals(fitter, search, one) == {}

@@ -124,7 +124,7 @@ def shares(searcher: Searcher, search: Search) -> dict[str, float]:
     took = _lost(searcher, search) if search.dropped else _won(searcher, search, search.final)
     took = {c.name: max(took.get(c.name, 0.0), 0.0) for c in search.effects}
     total = sum(took.values()) + _left(search.rounds[-1])
-    return {name: gain / total if total > 0.0 else 0.0 for name, gain in took.items()}
+    return {name: part / total if total > 0.0 else 0.0 for name, part in took.items()}
 
 
 def _won(searcher: Searcher, search: Search, final: Fit) -> dict[str, float]:

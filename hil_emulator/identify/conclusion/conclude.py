@@ -101,7 +101,7 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
                 {
                     "effect": t.score.coordinate.name,
                     "beside": t.beside,
-                    "training": t.evidence.gain,
+                    "training": t.evidence.delta_chi2,
                     "validation": _or_none(t.evidence.held_out),
                 }
             )
@@ -137,8 +137,9 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
         name=coordinate.name,
         knob=coordinate.effect.knob.name if coordinate.effect else coordinate.name,
         value=float(coordinate.value(at)), unit=coordinate.unit, shown=coordinate.shown,
-        interval=(float(ends[0]), float(ends[1])), explained=0.0, gain=best.evidence.gain,
-        held_out=_or_none(best.evidence.held_out), group=tuple(group),
+        interval=(float(ends[0]), float(ends[1])), explained=0.0,
+        delta_chi2=best.evidence.delta_chi2, held_out=_or_none(best.evidence.held_out),
+        group=tuple(group),
         form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
         rivals=tuple(_rival(t, best) for t in weaker), separating_size=round_.separating,
     )  # fmt: skip
@@ -146,11 +147,12 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
 
 def _rival(trial: Trial, best: Trial) -> Rival:
     reasons = trial.evidence.objections or [
-        f"gains {trial.evidence.gain:.0f}, {best.score.coordinate.name} {best.evidence.gain:.0f}"
+        f"gains {trial.evidence.delta_chi2:.0f}, "
+        f"{best.score.coordinate.name} {best.evidence.delta_chi2:.0f}"
         + (f" beside {best.beside}" if best.beside else "")
     ]
     return Rival(
-        trial.score.coordinate.name, trial.evidence.gain, _or_none(trial.evidence.held_out),
+        trial.score.coordinate.name, trial.evidence.delta_chi2, _or_none(trial.evidence.held_out),
         "; ".join(reasons),
     )  # fmt: skip
 

@@ -20,14 +20,14 @@ class Rival:
 
     Attributes:
         name: the effect.
-        gain: gain in chi-square on the training data.
+        delta_chi2: gain in chi-square on the training data.
         held_out: the same on the validation data; None without any.
         lost: why it was not named.
 
     """
 
     name: str
-    gain: float
+    delta_chi2: float
     held_out: float | None
     lost: str
 
@@ -44,7 +44,7 @@ class Finding:
         shown: the unit for people.
         interval: 95 % confidence interval [unit].
         explained: share of the explained gap that this effect carries.
-        gain: gain in chi-square on the training data.
+        delta_chi2: gain in chi-square on the training data.
         held_out: the same on the validation data; None without any.
         group: effects that these data cannot tell from it, or that explain nearly as much where
             none of their laws fits.
@@ -62,7 +62,7 @@ class Finding:
     shown: str
     interval: tuple[float, float]
     explained: float
-    gain: float
+    delta_chi2: float
     held_out: float | None
     group: tuple[str, ...]
     form_differs: bool

@@ -60,7 +60,7 @@ class Disagreement:
         balance: which.
         regressor: what its strongest term depends on.
         share: share of the gap that terms in this balance explain.
-        gain: their gain in chi-square.
+        delta_chi2: their gain in chi-square.
         regions: where it is, the widest part first.
 
     """
@@ -68,7 +68,7 @@ class Disagreement:
     balance: str
     regressor: str
     share: float
-    gain: float
+    delta_chi2: float
     regions: tuple[Region, ...]
 
     def __str__(self) -> str:
@@ -91,18 +91,20 @@ def disagreements(
     """
     told = [t for t in terms if t.significant and t.statistic > least and t.columns.size]
     chosen = _chosen(told, fit)
-    total = sum(gain for _, gain, _ in chosen)
+    total = sum(delta_chi2 for _, delta_chi2, _ in chosen)
     found: dict[str, Disagreement] = {}
-    for term, gain, local in chosen:
+    for term, delta_chi2, local in chosen:
         name, samples = term.balance.name, local.reshape(-1, channels).sum(axis=1)
         known = found.get(name)
         if known is None:
             regions = tuple(_regions(samples, states))
-            found[name] = Disagreement(name, term.regressor, gain / total, gain, regions)
-        else:
-            share = known.share + gain / total
             found[name] = Disagreement(
-                name, known.regressor, share, known.gain + gain, known.regions
+                name, term.regressor, delta_chi2 / total, delta_chi2, regions
+            )
+        else:
+            share = known.share + delta_chi2 / total
+            found[name] = Disagreement(
+                name, known.regressor, share, known.delta_chi2 + delta_chi2, known.regions
             )  # fmt: skip
     return sorted(found.values(), key=lambda d: -d.share)
 
@@ -117,15 +119,15 @@ def _chosen(
     residual, chosen = project.residual.copy(), []
     count, first = len(fit.residual), 0.0
     while rest:
-        gains = [float(np.sum((bases[id(t)].T @ residual) ** 2)) for t in rest]
-        best = int(np.argmax(gains))
-        term, gain = rest.pop(best), gains[best]
-        first = first or gain
-        if gain < max(LEAST * first, term.limit):
+        deltas = [float(np.sum((bases[id(t)].T @ residual) ** 2)) for t in rest]
+        best = int(np.argmax(deltas))
+        term, delta_chi2 = rest.pop(best), deltas[best]
+        first = first or delta_chi2
+        if delta_chi2 < max(LEAST * first, term.limit):
             break
         basis = bases.pop(id(term))
         after = residual - basis @ (basis.T @ residual)
-        chosen.append((term, gain, (residual**2 - after**2)[:count]))
+        chosen.append((term, delta_chi2, (residual**2 - after**2)[:count]))
         residual = after
         for other in rest:
             bases[id(other)] = _beside(bases[id(other)], basis)
@@ -151,15 +153,15 @@ def _orthonormal(columns: Array) -> Array:
     return basis
 
 
-def _regions(gain: Array, states: Regressors) -> Iterator[Region]:
+def _regions(delta_chi2: Array, states: Regressors) -> Iterator[Region]:
     """Yield the regions in which most of a gain lies."""
-    total, left = float(np.sum(gain)), np.ones(len(gain), bool)
+    total, left = float(np.sum(delta_chi2)), np.ones(len(delta_chi2), bool)
     told = 0.0
     for _ in range(MOST):
         best, score = None, CONCENTRATED
         for words, inside in _statements(states):
             here = inside & left
-            share, time = float(np.sum(gain[here])) / total, float(np.mean(inside))
+            share, time = float(np.sum(delta_chi2[here])) / total, float(np.mean(inside))
             if share - time > score and 0.02 < time < 0.9:
                 best, score = (words, here, share, time), share - time
         if best is None:

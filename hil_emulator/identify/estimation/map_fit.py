@@ -177,8 +177,8 @@ class Fitter:
             if new >= chi2:
                 break
             learn(slope, trial - at, r - residual)
-            gained, at, residual, chi2 = chi2 - new, trial, r, new
-            if gained < 0.5:
+            delta_chi2, at, residual, chi2 = chi2 - new, trial, r, new
+            if delta_chi2 < 0.5:
                 break
         if slope is None:
             slope = self.jacobian(free, at, residual)

@@ -42,7 +42,8 @@ def effects(result: Result) -> str:
         flags += [f"or {', '.join(f.group)}"] if f.group else []
         rows.append(
             (f.name, f.knob, rounded(f.value, f.unit, f.shown), f"{low} ... {high}",
-             f"{100 * f.explained:.0f} %", f"{f.gain:.0f}", _held_out(f.held_out), "; ".join(flags))
+             f"{100 * f.explained:.0f} %", f"{f.delta_chi2:.0f}",
+             _held_out(f.held_out), "; ".join(flags))
         )  # fmt: skip
     head = ("effect", "knob", "value", "95 % interval", "share", "gain", "held-out gain", "caution")
     return table(head, rows)
@@ -105,7 +106,7 @@ def ranking(result: Result) -> str:
                 if name == best and not found.accepted:
                     why = "; ".join(e.objections) or "a term of no catalogued form explains more"
             held = None if e.held_out != e.held_out else e.held_out
-            rows.append((i + 1, name, f"{e.gain:.0f}", f"{e.wald:.0f}", _held_out(held), why))
+            rows.append((i + 1, name, f"{e.delta_chi2:.0f}", f"{e.wald:.0f}", _held_out(held), why))
     if not rows:
         return "<p>No effect gained enough to be refitted.</p>"
     head = ("round", "effect", "gain", "robust Wald", "held-out gain", "why")
@@ -122,5 +123,5 @@ def parameters(result: Result) -> str:
     return table(("parameter [SI]", "configured", "refitted", "95 % interval", "change"), rows)
 
 
-def _held_out(gain: float | None) -> str:
-    return "no such data" if gain is None else f"{gain:.0f}"
+def _held_out(delta_chi2: float | None) -> str:
+    return "no such data" if delta_chi2 is None else f"{delta_chi2:.0f}"

@@ -6,7 +6,7 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
 
-SMALLEST_GAIN = 10.0
+SMALLEST_DELTA_CHI2 = 10.0
 """Added to the logarithm of the number of residuals."""
 
 SMALLEST_WALD = 16.0
@@ -36,7 +36,7 @@ class Evidence:
     """For and against one candidate.
 
     Attributes:
-        gain: gain in chi-square of the joint refit on the training data.
+        delta_chi2: gain in chi-square of the joint refit on the training data.
         wald: squared estimate over its variance, serial correlation counted.
         held_out: gain in chi-square on the validation data; NaN without any.
         needed: gain that is needed.
@@ -46,7 +46,7 @@ class Evidence:
 
     """
 
-    gain: float
+    delta_chi2: float
     wald: float
     held_out: float
     needed: float
@@ -68,8 +68,8 @@ class Evidence:
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
         found = [self.unbelieved] if self.unbelieved else []
-        if self.gain <= self.needed:
-            found.append(f"gain {self.gain:.0f} below {self.needed:.0f}")
+        if self.delta_chi2 <= self.needed:
+            found.append(f"gain {self.delta_chi2:.0f} below {self.needed:.0f}")
         least = CONFIRMED_WALD if self.well_confirmed else SMALLEST_WALD
         if self.wald <= least:
             found.append(f"robust Wald statistic {self.wald:.1f} below {least:.0f}")
@@ -101,9 +101,9 @@ class Evidence:
         return min(least, max(self.needed, least - self._spread))
 
 
-def needed_gain(residuals: int) -> float:
+def needed_delta_chi2(residuals: int) -> float:
     """Return the gain in chi-square that a name needs."""
-    return SMALLEST_GAIN + float(np.log(max(residuals, 1)))
+    return SMALLEST_DELTA_CHI2 + float(np.log(max(residuals, 1)))
 
 
 def hac_variance_factor(difference: Array, residual: Array, correlation_length: int) -> float:

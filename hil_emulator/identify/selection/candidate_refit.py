@@ -14,7 +14,7 @@ from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.acceptance_test import (
     Evidence,
     hac_variance_factor,
-    needed_gain,
+    needed_delta_chi2,
 )
 from hil_emulator.identify.selection.scan import Projection, Score
 
@@ -78,7 +78,7 @@ class CandidateRefits:
 
     def __init__(self, fitter: Fitter, base: Fit, held: Batch | None) -> None:
         self._fitter, self._base, self._held = fitter, base, held
-        self._needed = needed_gain(len(base.residual))
+        self._needed = needed_delta_chi2(len(base.residual))
 
     def enter(self, likely: Sequence[Score]) -> list[Trial]:
         """Refit candidates, all roughly and the better ones to the end; the best comes first."""
@@ -90,10 +90,10 @@ class CandidateRefits:
 
     def _improve(self, fits: list[Fit], part: float, better: Callable[[int], Fit]) -> None:
         """Put a better fit in the place of each that gains at least this part of the best."""
-        gains = [self._base.chi2 - fit.chi2 for fit in fits]
-        level = max([self._needed, *(part * gain for gain in gains)])
-        for i, gain in enumerate(gains):
-            if gain > level:
+        deltas = [self._base.chi2 - fit.chi2 for fit in fits]
+        level = max([self._needed, *(part * delta_chi2 for delta_chi2 in deltas)])
+        for i, delta_chi2 in enumerate(deltas):
+            if delta_chi2 > level:
                 fits[i] = better(i)
 
     def _rough(self, score: Score) -> Fit:
@@ -139,10 +139,10 @@ class CandidateRefits:
             after = self._fitter.residual(fit.coordinates, fit.at, self._held)
             held_out = float(before @ before - after @ after)
             expected = float((after - before) @ (after - before))
-        gain = self._base.chi2 - fit.chi2
+        delta_chi2 = self._base.chi2 - fit.chi2
         strange = unbelieved(self._base, fit)
         evidence = Evidence(
-            gain, wald, held_out, self._needed, expected, hac_variance_factor, strange
+            delta_chi2, wald, held_out, self._needed, expected, hac_variance_factor, strange
         )  # fmt: skip
         # slopes of several fits of a long recording are large
         lean = replace(fit, jacobian=fit.jacobian.astype(np.float32))
@@ -166,8 +166,8 @@ class CandidateRefits:
         # nearly cancel show no serial correlation, what the effect has changed does
         changed = self._base.residual - fit.residual
         factor = hac_variance_factor(changed, fit.residual, self._fitter.correlation_length)
-        gain = self._base.chi2 - fit.chi2
-        return gain / factor, math.sqrt(factor / max(information, 1e-9)), factor
+        delta_chi2 = self._base.chi2 - fit.chi2
+        return delta_chi2 / factor, math.sqrt(factor / max(information, 1e-9)), factor
 
 
 def unbelieved(base: Fit, fit: Fit) -> str:
@@ -187,24 +187,24 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
     Where several explain the training data about equally well, held-out data decide: a law that
     holds elsewhere beats one that bends to its data.
     """
-    by_gain = sorted(trials, key=lambda t: -t.evidence.gain)
-    sound = [t for t in by_gain if not t.evidence.strange]
-    return _ranked(sound) + [t for t in by_gain if t.evidence.strange]
+    by_delta_chi2 = sorted(trials, key=lambda t: -t.evidence.delta_chi2)
+    sound = [t for t in by_delta_chi2 if not t.evidence.strange]
+    return _ranked(sound) + [t for t in by_delta_chi2 if t.evidence.strange]
 
 
-def _ranked(by_gain: list[Trial]) -> list[Trial]:
-    if not by_gain or by_gain[0].evidence.gain <= 0.0:
-        return by_gain
-    level = CONTENDERS * by_gain[0].evidence.gain
-    contenders = [t for t in by_gain if t.evidence.gain >= level]
+def _ranked(by_delta_chi2: list[Trial]) -> list[Trial]:
+    if not by_delta_chi2 or by_delta_chi2[0].evidence.delta_chi2 <= 0.0:
+        return by_delta_chi2
+    level = CONTENDERS * by_delta_chi2[0].evidence.delta_chi2
+    contenders = [t for t in by_delta_chi2 if t.evidence.delta_chi2 >= level]
     if all(np.isfinite(t.evidence.held_out) for t in contenders):
         contenders.sort(key=lambda t: -t.evidence.held_out)
         first = contenders[0].evidence
         equals = [t for t in contenders if t.evidence.held_out >= NEAR * first.held_out
-                  and t.evidence.gain >= NEAR * first.gain]  # fmt: skip
+                  and t.evidence.delta_chi2 >= NEAR * first.delta_chi2]  # fmt: skip
         contenders = [*sorted(equals, key=lambda t: _assumed(t.score.coordinate)),
                       *(t for t in contenders if t not in equals)]  # fmt: skip
-    return contenders + [t for t in by_gain if t.evidence.gain < level]
+    return contenders + [t for t in by_delta_chi2 if t.evidence.delta_chi2 < level]
 
 
 def _assumed(coordinate: Coordinate) -> int:

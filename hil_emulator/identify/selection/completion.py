@@ -55,12 +55,12 @@ def completions(
     found: dict[str, Completion] = {}
     completing: list[tuple[Trial, Trial]] = []
     rivalled = {_name(rival): best for best, rival in near(candidate_refits)}
-    for trial in sorted(trials, key=lambda t: -t.evidence.gain):
+    for trial in sorted(trials, key=lambda t: -t.evidence.delta_chi2):
         likely = [best for best, rival in completing if _same_work(trial, rival)]
         best = rivalled.get(_name(trial)) or (likely[0] if likely else None)
         if best is None or not trial.evidence.passed:
             continue
-        part = trial.evidence.gain / best.evidence.gain
+        part = trial.evidence.delta_chi2 / best.evidence.delta_chi2
         if part < BETWEEN:
             found[_name(trial)] = Completion(_name(best), _name(trial), part)
             completing.append((best, trial))
@@ -80,7 +80,7 @@ def near(candidate_refits: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, T
     for best, *rivals in candidate_refits:
         for rival in rivals:
             here = place(rival.score.coordinate) == place(best.score.coordinate)
-            if here and rival.evidence.gain > RIVALLED * best.evidence.gain:
+            if here and rival.evidence.delta_chi2 > RIVALLED * best.evidence.delta_chi2:
                 yield best, rival
 
 

@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.selection.acceptance_test import needed_gain
+from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.candidate_refit import ranked
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.law_form import directions
@@ -68,7 +68,7 @@ class ConditionalTest:
 
     def stands_out(self, score: Score, residuals: int) -> bool:
         """Tell whether a candidate keeps enough of its gain, and enough for a name."""
-        return self.candidate(score) > max(needed_gain(residuals), BESIDE * score.statistic)
+        return self.candidate(score) > max(needed_delta_chi2(residuals), BESIDE * score.statistic)
 
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:

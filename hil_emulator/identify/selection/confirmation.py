@@ -9,7 +9,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.acceptance_test import SMALLEST_GAIN
+from hil_emulator.identify.selection.acceptance_test import SMALLEST_DELTA_CHI2
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
 from hil_emulator.identify.selection.takeover import DEAR, SIZES, Takeover, tries_of
@@ -65,7 +65,7 @@ class Confirmation:
             if i in tried:
                 found.append(score)
                 continue
-            holds = self._gained(score) >= KEPT * score.statistic
+            holds = self._delta_chi2(score) >= KEPT * score.statistic
             options = [score] if holds else []
             if not any(_alike(score, other) for other in (*tried.values(), *found)):
                 options += self._takeover.starts(score)
@@ -100,11 +100,11 @@ class Confirmation:
             values = dict(zip([c.name for c in free], np.append(self._fit.at, 0.0), strict=True))
             values |= zip([c.name for c in ended.coordinates], ended.at, strict=True)
             at = np.array([values[c.name] for c in free])
-            gained = next(self._gains_at(free, [at]))
+            delta_chi2 = next(self._deltas_at(free, [at]))
             known = found[name].statistic if name in found else WORTHLESS
-            if name in of and gained > known:
+            if name in of and delta_chi2 > known:
                 found[name] = replace(
-                    of[name], statistic=gained, estimate=float(at[-1]), start=at
+                    of[name], statistic=delta_chi2, estimate=float(at[-1]), start=at
                 )  # fmt: skip
         return list(found.values())
 
@@ -114,27 +114,27 @@ class Confirmation:
         Of two that do the same, the slope of one may lead somewhere and that of the other nowhere.
         """
         best = max(found, key=lambda s: s.statistic, default=None)
-        if best is None or best.coordinate.channel or best.statistic < SMALLEST_GAIN:
+        if best is None or best.coordinate.channel or best.statistic < SMALLEST_DELTA_CHI2:
             return []
         known = {s.coordinate.name for s in found}
         kin = [s for s in rest if s.coordinate.name not in known and _stage(s) == _stage(best)]
         starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
         return [s for s in starts if s.statistic > KEPT * best.statistic]
 
-    def _gained(self, score: Score) -> float:
-        return self._gains([score])[0]
+    def _delta_chi2(self, score: Score) -> float:
+        return self._deltas([score])[0]
 
-    def _gains(self, scores: Sequence[Score]) -> list[float]:
+    def _deltas(self, scores: Sequence[Score]) -> list[float]:
         """Return what the model itself gains where scores of one candidate put its estimate."""
         fit, fitter = self._fit, self._fitter
         free = [*fit.coordinates, scores[0].coordinate]
         points = [np.append(fit.at + s.estimate * s.response, s.estimate) for s in scores]
         dear = [abs(p[-1]) < SIZES[1] and fitter.cost(free, p) > DEAR for p in points]
         tried = [p for p, costs in zip(points, dear, strict=True) if not costs]
-        gains = self._gains_at(free, tried)
-        return [float("-inf") if costs else next(gains) for costs in dear]
+        deltas = self._deltas_at(free, tried)
+        return [float("-inf") if costs else next(deltas) for costs in dear]
 
-    def _gains_at(self, free: Sequence[Coordinate], points: Sequence[Array]) -> Iterator[float]:
+    def _deltas_at(self, free: Sequence[Coordinate], points: Sequence[Array]) -> Iterator[float]:
         residuals = self._fitter.residuals(free, points)
         for at, residual in zip(points, residuals, strict=True):
             yield self._fit.chi2 - self._fitter.loss(free, at, residual)
@@ -151,13 +151,13 @@ class Confirmation:
         tries = list(tries_of(self._fitter, score, fit, sizes))
         starts, secants = [], []
         for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
-            gained = fit.chi2 - self._fitter.loss(free, at, residual)
-            starts.append(replace(score, statistic=gained, estimate=float(at[-1]), start=at))
+            delta_chi2 = fit.chi2 - self._fitter.loss(free, at, residual)
+            starts.append(replace(score, statistic=delta_chi2, estimate=float(at[-1]), start=at))
             slope = (residual - fit.residual) / at[-1]
             secants.append(score_of(score.coordinate, slope, self._project))
         secants = sorted(secants, key=lambda s: -s.statistic)[:SECANTS]
-        gains = self._gains(secants) if secants else []
-        return starts + [replace(s, statistic=g) for s, g in zip(secants, gains, strict=True)]
+        deltas = self._deltas(secants) if secants else []
+        return starts + [replace(s, statistic=d) for s, d in zip(secants, deltas, strict=True)]
 
 
 def _stage(score: Score) -> str:

@@ -55,7 +55,7 @@ def margin(best: Trial, rival: Trial, correlation_length: int) -> float:
 
     Negative where the rival explains more.
     """
-    lost = best.evidence.gain - rival.evidence.gain
+    lost = best.evidence.delta_chi2 - rival.evidence.delta_chi2
     held = best.evidence.held_out - rival.evidence.held_out
     if np.isfinite(held):
         lost += held

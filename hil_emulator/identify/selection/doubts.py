@@ -33,11 +33,11 @@ def outdone(trial: Trial, found: Round) -> tuple[float, str]:
         found: the round in which it was.
 
     """
-    name, gain = trial.score.coordinate.name, trial.evidence.gain
+    name, delta_chi2 = trial.score.coordinate.name, trial.evidence.delta_chi2
     for title in own_terms(trial.fit, [name], found.significant):
         term = next(t for t in found.significant if t.title == title)
-        if term.surplus - gain > max(OUTDONE * gain, term.limit):
-            ratio = term.statistic / gain
+        if term.surplus - delta_chi2 > max(OUTDONE * delta_chi2, term.limit):
+            ratio = term.statistic / delta_chi2
             return ratio, f"a free term in the {title} explains {ratio:.1f} times as much"
     return 1.0, ""
 

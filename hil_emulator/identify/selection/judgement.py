@@ -92,4 +92,4 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
 
 def _named_for(search: Search) -> float:
     """Return the most that an effect in the model gained when it was named."""
-    return max((trials[0].evidence.gain for trials in search.candidate_refits), default=0.0)
+    return max((trials[0].evidence.delta_chi2 for trials in search.candidate_refits), default=0.0)

@@ -15,7 +15,7 @@ from hil_emulator.identify.selection.acceptance_test import (
     SMALLEST_HELD_OUT,
     SMALLEST_WALD,
     hac_variance_factor,
-    needed_gain,
+    needed_delta_chi2,
 )
 from hil_emulator.identify.selection.completion import BETWEEN, RIVALLED, Completion, place
 from hil_emulator.identify.selection.distinguishability import weighed
@@ -45,7 +45,7 @@ def between(fitter: Fitter, search: Search, held: Batch | None) -> dict[str, Com
         if rival in _names(base):
             continue
         both = _shared(fitter, base, name, weighed(first, rival))
-        part = (base.chi2 - both.chi2) / first.trials[0].evidence.gain
+        part = (base.chi2 - both.chi2) / first.trials[0].evidence.delta_chi2
         if part < BETWEEN and _certain(fitter, base, both, held):
             found.setdefault(name, Completion(name, rival, part))
     return found
@@ -64,7 +64,7 @@ def overtaken(fitter: Fitter, search: Search) -> Completion | None:
         name = first.trials[0].score.coordinate.name
         if rival not in _names(base):
             continue
-        part = standing(fitter, search, base, name) / first.trials[0].evidence.gain
+        part = standing(fitter, search, base, name) / first.trials[0].evidence.delta_chi2
         if part < BETWEEN:
             return Completion(rival, name, part)
     return None
@@ -76,7 +76,7 @@ def _near(search: Search) -> Iterator[tuple[Round, str]]:
         found = search.naming(effect.name)
         best = found.trials[0]
         parts = {s.coordinate.name: s.statistic / best.score.statistic for s in found.scores}
-        parts |= {t.score.coordinate.name: t.evidence.gain / best.evidence.gain
+        parts |= {t.score.coordinate.name: t.evidence.delta_chi2 / best.evidence.delta_chi2
                   for t in found.trials}  # fmt: skip
         for score in found.scores:
             rival = score.coordinate
@@ -101,13 +101,13 @@ def _shared(fitter: Fitter, base: Fit, name: str, rival: StandIn) -> Fit:
 
 def _certain(fitter: Fitter, base: Fit, both: Fit, held: Batch | None) -> bool:
     """Tell whether both explain more than one, beyond chance and on data that took no part."""
-    gain = base.chi2 - both.chi2
-    if gain <= needed_gain(len(base.residual)):
+    delta_chi2 = base.chi2 - both.chi2
+    if delta_chi2 <= needed_delta_chi2(len(base.residual)):
         return False
     widened = hac_variance_factor(
         base.residual - both.residual, both.residual, fitter.correlation_length
     )
-    if gain < SMALLEST_WALD * widened:
+    if delta_chi2 < SMALLEST_WALD * widened:
         return False
     if held is None:
         return True

@@ -37,13 +37,13 @@ class Pair:
     Attributes:
         scores: of each by itself.
         sizes: of each beside the other, in typical sizes.
-        gain: in chi-square, of both.
+        delta_chi2: in chi-square, of both.
 
     """
 
     scores: tuple[Score, Score]
     sizes: tuple[float, float]
-    gain: float
+    delta_chi2: float
 
 
 class Lookahead:
@@ -68,17 +68,17 @@ class Lookahead:
 
         """
         for pair in pairs:
-            if self._gained(pair) < KEPT * pair.gain:
+            if self._delta_chi2(pair) < KEPT * pair.delta_chi2:
                 continue
             first, second = pair.scores
             trials = [self._beside(first, second), self._beside(second, first)]
-            gains = [self._base.chi2 - t.fit.chi2 for t in trials]
-            if all(t.evidence.passed for t in trials) and min(gains) > FURTHER * alone:
-                best = max(trials, key=lambda t: t.evidence.gain)
+            deltas = [self._base.chi2 - t.fit.chi2 for t in trials]
+            if all(t.evidence.passed for t in trials) and min(deltas) > FURTHER * alone:
+                best = max(trials, key=lambda t: t.evidence.delta_chi2)
                 return replace(best, fit=best.fit.without([best.beside]))
         return None
 
-    def _gained(self, pair: Pair) -> float:
+    def _delta_chi2(self, pair: Pair) -> float:
         """Return what the model itself gains where the linear one puts a pair."""
         base = self._base
         free = [*base.coordinates, *(s.coordinate for s in pair.scores)]
@@ -113,14 +113,14 @@ def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
     traces = np.stack([s.column for s in able])
     normal = (traces @ traces.T).astype(np.float64)
     slope = -(traces @ Projection(fit).residual.astype(np.float32)).astype(np.float64)
-    sizes, gains = _jointly(normal, slope)
+    sizes, deltas = _jointly(normal, slope)
     ends = np.array([s.coordinate.bounds for s in able])
     inside = (sizes >= ends[:, :1]) & (sizes <= ends[:, 1:])
-    gains = np.where(inside & inside.T, gains, 0.0)
+    deltas = np.where(inside & inside.T, deltas, 0.0)
     best = max(range(len(able)), key=lambda i: able[i].statistic)
-    least = FURTHER * max(float(np.max(gains[best])), able[best].statistic)
-    found = _above(gains, least)
-    return [Pair((able[i], able[j]), (float(sizes[i, j]), float(sizes[j, i])), float(gains[i, j]))
+    least = FURTHER * max(float(np.max(deltas[best])), able[best].statistic)
+    found = _above(deltas, least)
+    return [Pair((able[i], able[j]), (float(sizes[i, j]), float(sizes[j, i])), float(deltas[i, j]))
             for i, j in islice(found, LOOKS)]  # fmt: skip
 
 
@@ -136,9 +136,9 @@ def _jointly(normal: Array, slope: Array) -> tuple[Array, Array]:
     return sizes, parts + parts.T
 
 
-def _above(gains: Array, least: float) -> Iterator[tuple[int, int]]:
+def _above(deltas: Array, least: float) -> Iterator[tuple[int, int]]:
     """Yield the pairs that gain more than the least, the best first."""
-    upper = np.triu(gains, 1)
+    upper = np.triu(deltas, 1)
     for flat in np.argsort(-upper, axis=None):
         i, j = np.unravel_index(flat, upper.shape)
         if upper[i, j] <= least:

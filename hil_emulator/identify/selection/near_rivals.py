@@ -60,13 +60,14 @@ def _candidates(fitter: Fitter, search: Search, found: Round) -> list[StandIn]:
     """Return the likeliest rivals at the same place, and effects that bring states along there."""
     best, *others = found.trials
     known = {best.score.coordinate.name, *(c.name for c in search.effects)}
-    gains = {t.score.coordinate.name: t.evidence.gain / best.evidence.gain for t in others}
+    parts = {t.score.coordinate.name: t.evidence.delta_chi2 / best.evidence.delta_chi2
+             for t in others}  # fmt: skip
     likely, moving = [], []
     for score in found.scores:
         knob = score.coordinate
         if knob.name in known or place(knob) != place(best.score.coordinate):
             continue
-        part = gains.get(knob.name, score.statistic / max(best.score.statistic, 1e-9))
+        part = parts.get(knob.name, score.statistic / max(best.score.statistic, 1e-9))
         if part > STANDS_IN:
             likely.append((-part, knob.name, _start(fitter, found, score)))
         elif _brings_states(knob) and same_part(knob, best.score.coordinate):

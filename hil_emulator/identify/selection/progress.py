@@ -67,7 +67,7 @@ class Round:
     @property
     def best(self) -> float:
         """Gain of the first candidate."""
-        return self.trials[0].evidence.gain if self.trials else 0.0
+        return self.trials[0].evidence.delta_chi2 if self.trials else 0.0
 
     @property
     def significant(self) -> list[DiscrepancyTerm]:

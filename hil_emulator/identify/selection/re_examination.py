@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.selection.acceptance_test import needed_gain
+from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.outer_iteration import settle
 from hil_emulator.identify.selection.progress import Search
 
@@ -25,7 +25,7 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
         stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
         rest = [full.coordinates[i] for i in stay]
         fit = fitter.fit(rest, full.at[stay], 2, jacobian=full.jacobian[:, stay])
-        if fit.chi2 - full.chi2 < needed_gain(len(full.residual)):
+        if fit.chi2 - full.chi2 < needed_delta_chi2(len(full.residual)):
             search.remove(name, "named, later superfluous")
             search.adopt(fit)
             tell(f"{name} is no longer needed")

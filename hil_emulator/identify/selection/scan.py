@@ -102,7 +102,13 @@ def score_of(candidate: Coordinate, slope: Array, project: Projection) -> Score:
     gradient = float(column @ project.residual)
     low, high = candidate.bounds
     estimate = float(np.clip(-gradient / information, low, high)) if information > 1e-9 else 0.0
-    gain = -2.0 * estimate * gradient - estimate**2 * information
+    expected = -2.0 * estimate * gradient - estimate**2 * information
     return Score(
-        candidate, max(gain, 0.0), estimate, information, column.astype(np.float32), slope, response
+        candidate,
+        max(expected, 0.0),
+        estimate,
+        information,
+        column.astype(np.float32),
+        slope,
+        response,
     )

@@ -154,7 +154,7 @@ class Searcher:
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
         held = self._held_out(base)
         trials = CandidateRefits(self.fitter, base, held).enter(likely)
-        alone = max((t.evidence.gain for t in trials), default=0.0)
+        alone = max((t.evidence.delta_chi2 for t in trials), default=0.0)
         leader = Lookahead(self.fitter, base, held).leader(pairs, alone)
         if leader is not None:
             others = [t for t in trials if t.score.coordinate != leader.score.coordinate]

@@ -59,8 +59,8 @@ class Takeover:
         whole = [*self._fit.coordinates, score.coordinate]
         start = np.array([values.get(c.name, 0.0) for c in whole])
         fit = self._fitter.fit(whole, start, ROUNDS)
-        gained = self._fit.chi2 - fit.chi2
-        return [replace(score, statistic=gained, estimate=float(fit.at[-1]), start=fit.at)]
+        delta_chi2 = self._fit.chi2 - fit.chi2
+        return [replace(score, statistic=delta_chi2, estimate=float(fit.at[-1]), start=fit.at)]
 
 
 def tries_of(fitter: Fitter, score: Score, fit: Fit, sizes: Sequence[float]) -> Iterator[Array]:

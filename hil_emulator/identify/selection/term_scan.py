@@ -90,11 +90,11 @@ def _score(
     values, vectors = np.linalg.eigh(projected.T @ projected)
     keep = values > 1e-4 * max(values[-1], 1e-30)
     basis = projected @ (vectors[:, keep] / np.sqrt(values[keep]))
-    gain = basis.T @ residual
-    curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ gain * balance.scale
-    statistic = float(gain @ gain)
+    components = basis.T @ residual
+    curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ components * balance.scale
+    statistic = float(components @ components)
     # what the term explains is no measure of chance
-    usual, limit = chance(basis, residual - basis @ gain, seed, 2 * correlation_length)
+    usual, limit = chance(basis, residual - basis @ components, seed, 2 * correlation_length)
     strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
     doubt = np.sqrt(strength * np.sum(np.square(responses), axis=0))
     return DiscrepancyTerm(
