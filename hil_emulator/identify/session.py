@@ -39,8 +39,8 @@ def identify(
     Args:
         config: what should describe the machine.
         training: experiments for the fit.
-        validation: experiments for the gate; without any, the last third of the training
-            experiments is held out if there are at least three.
+        validation: experiments for the acceptance test; without any, the last third of the
+            training experiments is held out if there are at least three.
         only: effects that may be named; empty for all.
         exclude: effects that may not.
         jobs: threads.

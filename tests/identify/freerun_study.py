@@ -19,7 +19,7 @@ from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
-from hil_emulator.identify.selection.outer_iteration import settle
+from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.session import identify
@@ -42,7 +42,7 @@ def true_model(model: PlantModel, observer: Observer, which: Case, searcher: Sea
     search = Search(parameters.ordinary(model))
     search.nuisances = [c for c in search.nuisances if c.name not in dict(hidden_names(hidden))]
     search.at = np.zeros(len(search.nuisances))
-    return settle(searcher.fitter, search)
+    return converge(searcher.fitter, search)
 
 
 def hidden_names(hidden: list[tuple[Coordinate, float]]) -> Iterator[tuple[str, float]]:

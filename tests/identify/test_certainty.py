@@ -18,36 +18,38 @@ COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 N = 40_000
 
 
-def search(delta_chi2: float, own: float = 0.0, doubt: float = 0.0) -> Search:
+def search(delta_chi2: float, own: float = 0.0, uncertainty: float = 0.0) -> Search:
     """Return a finished search that named friction of size one along the stroke.
 
     Args:
         delta_chi2: in chi-square.
         own: standard deviation by the data; what it had when it was named is zero.
-        doubt: the same by what no law explains.
+        uncertainty: the same by what no law explains.
 
     """
     knob = COORDINATES["position_friction"]
-    slope = np.zeros((N, 1))
-    slope[0] = 1.0 / own if own else 1e6
-    fit = Fit([knob], np.ones(1), np.zeros(N), slope, 0.0)
-    score = score_of(knob, slope[:, 0], Projection(fit))
+    jacobian = np.zeros((N, 1))
+    jacobian[0] = 1.0 / own if own else 1e6
+    fit = Fit([knob], np.ones(1), np.zeros(N), jacobian, 0.0)
+    score = score_of(knob, jacobian[:, 0], Projection(fit))
     trial = Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 0.0)
     named = Round(fit, [score], [trial], [], accepted=True)
     knots, nothing = np.zeros(6), np.zeros((0, 0))
-    left = DiscrepancyTerm(PISTON, "time", 0.0, 10.0, knots, knots, nothing, np.array([doubt]))
+    left = DiscrepancyTerm(
+        PISTON, "time", 0.0, 10.0, knots, knots, nothing, np.array([uncertainty])
+    )
     return Search([], effects=[knob], rounds=[named, Round(fit, [], [], [left])])
 
 
 @pytest.mark.parametrize(
-    ("delta_chi2", "doubt", "too_faint"),
+    ("delta_chi2", "uncertainty", "too_faint"),
     [(100.0, 0.4, False), (100.0, 0.6, True), (300.0, 0.6, False)],
 )
 def test_a_faint_effect_needs_a_value_that_differs_from_none(
-    delta_chi2: float, doubt: float, too_faint: bool
+    delta_chi2: float, uncertainty: float, too_faint: bool
 ) -> None:
     """Of half a percent of the variance, an interval that holds zero is no name; of more, it is."""
-    assert faint(search(delta_chi2, doubt=doubt)) == ["position_friction"] * too_faint
+    assert faint(search(delta_chi2, uncertainty=uncertainty)) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(("delta_chi2", "too_faint"), [(100.0, True), (300.0, False)])
@@ -60,6 +62,6 @@ def test_a_faint_effect_needs_a_law_that_fits(delta_chi2: float, too_faint: bool
 
 def test_doubts_come_on_top_of_what_the_data_leave() -> None:
     """They have nothing to do with each other: their squares add."""
-    found = search(100.0, own=0.3, doubt=0.4)
+    found = search(100.0, own=0.3, uncertainty=0.4)
     fit = found.rounds[-1].base
     assert deviation(found, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)

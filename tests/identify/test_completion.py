@@ -17,12 +17,12 @@ COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 
 
 def trial(name: str, delta_chi2: float, needed: float = 20.0, angle: float = np.nan) -> Trial:
-    """Return a refitted candidate with such a gain, and a trace in such a direction."""
+    """Return a refitted candidate with such a gain, and a sensitivity in such a direction."""
     c = COORDINATES[name]
     none = np.zeros(0)
     fit = Fit([c], np.ones(1), none, np.zeros((0, 1)), 0.0)
-    trace = none if np.isnan(angle) else np.array([np.cos(angle), np.sin(angle)])
-    score = Score(c, delta_chi2, 1.0, 1.0, trace, none, none)
+    sensitivity = none if np.isnan(angle) else np.array([np.cos(angle), np.sin(angle)])
+    score = Score(c, delta_chi2, 1.0, 1.0, sensitivity, none, none)
     return Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, needed, delta_chi2), 1.0)
 
 
@@ -52,7 +52,7 @@ def test_what_is_no_near_rival_or_more_than_a_little_is_an_effect_of_its_own(oth
 
 
 def test_what_does_the_same_as_a_rival_that_completes_a_law_completes_it_too() -> None:
-    """Of two errors of one sensor with nearly the same trace, neither is a further effect."""
+    """Of two errors of one sensor with nearly the same sensitivity, neither is a further effect."""
     before = [trial("pressure_b.offset", 10000.0), trial("pressure_b.gain_error", 9000.0)]
     again = trial("pressure_b.gain_error", 660.0, angle=0.0)
     for angle, delta_chi2, names in ((0.3, 650.0, {"gain_error", "nonlinearity"}),

@@ -20,7 +20,7 @@ N = 2000
 LEAK, SHAPE, NULL, BEND, SPRING = (
     np.sin(2.0 * np.pi * (3 + k) * np.arange(N) / N) * np.sqrt(2.0 / N) for k in range(5)
 )
-"""Traces at right angles, each of length one: a leak, what another law of it leaves, and others."""
+"""Sensitivities at right angles, each of length one: a leak, what another law of it leaves, ..."""
 
 OTHER_LEAK = 0.6 * SHAPE + 0.8 * BEND
 
@@ -40,9 +40,9 @@ def term(balance: Balance, regressor: str, fit: Fit, *columns: np.ndarray) -> Di
     )
 
 
-def candidate(name: str, fit: Fit, trace: np.ndarray) -> Score:
-    """Return the score of an effect of which fifty such traces are a typical size."""
-    return score_of(COORDINATES[name], -50.0 * trace, Projection(fit))
+def candidate(name: str, fit: Fit, sensitivity: np.ndarray) -> Score:
+    """Return the score of an effect of which fifty such sensitivities are a typical size."""
+    return score_of(COORDINATES[name], -50.0 * sensitivity, Projection(fit))
 
 
 def judged(spring: float, *names: str) -> Round:
@@ -56,10 +56,10 @@ def judged(spring: float, *names: str) -> Round:
         term(FLOW_B, "pressure b", fit, SHAPE),
         term(LOAD, "velocity", fit, SPRING),
     ]
-    traces = {"null_bias": NULL, "external_leakage": OTHER_LEAK}
+    sensitivities = {"null_bias": NULL, "external_leakage": OTHER_LEAK}
     found = Round(fit, [], [], terms)
     for name in names:
-        score = candidate(name, fit, traces[name])
+        score = candidate(name, fit, sensitivities[name])
         delta_chi2 = score.statistic
         found.trials.append(
             Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 1.0)

@@ -1,4 +1,4 @@
-"""Where a refit of a candidate begins, when its slope leads nowhere."""
+"""Where a refit of a candidate begins, when its linearisation leads nowhere."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.confirmation import Confirmation
-from hil_emulator.identify.selection.outer_iteration import settle
+from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.search import Searcher
@@ -30,7 +30,7 @@ def slow() -> tuple[Fitter, Fit]:
             if c.name in ("valve_gain", "valve_natural_frequency", "oil_bulk_modulus")]  # fmt: skip
     search = Search(free, at=np.zeros(len(free)))
     searcher = Searcher(Observer(model, INSTRUMENTS), data, [], [], free)
-    return searcher.fitter, settle(searcher.fitter, search)
+    return searcher.fitter, converge(searcher.fitter, search)
 
 
 def effect(name: str) -> Coordinate:

@@ -27,7 +27,7 @@ class Problem:
     """Linear effects a, b in noise: y = size a + noise, both fitted one after the other.
 
     Args:
-        angle: between the two effects' traces.
+        angle: between the two effects' sensitivities.
         power: gain in chi-square of the true effect a at size one.
         correlation: of the noise from sample to sample.
         seed: of the noise.
@@ -47,15 +47,16 @@ class Problem:
         self.trials = [self._trial(n, c, data) for n, c in (("a", a), ("b", b))]
         self.scores = [t.score for t in self.trials]
 
-    def _trial(self, name: str, trace: np.ndarray, data: np.ndarray) -> Trial:
-        size = float(trace @ data)
-        score = Score(coordinate(name), size**2, size, 1.0, -trace, -trace, np.zeros(0))
-        fit = Fit([score.coordinate], np.array([size]), data - size * trace, -trace[:, None], 0.0)
+    def _trial(self, name: str, sensitivity: np.ndarray, data: np.ndarray) -> Trial:
+        size = float(sensitivity @ data)
+        score = Score(coordinate(name), size**2, size, 1.0, -sensitivity, -sensitivity, np.zeros(0))
+        residual, jacobian = data - size * sensitivity, -sensitivity[:, None]
+        fit = Fit([score.coordinate], np.array([size]), residual, jacobian, 0.0)
         return Trial(score, fit, Evidence(size**2, size**2, np.nan, 20.0), 1.0)
 
 
 def test_separability_is_what_a_rival_would_lose() -> None:
-    """D is the squared sine of the angle between two traces times the squared size."""
+    """D is the squared sine of the angle between two sensitivities times the squared size."""
     p = Problem(0.3, 100.0)
     assert separability(*p.scores, size=5.0) == pytest.approx(25.0 * np.sin(0.3) ** 2, rel=1e-3)
     assert separability(p.scores[0], p.scores[0], size=5.0) == pytest.approx(0.0, abs=1e-6)

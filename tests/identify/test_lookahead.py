@@ -17,16 +17,16 @@ def coordinate(name: str, most: float = 1e9) -> Coordinate:
 
 
 def scanned(
-    residual: np.ndarray, traces: dict[str, np.ndarray], most: float = 1e9
+    residual: np.ndarray, sensitivities: dict[str, np.ndarray], most: float = 1e9
 ) -> tuple[list[Score], Fit]:
     """Return linear scores of candidates in a model without parameters, best first."""
     fit = Fit([], np.zeros(0), residual, np.zeros((N, 0)), float(residual @ residual))
-    scores = [score_of(coordinate(n, most), t, Projection(fit)) for n, t in traces.items()]
+    scores = [score_of(coordinate(n, most), t, Projection(fit)) for n, t in sensitivities.items()]
     return sorted(scores, key=lambda s: -s.statistic), fit
 
 
 def orthogonal(count: int) -> list[np.ndarray]:
-    """Return orthogonal traces of squared norm 100."""
+    """Return orthogonal sensitivities of squared norm 100."""
     random = np.random.default_rng(3)
     basis = np.linalg.qr(random.standard_normal((N, count)))[0]
     return [10.0 * column for column in basis.T]
@@ -58,7 +58,7 @@ def test_a_pair_beyond_its_range_is_none() -> None:
     """Two that cancel explain anything if they may be as large as they like."""
     common, own, other = orthogonal(3)
     a, b = 0.97 * common + 0.24 * own, 0.97 * common - 0.24 * own
-    traces = {"a": a, "b": b, "third": 0.7 * own + 0.7 * other}
+    sensitivities = {"a": a, "b": b, "third": 0.7 * own + 0.7 * other}
     residual = -5.0 * (a - b)
-    assert pairs_of(*scanned(residual, traces))
-    assert pairs_of(*scanned(residual, traces, most=3.0)) == []
+    assert pairs_of(*scanned(residual, sensitivities))
+    assert pairs_of(*scanned(residual, sensitivities, most=3.0)) == []

@@ -45,7 +45,7 @@ def pumped() -> tuple[Fitter, Search, Round]:
 
 
 def scored(name: str, statistic: float, estimate: float = 0.0) -> Score:
-    """Return the score of a candidate; by itself its slope leads nowhere."""
+    """Return the score of a candidate; by itself its linearisation leads nowhere."""
     none = np.zeros(0)
     return Score(COORDINATES[name], statistic, estimate, statistic, none, none, none)
 

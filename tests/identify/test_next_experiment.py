@@ -33,9 +33,9 @@ from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_model, record
 def test_separability_is_what_a_joint_refit_loses() -> None:
     """D of the information matrix is the residual sum of squares of a least-squares problem."""
     random = np.random.default_rng(1)
-    difference, slope = random.standard_normal(200), random.standard_normal((200, 5))
-    left = difference - slope @ np.linalg.lstsq(slope, difference, rcond=None)[0]
-    columns = np.column_stack([difference, slope])
+    difference, jacobian = random.standard_normal(200), random.standard_normal((200, 5))
+    left = difference - jacobian @ np.linalg.lstsq(jacobian, difference, rcond=None)[0]
+    columns = np.column_stack([difference, jacobian])
     assert forecast.separability(columns.T @ columns) == pytest.approx(left @ left, rel=1e-6)
 
 

@@ -16,7 +16,7 @@ N = 2000
 
 
 def waves() -> tuple[np.ndarray, np.ndarray]:
-    """Return two traces at right angles, each of length one."""
+    """Return two sensitivities at right angles, each of length one."""
     time = 2.0 * np.pi * np.arange(N) / N
     return np.sin(8.0 * time) * np.sqrt(2.0 / N), np.cos(8.0 * time) * np.sqrt(2.0 / N)
 
@@ -25,7 +25,7 @@ def after(
     mine: float, unknown: float, name: str = "supply_pressure.gain_error",
     balance: Balance = PISTON,
 ) -> tuple[Search, Round]:  # fmt: skip
-    """Return a search that named an effect whose trace is half that of an unknown term's.
+    """Return a search that named an effect whose sensitivity is half that of an unknown term's.
 
     Args:
         mine: how much of the effect there is in the data.
@@ -35,12 +35,13 @@ def after(
 
     """
     straight, aside = waves()
-    shape, trace = straight, 0.5 * straight + np.sqrt(0.75) * aside
-    data = mine * trace + unknown * shape
-    size = float(trace @ data)
-    residual = data - size * trace
+    shape, sensitivity = straight, 0.5 * straight + np.sqrt(0.75) * aside
+    data = mine * sensitivity + unknown * shape
+    size = float(sensitivity @ data)
+    residual = data - size * sensitivity
     effect = COORDINATES[name]
-    fit = Fit([effect], np.array([size]), residual, -trace[:, None], float(residual @ residual))
+    chi2 = float(residual @ residual)
+    fit = Fit([effect], np.array([size]), residual, -sensitivity[:, None], chi2)
     left = float((unknown * np.sqrt(0.75)) ** 2)
     columns = -shape[:, None]
     term = DiscrepancyTerm(balance, "velocity", left, 0.1 * left, np.zeros(1), np.zeros(1), columns)
@@ -49,7 +50,7 @@ def after(
 
 
 def test_an_effect_that_only_stands_for_an_unknown_one_is_told() -> None:
-    """Of a term that is there alone, half as much along the effect's trace was named as it."""
+    """Of a term that is there alone, half was named as what lies along the effect's sensitivity."""
     found = redundant(*after(0.0, 100.0))
     assert found is not None
     assert found[0].name == "supply_pressure.gain_error"

@@ -122,12 +122,12 @@ def test_a_map_shows_the_leak_before_and_nothing_after() -> None:
 
 
 def test_what_no_law_explains_casts_doubt_on_what_it_moves() -> None:
-    """The leak that is missing has moved the modulus about as far as its doubt says."""
+    """The leak that is missing has moved the modulus about as far as its uncertainty says."""
     fit, _ = configured()
     names = [c.name for c in fit.coordinates]
     i = names.index("oil_bulk_modulus")
     true = (OFF["oil_bulk_modulus"] - 1.0) * fit.coordinates[i].neutral / fit.coordinates[i].scale
     error = abs(float(fit.at[i]) - true)
-    doubt = float(np.linalg.norm([t.doubt[i] for t in terms()]))
+    uncertainty = float(np.linalg.norm([t.uncertainty[i] for t in terms()]))
     assert error > 5.0 * np.sqrt(fit.covariance()[i, i])
-    assert 0.5 * error < doubt < 5.0 * error
+    assert 0.5 * error < uncertainty < 5.0 * error

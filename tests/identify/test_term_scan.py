@@ -9,7 +9,7 @@ from hil_emulator.identify.prediction.balances import RETURN, TERMS
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.nearest import nearest
-from hil_emulator.identify.selection.outer_iteration import settle
+from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import Projection, scan
 from hil_emulator.identify.selection.term_scan import score_terms
@@ -27,7 +27,7 @@ def returning() -> tuple[Fitter, list[DiscrepancyTerm], Projection]:
     model = knee_model()
     free = parameters.ordinary(model)
     fitter = Fitter(Observer(model, INSTRUMENTS), data)
-    fit = settle(fitter, Search(free, at=np.zeros(len(free))), 2)
+    fit = converge(fitter, Search(free, at=np.zeros(len(free))), 2)
     project = Projection(fit)
     return fitter, score_terms(fitter, fit.coordinates, fit.at, project), project
 

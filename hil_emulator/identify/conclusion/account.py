@@ -44,7 +44,7 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
     if isinstance(predictor, Observer):
         result.motion = by_motion(predictor, compared)
     result.where = _where(searcher, first, compared.before["training"])
-    result.settled = after.at
+    result.final_at = after.at
     if result.unknown:
         _say_more(searcher, last, result)
     try:
@@ -85,7 +85,7 @@ def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
     if placed and result.verdict == "unknown_effect":
         strongest = max(placed, key=lambda u: u.statistic)
         result.added = effect_table(strongest, [e.name for e in predictor.model.effects])
-        result.settled = beside(last.base, known[strongest.balance, strongest.regressor]).at
+        result.final_at = beside(last.base, known[strongest.balance, strongest.regressor]).at
 
 
 def _where(searcher: Searcher, found: Round, views: Sequence[View]) -> list[Disagreement]:
@@ -158,7 +158,7 @@ def judge(result: Result) -> None:
     """Give a gap that was measured, and not searched, a verdict of its own; it adds nothing."""
     result.added = None
     if result.search is not None and result.search.final is not None:
-        result.settled = result.search.final.at
+        result.final_at = result.search.final.at
     if not result.where:
         result.verdict = "agrees"
         result.reason = (

@@ -10,9 +10,9 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.certainty import SURE, deviation, doubts
+from hil_emulator.identify.selection.certainty import SURE, deviation, discrepancy_uncertainty
 from hil_emulator.identify.selection.distinguishability import confirmed, weighed
-from hil_emulator.identify.selection.doubts import hardly_believed
+from hil_emulator.identify.selection.law_objections import hardly_believed
 from hil_emulator.identify.selection.near_rivals import MOST, near_rivals
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
@@ -86,7 +86,9 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     if final is None:
         return
     account.fill(searcher, search, result)
-    deviations = np.hypot(np.sqrt(np.diag(final.covariance())), doubts(search, final))
+    deviations = np.hypot(
+        np.sqrt(np.diag(final.covariance())), discrepancy_uncertainty(search, final)
+    )
     result.parameters = {
         c.name: {
             "configured": c.neutral, "refitted": float(c.value(float(a))),
@@ -120,7 +122,7 @@ def _look_beside(searcher: Searcher, search: Search) -> None:
 
 
 def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
-    round_ = search.naming(coordinate.name)
+    round_ = search.selected_in(coordinate.name)
     best = round_.trials[0]
     final = search.final
     assert final is not None

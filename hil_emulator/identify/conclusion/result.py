@@ -53,7 +53,7 @@ class Result:
         interrupted: whether the user ended the search before it was complete.
         added: the strongest unexplained term as an effect file; None without one, or where the
             model has no place for it.
-        settled: coordinates of the ordinary parameters in the model with everything found.
+        final_at: coordinates of the model with everything found, ordinary parameters first.
 
     """
 
@@ -80,7 +80,7 @@ class Result:
     maps: list[Map] = field(default_factory=list)
     interrupted: bool = False
     added: EffectTable | None = None
-    settled: Array = field(default_factory=lambda: np.zeros(0))
+    final_at: Array = field(default_factory=lambda: np.zeros(0))
 
     def to_dict(self) -> dict[str, Any]:
         """Return what goes into `result.json`."""

@@ -155,8 +155,8 @@ def simplest(fit: Fit, term: DiscrepancyTerm) -> Array:
     columns = np.column_stack([project(c) for c in term.columns.T])
     values, vectors = np.linalg.eigh(columns.T @ columns)
     keep = values > DISTINCT * max(values[-1], 1e-30)
-    slope = vectors[:, keep].T @ (columns.T @ project.residual)
-    return np.asarray(-vectors[:, keep] @ (slope / values[keep]) * term.balance.scale)
+    gradient = vectors[:, keep].T @ (columns.T @ project.residual)
+    return np.asarray(-vectors[:, keep] @ (gradient / values[keep]) * term.balance.scale)
 
 
 def beside(fit: Fit, term: DiscrepancyTerm) -> Fit:

@@ -13,7 +13,7 @@ DIFFERENCE = 0.05
 
 FINITE = 0.3
 """Step of a derivative by an effect, in typical sizes: finite on purpose, since dead bands,
-hysteresis and stops have no slope at zero."""
+hysteresis and stops have no derivative at zero."""
 
 DISTINCT = 2.0
 """Norm of the residual's change that a step of a derivative need not exceed."""
@@ -62,10 +62,10 @@ class Steps:
         elif not np.isfinite(coordinate.prior) and at != 0.0:
             size = max(0.05 * abs(at), 0.01)
         if at != 0.0 or np.isfinite(coordinate.prior):
-            # far beyond its own uncertainty a parameter has another slope
+            # far beyond its own uncertainty a parameter has another sensitivity
             size = min(size, DISTINCT / self._sensitivity.get(coordinate.name, 1e-9))
         return min(size, high - at) if high - at > at - low else -min(size, at - low)
 
-    def learn(self, wanted: Derivative, slope: Array) -> None:
+    def learn(self, wanted: Derivative, sensitivity: Array) -> None:
         """Remember how large a derivative has come out."""
-        self._sensitivity[wanted.coordinate.name] = max(float(np.linalg.norm(slope)), 1e-9)
+        self._sensitivity[wanted.coordinate.name] = max(float(np.linalg.norm(sensitivity)), 1e-9)

@@ -16,20 +16,20 @@ that lead out of what anyone believes."""
 
 
 def steps(
-    slope: Array, residual: Array, weights: Array, at: Array, first: bool
+    jacobian: Array, residual: Array, weights: Array, at: Array, first: bool
 ) -> Iterator[Array]:  # fmt: skip
     """Yield steps with prior rows, damped more and more (Levenberg 1944, Marquardt 1963).
 
     Args:
-        slope: Jacobian of the residual, shape (residuals, coordinates).
+        jacobian: Jacobian of the residual, shape (residuals, coordinates).
         residual: where the steps begin.
         weights: one over the prior's standard deviation of each coordinate.
         at: the coordinates there.
         first: whether it is the first step with a fresh Jacobian.
 
     """
-    normal = slope.T @ slope + np.diag(weights**2)
-    gradient = slope.T @ residual + weights**2 * at
+    normal = jacobian.T @ jacobian + np.diag(weights**2)
+    gradient = jacobian.T @ residual + weights**2 * at
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
     scaled = normal / np.outer(scale, scale)
     for damping in (*DAMPINGS, *(STUCK if first else ())):
@@ -37,9 +37,9 @@ def steps(
         yield -np.linalg.solve(damped, gradient / scale) / scale
 
 
-def learn(slope: Array, moved: Array, changed: Array) -> None:
+def learn(jacobian: Array, moved: Array, changed: Array) -> None:
     """Correct a Jacobian by what a step has shown (Broyden 1965)."""
-    surprise = changed - slope @ moved
+    surprise = changed - jacobian @ moved
     # column by column: the outer product of a long recording is large
     for j, part in enumerate(moved / max(float(moved @ moved), 1e-12)):
-        slope[:, j] += part * surprise
+        jacobian[:, j] += part * surprise

@@ -133,9 +133,9 @@ class Fitter:
             if step == 0.0:
                 yield np.zeros_like(base)
                 continue
-            slope = np.asarray((next(residuals) - base) / step)
-            self._steps.learn(one, slope)
-            yield slope
+            sensitivity = np.asarray((next(residuals) - base) / step)
+            self._steps.learn(one, sensitivity)
+            yield sensitivity
 
     def jacobian(self, coordinates: Sequence[Coordinate], at: Array, base: Array) -> Array:
         """Return the derivative of the residual, shape (residuals, coordinates)."""
@@ -162,13 +162,13 @@ class Fitter:
         bounds = np.array([c.bounds for c in free]).reshape(-1, 2)
         residual = self.residual(free, at)
         chi2 = float(residual @ residual + np.sum((weights * at) ** 2))
-        slope = None if jacobian is None else jacobian.copy()
+        sensitivities = None if jacobian is None else jacobian.copy()
         for i in range(rounds):
-            if slope is None:
-                slope = self.jacobian(free, at, residual)
+            if sensitivities is None:
+                sensitivities = self.jacobian(free, at, residual)
             elif i and jacobian is not None and len(free):
-                slope[:, -1] = self.column(free, at, residual, len(free) - 1)
-            for step in steps(slope, residual, weights, at, i == 0 and jacobian is None):
+                sensitivities[:, -1] = self.column(free, at, residual, len(free) - 1)
+            for step in steps(sensitivities, residual, weights, at, i == 0 and jacobian is None):
                 trial = np.clip(at + step, bounds[:, 0], bounds[:, 1])
                 r = self.residual(free, trial)
                 new = float(r @ r + np.sum((weights * trial) ** 2))
@@ -176,13 +176,13 @@ class Fitter:
                     break
             if new >= chi2:
                 break
-            learn(slope, trial - at, r - residual)
+            learn(sensitivities, trial - at, r - residual)
             delta_chi2, at, residual, chi2 = chi2 - new, trial, r, new
             if delta_chi2 < 0.5:
                 break
-        if slope is None:
-            slope = self.jacobian(free, at, residual)
-        return Fit(free, at, residual, slope, chi2)
+        if sensitivities is None:
+            sensitivities = self.jacobian(free, at, residual)
+        return Fit(free, at, residual, sensitivities, chi2)
 
     def _memory(self, coordinates: Sequence[Coordinate], at: Array | Sequence[float]) -> Point:
         return self.predictor.model.memory(coordinates, at)

@@ -76,9 +76,9 @@ class Forecaster:
         self._now: dict[tuple[str, str], Array] = {}
         expected = {e.name: fitter.residual(e.coordinates, e.at) for e in self.explanations}
         for rival in self.explanations:
-            slope = fitter.jacobian(rival.coordinates, rival.at, expected[rival.name])
+            jacobian = fitter.jacobian(rival.coordinates, rival.at, expected[rival.name])
             for truth in self.explanations:
-                columns = np.column_stack([expected[rival.name] - expected[truth.name], slope])
+                columns = np.column_stack([expected[rival.name] - expected[truth.name], jacobian])
                 known = columns.T @ columns + priors(truth, rival)
                 self._now[truth.name, rival.name] = np.asarray(known)
 
@@ -181,9 +181,9 @@ def bent(now: Array, fitter: Fitter, explanation: Explanation, aim: Array | floa
         gained, best, kept = best - cost, cost, moved
         if gained < SETTLED * cost:
             break
-        slope = fitter.jacobian(explanation.coordinates, at, residual)
-        gradient = now[1:, 0] + now[1:, 1:] @ kept + slope.T @ left
-        step = _solved(now[1:, 1:] + slope.T @ slope, gradient)
+        jacobian = fitter.jacobian(explanation.coordinates, at, residual)
+        gradient = now[1:, 0] + now[1:, 1:] @ kept + jacobian.T @ left
+        step = _solved(now[1:, 1:] + jacobian.T @ jacobian, gradient)
         moved = np.clip(at - step, low, high) - explanation.at
     return best if math.isfinite(best) else 0.0
 

@@ -194,7 +194,7 @@ def explanations(
     mine = [*shared, *(final.coordinates[i] for i in own)]
     fits = {named: fitter.fit(mine, np.concatenate([at, values]), 2)}
     for name in group[: MEMBERS - 1]:
-        brought, start = weighed(search.naming(named), name)
+        brought, start = weighed(search.selected_in(named), name)
         fits[name] = fitter.fit([*shared, *brought], np.concatenate([at, start]), 4)
     return [Explanation(n, f.coordinates, f.at, f.chi2) for n, f in fits.items()]
 

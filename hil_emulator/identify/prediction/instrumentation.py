@@ -31,7 +31,7 @@ def predicting(
     Args:
         model: the model.
         learn: experiments for the fit.
-        check: experiments for the gate.
+        check: experiments for the acceptance test.
 
     Returns:
         The predictor, or None; the experiments as it takes them; and why there is none.

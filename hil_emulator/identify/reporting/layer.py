@@ -99,7 +99,7 @@ def _effect(search: Search, coordinate: Coordinate, finding: Finding) -> str:
 
 def _refitted(result: Result) -> list[tuple[Coordinate, float]]:
     assert result.search is not None
-    pairs = zip(result.search.nuisances, result.settled, strict=False)
+    pairs = zip(result.search.nuisances, result.final_at, strict=False)
     return [(c, float(c.value(float(a)))) for c, a in pairs if abs(float(a)) > 1e-3]
 
 

@@ -1,1 +1,1 @@
-"""Which effect is missing: fit, scan, candidate_refits, gate, and what no effect explains."""
+"""Which effects are missing: greedy selection by score, joint refit and acceptance test."""

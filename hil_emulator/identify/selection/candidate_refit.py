@@ -102,8 +102,8 @@ class CandidateRefits:
         if score.start is not None:
             return self._fitter.fit(free, score.start, 2)
         at = np.append(base.at + score.estimate * score.response, score.estimate)
-        slopes = np.column_stack([base.jacobian, score.slope])
-        return self._fitter.fit(free, at, 2, jacobian=slopes)
+        jacobian = np.column_stack([base.jacobian, score.sensitivity])
+        return self._fitter.fit(free, at, 2, jacobian=jacobian)
 
     def _complete(self, fit: Fit, coordinate: Coordinate) -> Fit:
         """Refit with all that the effect's law holds: what is usual need not be what is there."""
@@ -116,8 +116,8 @@ class CandidateRefits:
         at = np.insert(fit.at, last, np.zeros(len(shapes)))
         wanted = [Derivative(free, at, last + i) for i in range(len(shapes))]
         columns = np.column_stack(list(self._fitter.columns(wanted, fit.residual)))
-        slopes = np.insert(fit.jacobian, [last], columns, axis=1)
-        return self._converged(Fit(free, at, fit.residual, slopes, fit.chi2))
+        jacobian = np.insert(fit.jacobian, [last], columns, axis=1)
+        return self._converged(Fit(free, at, fit.residual, jacobian, fit.chi2))
 
     def _pushed(self, fit: Fit) -> Fit:
         other = nudged(self._fitter, fit, len(fit.at) - 1)
@@ -144,7 +144,7 @@ class CandidateRefits:
         evidence = Evidence(
             delta_chi2, wald, held_out, self._needed, expected, hac_variance_factor, strange
         )  # fmt: skip
-        # slopes of several fits of a long recording are large
+        # Jacobians of several fits of a long recording are large
         lean = replace(fit, jacobian=fit.jacobian.astype(np.float32))
         return Trial(score.lean(), lean, evidence, deviation)
 
@@ -162,8 +162,8 @@ class CandidateRefits:
             factor = hac_variance_factor(shown, fit.residual, self._fitter.correlation_length)
             variance = factor / float(shown @ shown)
             return float(fit.at[-1] ** 2) / variance, math.sqrt(variance), factor
-        # all but what is believed of an ordinary parameter could stand in its place: slopes that
-        # nearly cancel show no serial correlation, what the effect has changed does
+        # all but what is believed of an ordinary parameter could stand in its place: sensitivities
+        # that nearly cancel show no serial correlation, what the effect has changed does
         changed = self._base.residual - fit.residual
         factor = hac_variance_factor(changed, fit.residual, self._fitter.correlation_length)
         delta_chi2 = self._base.chi2 - fit.chi2

@@ -29,7 +29,7 @@ def faint(search: Search) -> list[str]:
     """
     least = FAINT * len(search.rounds[-1].base.residual)
     return [c.name for c in search.effects
-            if search.naming(c.name).best < least
+            if search.selected_in(c.name).best < least
             and (c.name in search.forms or _may_be_none(search, c.name))]  # fmt: skip
 
 
@@ -44,19 +44,19 @@ def deviation(search: Search, fit: Fit, name: str) -> float:
     """
     i = [c.name for c in fit.coordinates].index(name)
     spread = float(np.sqrt(fit.covariance()[i, i]))
-    found = max(spread, search.naming(name).trials[0].deviation)
-    return math.hypot(found, doubts(search, fit)[i])
+    found = max(spread, search.selected_in(name).trials[0].deviation)
+    return math.hypot(found, discrepancy_uncertainty(search, fit)[i])
 
 
-def doubts(search: Search, fit: Fit) -> Array:
-    """Return the deviation of each coordinate that comes from what no law explains.
+def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
+    """Return the standard deviation of each coordinate that comes from what no law explains.
 
     Friction that changes along the stroke, say, is taken for something else in part: how much, its
     strength tells, while its shape is anyone's.
     """
     last = search.rounds[-1]
     names = [c.name for c in last.base.coordinates]
-    found = [dict(zip(names, t.doubt, strict=True)) for t in last.terms if len(t.doubt)]
+    found = [dict(zip(names, t.uncertainty, strict=True)) for t in last.terms if len(t.uncertainty)]
     return np.array([np.linalg.norm([d.get(c.name, 0.0) for d in found])
                      for c in fit.coordinates])  # fmt: skip
 

@@ -17,7 +17,7 @@ BETWEEN = 0.1
 """Part of that gain below which the rival only completes its law (assumed)."""
 
 SAME_WORK = 0.5
-"""Squared cosine between the traces of two candidates from which they do the same (assumed)."""
+"""Squared cosine between two candidates' sensitivities from which they do the same (assumed)."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ LOOKS = 16
 """Most candidates that are tried at several sizes."""
 
 SAME = 0.998
-"""Squared cosine between the traces of effects above which they are the same (assumed)."""
+"""Squared cosine between the sensitivities of effects above which they are the same (assumed)."""
 
 
 class Confirmation:
@@ -47,9 +47,9 @@ class Confirmation:
     def best(self, scores: Sequence[Score], wanted: int) -> list[Score]:
         """Return the best scores that hold where the linear model puts the estimate.
 
-        An effect that bends, or that is far stronger than its typical size, gets a slope that leads
-        nowhere; its statistic is then what the model gains at the best of a few sizes. Of effects
-        with the same trace one is enough.
+        An effect that bends, or that is far stronger than its typical size, has a linearisation
+        that leads nowhere; its statistic is then what the model gains at the best of a few sizes.
+        Of effects with the same sensitivity one is enough.
 
         Args:
             scores: of the linear model.
@@ -84,7 +84,7 @@ class Confirmation:
     ) -> list[Score]:
         """Return the likely candidates, with those of the round before where these ended.
 
-        What gained a lot at a far end of a curved valley is not found there again by its slope.
+        What gained a lot at a far end of a curved valley is not found there by its linearisation.
 
         Args:
             scores: of the linear model.
@@ -111,7 +111,7 @@ class Confirmation:
     def _kin(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
         """Return effects that act at the place in the model at which the best one does.
 
-        Of two that do the same, the slope of one may lead somewhere and that of the other nowhere.
+        Of two that do the same, the linearisation of one may lead somewhere, the other's nowhere.
         """
         best = max(found, key=lambda s: s.statistic, default=None)
         if best is None or best.coordinate.channel or best.statistic < SMALLEST_DELTA_CHI2:
@@ -153,8 +153,8 @@ class Confirmation:
         for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
             delta_chi2 = fit.chi2 - self._fitter.loss(free, at, residual)
             starts.append(replace(score, statistic=delta_chi2, estimate=float(at[-1]), start=at))
-            slope = (residual - fit.residual) / at[-1]
-            secants.append(score_of(score.coordinate, slope, self._project))
+            secant = (residual - fit.residual) / at[-1]
+            secants.append(score_of(score.coordinate, secant, self._project))
         secants = sorted(secants, key=lambda s: -s.statistic)[:SECANTS]
         deltas = self._deltas(secants) if secants else []
         return starts + [replace(s, statistic=d) for s, d in zip(secants, deltas, strict=True)]

@@ -32,8 +32,8 @@ class DiscrepancyTerm:
         curve: the term there, in the balance's unit.
         columns: derivative of the residual by each hat; none of a term that is not significant, but
             for the best of those that are no error of a sensor.
-        doubt: standard deviation that each free parameter gets from a term of this strength and
-            unknown shape.
+        uncertainty: standard deviation that each free parameter gets from a term of this strength
+            and unknown shape.
         usual: what chance reaches on average.
 
     """
@@ -45,7 +45,7 @@ class DiscrepancyTerm:
     knots: Array
     curve: Array
     columns: Array
-    doubt: Array = field(default_factory=lambda: np.zeros(0))
+    uncertainty: Array = field(default_factory=lambda: np.zeros(0))
     usual: float = 0.0
 
     @property

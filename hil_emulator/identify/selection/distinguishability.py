@@ -42,7 +42,7 @@ def separability(chosen: Score, rival: Score, size: float) -> float:
 
 
 def _difference(chosen: Score, rival: Score, size: float) -> Array:
-    """Return what of the chosen effect's trace the best size of the rival leaves."""
+    """Return what of the chosen effect's sensitivity the best size of the rival leaves."""
     mine = chosen.column.astype(np.float64)
     if rival.information <= 0.0:
         return np.asarray(size * mine)

@@ -3,8 +3,8 @@
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.selection.completion import completions
 from hil_emulator.identify.selection.conditional_test import OUTSHONE, overshadowed, stands_beside
-from hil_emulator.identify.selection.doubts import strained
 from hil_emulator.identify.selection.law_form import own_terms, sole_laws
+from hil_emulator.identify.selection.law_objections import strained
 from hil_emulator.identify.selection.progress import Round, Search
 
 OTHER_LAW = 2.0
@@ -67,7 +67,7 @@ def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
         term = max(own, key=lambda t: t.statistic, default=None)
         left = term.surplus if term else 0.0
         stands = standing(fitter, search, last.base, name) if term else 0.0
-        times, doubt = search.outdone.get(name, (1.0, ""))
+        times, objection = search.outdone.get(name, (1.0, ""))
         differs = term is not None and left > DIFFERENT * stands
         if (term and term.certain > UNKNOWN * stands) or (differs and times > OTHER_LAW):
             rejected.append(name)
@@ -76,8 +76,8 @@ def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
             forms[name] = f"a free term in the {term.title} explains {part:.0f} % more"
         elif name in search.between:
             forms[name] = str(search.between[name])
-        elif doubt or name in strains:
-            forms[name] = doubt or strains[name]
+        elif objection or name in strains:
+            forms[name] = objection or strains[name]
     return rejected, forms
 
 

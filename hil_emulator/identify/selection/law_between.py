@@ -1,8 +1,8 @@
 """Laws between two of the catalogue: an effect and a near rival that share its work.
 
-Beside an effect that was fitted alone no slope shows the rival: a little of it does harm as long as
-the effect does all the work. A refit that begins with part of the work on each side shows it. Where
-the rival was named as a further effect, the first may have little left to do.
+Beside an effect that was fitted alone no sensitivity shows the rival: a little of it does harm as
+long as the effect does all the work. A refit that begins with part of the work on each side shows
+it. Where the rival was named as a further effect, the first may have little left to do.
 """
 
 from collections.abc import Iterator
@@ -73,7 +73,7 @@ def overtaken(fitter: Fitter, search: Search) -> Completion | None:
 def _near(search: Search) -> Iterator[tuple[Round, str]]:
     """Yield the rounds in which effects were named, with rivals that explained nearly as much."""
     for effect in search.effects:
-        found = search.naming(effect.name)
+        found = search.selected_in(effect.name)
         best = found.trials[0]
         parts = {s.coordinate.name: s.statistic / best.score.statistic for s in found.scores}
         parts |= {t.score.coordinate.name: t.evidence.delta_chi2 / best.evidence.delta_chi2
@@ -94,7 +94,7 @@ def _shared(fitter: Fitter, base: Fit, name: str, rival: StandIn) -> Fit:
     own, start = rival
     at = np.append(base.at, start)
     at[[c.name for c in base.coordinates].index(name)] *= 1.0 - SHARE
-    # a slope at zero may lead far beyond the sizes that occur
+    # the linearisation at zero may lead far beyond the sizes that occur
     at[-1] = SHARE * np.clip(at[-1], -1.0, 1.0)
     return fitter.fit([*base.coordinates, *own], at, ITERATIONS)
 

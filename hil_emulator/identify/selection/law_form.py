@@ -16,7 +16,7 @@ from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.nearest import acts_in, depends_on
 
 OWN = 0.6
-"""Part of an effect's trace that a term must reproduce to be where its law lives (assumed)."""
+"""Part of an effect's sensitivity that a term must reproduce to be a shape of its law (assumed)."""
 
 THERE = 0.3
 """The same where the catalogue says that the law acts in the term's balance (assumed)."""
@@ -34,7 +34,7 @@ def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
         terms: scored at this fit.
 
     Returns:
-        {term's title: effect's name}, the effect whose trace the term reproduces best.
+        {term's title: effect's name}, the effect whose sensitivity the term reproduces best.
 
     """
     names = [c.name for c in fit.coordinates]
@@ -47,9 +47,9 @@ def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
             there = acts_in(fit.coordinates[i], term.balance)
             if term.regressor == "time" and not there:
                 continue
-            trace = fit.jacobian[:, i]
-            power = float(trace @ trace)
-            shown = basis.T @ (columns.T @ trace)
+            sensitivity = fit.jacobian[:, i]
+            power = float(sensitivity @ sensitivity)
+            shown = basis.T @ (columns.T @ sensitivity)
             share = float(shown @ shown) / power if power > 0.0 else 0.0
             least = THERE if there else OWN
             if share > max(least, owners.get(term.title, (0.0, ""))[0]):

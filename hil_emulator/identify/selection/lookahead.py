@@ -21,7 +21,7 @@ FURTHER = 1.25
 """Times what the best candidate and its best partner explain that a pair must explain (assumed)."""
 
 DISTINCT = 0.95
-"""Squared cosine between the traces of two candidates above which they are one (assumed)."""
+"""Squared cosine between the sensitivities of two candidates above which they are one (assumed)."""
 
 LOOKS = 4
 """Most pairs that are tried in the model."""
@@ -91,10 +91,10 @@ class Lookahead:
         at = np.append(self._base.at, 0.0)
         free = [*self._base.coordinates, first.coordinate]
         model = self._fitter.fit(free, at, REFITS)
-        slope = self._fitter.column(
+        sensitivity = self._fitter.column(
             [*free, second.coordinate], np.append(model.at, 0.0), model.residual, len(free)
         )
-        score = score_of(second.coordinate, slope, Projection(model))
+        score = score_of(second.coordinate, sensitivity, Projection(model))
         trial = CandidateRefits(self._fitter, model, self._held).enter([score])[0]
         return replace(trial, score=second.lean(), beside=first.coordinate.name)
 
@@ -110,10 +110,10 @@ def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
     able = [s for s in scores if s.visible]
     if len(able) < 2:
         return []
-    traces = np.stack([s.column for s in able])
-    normal = (traces @ traces.T).astype(np.float64)
-    slope = -(traces @ Projection(fit).residual.astype(np.float32)).astype(np.float64)
-    sizes, deltas = _jointly(normal, slope)
+    columns = np.stack([s.column for s in able])
+    normal = (columns @ columns.T).astype(np.float64)
+    gradient = -(columns @ Projection(fit).residual.astype(np.float32)).astype(np.float64)
+    sizes, deltas = _jointly(normal, gradient)
     ends = np.array([s.coordinate.bounds for s in able])
     inside = (sizes >= ends[:, :1]) & (sizes <= ends[:, 1:])
     deltas = np.where(inside & inside.T, deltas, 0.0)
@@ -124,15 +124,15 @@ def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
             for i, j in islice(found, LOOKS)]  # fmt: skip
 
 
-def _jointly(normal: Array, slope: Array) -> tuple[Array, Array]:
+def _jointly(normal: Array, gradient: Array) -> tuple[Array, Array]:
     """Return the size of each candidate beside each other one, and what both gain."""
     power = np.diag(normal)
     room = np.outer(power, power) - normal**2
     apart = room > (1.0 - DISTINCT) * np.outer(power, power)
     sizes = np.where(
-        apart, slope[:, None] * power - normal * slope, 0.0
+        apart, gradient[:, None] * power - normal * gradient, 0.0
     ) / np.where(apart, room, 1.0)  # fmt: skip
-    parts = sizes * slope[:, None]
+    parts = sizes * gradient[:, None]
     return sizes, parts + parts.T
 
 

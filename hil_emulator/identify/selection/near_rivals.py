@@ -80,7 +80,7 @@ def _brings_states(knob: Coordinate) -> bool:
 
 
 def _start(fitter: Fitter, found: Round, score: Score) -> StandIn:
-    """Return where a rival begins: where a refit of it ended, or where its slope leads."""
+    """Return where a rival begins: where a refit of it ended, or where its linearisation leads."""
     if any(t.score.coordinate.name == score.coordinate.name for t in found.trials):
         return weighed(found, score.coordinate.name)
     shapes = fitter.predictor.model.shapes(score.coordinate)
@@ -88,7 +88,7 @@ def _start(fitter: Fitter, found: Round, score: Score) -> StandIn:
 
 
 def _usual(fitter: Fitter, score: Score) -> StandIn:
-    """Return a rival at its usual size: of one that brings states along the slope says nothing."""
+    """Return a rival at its usual size: the linearisation of one with states says nothing."""
     knob = score.coordinate
     shapes = fitter.predictor.model.shapes(knob)
     usual = float(np.copysign(1.0, score.estimate)) if knob.bounds[0] < 0.0 else 1.0

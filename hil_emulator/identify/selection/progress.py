@@ -50,7 +50,7 @@ class Round:
     near: dict[str, StandIn] = field(default_factory=dict)
 
     def slim(self) -> None:
-        """Forget the candidates' traces and slopes: long recordings would fill the memory."""
+        """Forget the candidates' sensitivities: long recordings would fill the memory."""
         self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
         for trial in self.trials[1:]:
             trial.fit = replace(trial.fit, jacobian=np.zeros((0, len(trial.fit.at))))
@@ -125,7 +125,7 @@ class Search:
         return [r.trials for r in self.rounds
                 if r.accepted and r.trials[0].score.coordinate.name in names]  # fmt: skip
 
-    def naming(self, name: str) -> Round:
+    def selected_in(self, name: str) -> Round:
         """Return the round in which an effect was named, the last one if it was more than once."""
         return next(r for r in reversed(self.rounds)
                     if r.accepted and r.trials[0].score.coordinate.name == name)  # fmt: skip

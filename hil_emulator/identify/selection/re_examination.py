@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
-from hil_emulator.identify.selection.outer_iteration import settle
+from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 
 
@@ -19,7 +19,7 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
     """
     if len(search.effects) < 2:
         return
-    full = settle(fitter, search, 1)
+    full = converge(fitter, search, 1)
     for name in [c.name for c in search.effects[:-1]]:
         kept = {c.name for c in search.without(name)}
         stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]

@@ -27,7 +27,7 @@ class Score:
         estimate: its linear estimate, in typical sizes.
         information: squared norm of its projected column: the gain of the effect at typical size.
         column: derivative of the residual, ordinary parameters projected out; empty once forgotten.
-        slope: the same, nothing projected out; empty in a lean score.
+        sensitivity: the same, nothing projected out; empty in a lean score.
         response: change of the ordinary parameters with the candidate.
         start: where a refit begins; None for where the linear model puts it.
 
@@ -38,7 +38,7 @@ class Score:
     estimate: float
     information: float
     column: Array
-    slope: Array
+    sensitivity: Array
     response: Array
     start: Array | None = None
 
@@ -53,8 +53,8 @@ class Score:
         return self.visible or abs(self.estimate) < FAR
 
     def lean(self) -> "Score":
-        """Return the score without its slope: long recordings would fill the memory."""
-        return replace(self, slope=np.zeros(0))
+        """Return the score without its sensitivity: long recordings would fill the memory."""
+        return replace(self, sensitivity=np.zeros(0))
 
 
 class Projection:
@@ -86,18 +86,18 @@ def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Sco
     project = Projection(fit)
     at, last = np.append(fit.at, 0.0), len(fit.at)
     wanted = [Derivative([*fit.coordinates, c], at, last) for c in candidates]
-    slopes = fitter.columns(wanted, fit.residual)
+    sensitivities = fitter.columns(wanted, fit.residual)
     scores = [
-        score_of(c, slope.astype(np.float32), project)
-        for c, slope in zip(candidates, slopes, strict=True)
+        score_of(c, sensitivity.astype(np.float32), project)
+        for c, sensitivity in zip(candidates, sensitivities, strict=True)
     ]
     return sorted(scores, key=lambda s: -s.statistic)
 
 
-def score_of(candidate: Coordinate, slope: Array, project: Projection) -> Score:
-    """Return the score of a candidate by its slope, or by a secant."""
-    response = project.response(slope)
-    column = project(slope, response)
+def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> Score:
+    """Return the score of a candidate by its sensitivity, or by a secant."""
+    response = project.response(sensitivity)
+    column = project(sensitivity, response)
     information = float(column @ column)
     gradient = float(column @ project.residual)
     low, high = candidate.bounds
@@ -109,6 +109,6 @@ def score_of(candidate: Coordinate, slope: Array, project: Projection) -> Score:
         estimate,
         information,
         column.astype(np.float32),
-        slope,
+        sensitivity,
         response,
     )

@@ -1,4 +1,4 @@
-"""Greedy search with joint refits, re-examination and a gate in front of every name."""
+"""Greedy search with joint refits, an acceptance test before every name, and re-examination."""
 
 from collections.abc import Callable, Sequence
 
@@ -14,12 +14,12 @@ from hil_emulator.identify.selection.certainty import faint
 from hil_emulator.identify.selection.confirmation import Confirmation
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.distinguishability import rivals_of, weighed
-from hil_emulator.identify.selection.doubts import outdone
 from hil_emulator.identify.selection.judgement import judge, laws
 from hil_emulator.identify.selection.law_between import between, overtaken
+from hil_emulator.identify.selection.law_objections import outdone
 from hil_emulator.identify.selection.lookahead import Lookahead, pairs_of
 from hil_emulator.identify.selection.nearest import nearest
-from hil_emulator.identify.selection.outer_iteration import settle
+from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.re_examination import re_examine
 from hil_emulator.identify.selection.redundant_effects import redundant, same_part
@@ -33,7 +33,7 @@ SEVERAL = 5
 """Most effects that are looked for."""
 
 KEPT = 2
-"""Terms of each balance whose traces are kept of the first round, for the account of the gap."""
+"""Terms of each balance whose columns are kept of the first round, for the account of the gap."""
 
 
 class Searcher:
@@ -42,7 +42,7 @@ class Searcher:
     Args:
         predictor: computes innovations.
         training: experiments for the fit.
-        validation: experiments for the gate.
+        validation: experiments for the acceptance test.
         candidates: effects that may be named.
         nuisances: ordinary parameters.
         pool: where experiments are predicted; without one, in this thread.
@@ -72,8 +72,8 @@ class Searcher:
             last = search.rounds[-1].trials[0].fit
             names = [c.name for c in last.coordinates]
             order = [names.index(c.name) for c in search.free]
-            slope = last.jacobian[:, order]
-            search.final = Fit(search.free, last.at[order], last.residual, slope, last.chi2)
+            jacobian = last.jacobian[:, order]
+            search.final = Fit(search.free, last.at[order], last.residual, jacobian, last.chi2)
         return search
 
     def run(self) -> Search:
@@ -118,7 +118,7 @@ class Searcher:
         """Look for terms alone: no effect is screened, and none accepted."""
         search = self._begin()
         self.tell(f"refitting {len(search.free)} parameters")
-        base = settle(self.fitter, search)
+        base = converge(self.fitter, search)
         self.tell("looking for balances that disagree")
         found = Round(base, [], [], self._terms(base))
         found.unknown = bool(found.worthwhile)
@@ -132,7 +132,7 @@ class Searcher:
 
     def _round(self, search: Search) -> Round:
         self.tell(f"refitting {len(search.free)} parameters")
-        base = settle(self.fitter, search)
+        base = converge(self.fitter, search)
         names = {c.name for c in search.effects}
         rest = [c for c in self.candidates if c.name not in names]
         if len(names) == SEVERAL:
@@ -191,15 +191,15 @@ class Searcher:
             why = f"named, but only completes the law of {completion.named}"
             self._take_out(search, completion.rival, why, search.rounds[-1].unknown)
             search.between[completion.named] = completion
-            begins = weighed(search.naming(completion.rival), completion.rival)
-            search.naming(completion.named).near[completion.rival] = begins
+            begins = weighed(search.selected_in(completion.rival), completion.rival)
+            search.selected_in(completion.named).near[completion.rival] = begins
         held = self._held_out(search.rounds[-1].base)
         search.between = {**between(self.fitter, search, held), **search.between}
 
     def _take_out(self, search: Search, name: str, why: str, unknown: bool) -> None:
         """Take an effect out of the model at the end, and look again at what remains."""
         search.remove(name, why)
-        base = settle(self.fitter, search, 2)
+        base = converge(self.fitter, search, 2)
         last = search.rounds[-1]
         search.rounds.append(Round(base, last.scores, [], self._terms(base), unknown=unknown))
 

@@ -10,7 +10,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.selection.scan import Score
 
 SIZES = (0.1, 0.3, 1.0, 3.0)
-"""Typical sizes at which an effect is tried that its slope leads astray (assumed)."""
+"""Typical sizes at which an effect is tried that its linearisation leads astray (assumed)."""
 
 DEAR = 3.0
 """How much longer than usual a prediction may take for an effect to be tried at any size but its
@@ -53,8 +53,8 @@ class Takeover:
         loss, at, residual = min(losses, key=lambda t: t[0], default=(np.inf, there.at, None))
         if residual is None or there.chi2 - loss < TAKEN_OVER * (there.chi2 - self._fit.chi2):
             return []
-        slopes = np.column_stack([there.jacobian, (residual - there.residual) / at[-1]])
-        found = self._fitter.fit(free, at, ROUNDS, jacobian=slopes)
+        jacobian = np.column_stack([there.jacobian, (residual - there.residual) / at[-1]])
+        found = self._fitter.fit(free, at, ROUNDS, jacobian=jacobian)
         values = {c.name: a for c, a in zip(free, found.at, strict=True)}
         whole = [*self._fit.coordinates, score.coordinate]
         start = np.array([values.get(c.name, 0.0) for c in whole])

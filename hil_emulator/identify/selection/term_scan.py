@@ -96,16 +96,17 @@ def _score(
     # what the term explains is no measure of chance
     usual, limit = chance(basis, residual - basis @ components, seed, 2 * correlation_length)
     strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
-    doubt = np.sqrt(strength * np.sum(np.square(responses), axis=0))
+    uncertainty = np.sqrt(strength * np.sum(np.square(responses), axis=0))
     return DiscrepancyTerm(
-        balance, regressor, statistic, limit, knots, curve, columns, doubt, usual
+        balance, regressor, statistic, limit, knots, curve, columns, uncertainty, usual
     )
 
 
 def chance(basis: Array, residual: Array, seed: int, length: int) -> tuple[float, float]:
     """Return the statistic of residuals without any effect: the mean, and one in ten thousand.
 
-    Whole stretches of the residual get random signs, which keeps their serial correlation.
+    Whole blocks of the residual get random signs, which keeps their serial correlation: a wild
+    bootstrap by blocks.
     """
     rows = len(residual) // length * length
     if rows < 4 * length:

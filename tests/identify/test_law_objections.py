@@ -10,9 +10,9 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
-from hil_emulator.identify.selection.doubts import hardly_believed, outdone, strained
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.law_form import sole_laws
+from hil_emulator.identify.selection.law_objections import hardly_believed, outdone, strained
 from hil_emulator.identify.selection.nearest import nearest
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
@@ -26,43 +26,43 @@ def effect(name: str) -> Coordinate:
     return next(c for c in candidates(knee_model(), INSTRUMENTS) if c.name == name)
 
 
-def trace() -> np.ndarray:
+def sensitivity() -> np.ndarray:
     """Return what a term does to the innovations."""
     return np.sin(np.linspace(0.0, 20.0, N))
 
 
 def term(balance: Balance, regressor: str, statistic: float) -> DiscrepancyTerm:
     """Return a term that explains so much, with a limit of 50."""
-    columns = np.column_stack([trace(), np.cos(np.linspace(0.0, 20.0, N))])
+    columns = np.column_stack([sensitivity(), np.cos(np.linspace(0.0, 20.0, N))])
     return DiscrepancyTerm(balance, regressor, statistic, 50.0, np.zeros(2), np.zeros(2), columns)
 
 
 def score(name: str, statistic: float) -> Score:
     """Return the score of an effect."""
     # a projected column has a row more, for the prior
-    column = np.append(trace(), 0.0)
-    return Score(effect(name), statistic, 1.0, statistic, column, trace(), np.zeros(0))
+    column = np.append(sensitivity(), 0.0)
+    return Score(effect(name), statistic, 1.0, statistic, column, sensitivity(), np.zeros(0))
 
 
 def named(name: str, delta_chi2: float, terms: list[DiscrepancyTerm]) -> tuple[Trial, Round]:
     """Return an accepted effect with such a gain, and its round."""
     found = score(name, delta_chi2)
-    fit = Fit([found.coordinate], np.ones(1), np.zeros(N), trace()[:, None], 0.0)
+    fit = Fit([found.coordinate], np.ones(1), np.zeros(N), sensitivity()[:, None], 0.0)
     trial = Trial(found, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 1.0)
     return trial, Round(fit, [found], [trial], terms, accepted=True)
 
 
 @pytest.mark.parametrize(
-    ("delta_chi2", "doubtful"), [(1000.0, False), (950.0, False), (700.0, True)]
+    ("delta_chi2", "objected"), [(1000.0, False), (950.0, False), (700.0, True)]
 )
-def test_a_free_shape_that_explains_clearly_more_is_a_doubt(
-    delta_chi2: float, doubtful: bool
+def test_a_free_shape_that_explains_clearly_more_is_an_objection(
+    delta_chi2: float, objected: bool
 ) -> None:
     """A law of the right form explains as much as a free term of its balance does."""
     terms = [term(PISTON, "velocity", 1000.0)]
     times, words = outdone(*named("stribeck_friction", delta_chi2, terms))
-    assert bool(words) is doubtful
-    assert (times > 1.0) is doubtful
+    assert bool(words) is objected
+    assert (times > 1.0) is objected
 
 
 @pytest.mark.parametrize(("free", "accepted"), [(1100.0, True), (5000.0, False)])
@@ -105,25 +105,27 @@ def test_what_an_inexact_law_may_leave_gets_no_name(delta_chi2: float, accepted:
     assert found.accepted is accepted
 
 
-def test_a_parameter_that_nobody_believes_is_a_doubt() -> None:
+def test_a_parameter_that_nobody_believes_is_an_objection() -> None:
     """Friction at 2.6 times its configured value, to make room for an effect, tells against it."""
     viscous = next(c for c in ordinary(knee_model()) if c.name == "viscous_friction")
-    other = trace() + 0.3 * np.cos(np.linspace(0.0, 20.0, N))
-    slope = np.column_stack([trace(), other])
+    other = sensitivity() + 0.3 * np.cos(np.linspace(0.0, 20.0, N))
+    jacobian = np.column_stack([sensitivity(), other])
     free = [viscous, effect("stribeck_friction")]
-    far = strained(Fit(free, np.array([3.2, 1.0]), np.zeros(N), slope, 0.0), ["stribeck_friction"])
+    far = strained(
+        Fit(free, np.array([3.2, 1.0]), np.zeros(N), jacobian, 0.0), ["stribeck_friction"]
+    )
     assert "viscous_friction would have to be 2.6 times" in far["stribeck_friction"]
-    near = Fit(free, np.array([1.0, 1.0]), np.zeros(N), slope, 0.0)
+    near = Fit(free, np.array([1.0, 1.0]), np.zeros(N), jacobian, 0.0)
     assert not strained(near, ["stribeck_friction"])
 
 
 def test_a_parameter_that_nobody_believes_is_told_without_any_effect_too() -> None:
     """A model that fits only with a valve of half the bandwidth is told to rest on that."""
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
-    slope = np.zeros((N, 1))
-    far = Fit([valve], np.array([-5.0 * valve.prior]), np.zeros(N), slope, 0.0)
+    jacobian = np.zeros((N, 1))
+    far = Fit([valve], np.array([-5.0 * valve.prior]), np.zeros(N), jacobian, 0.0)
     assert hardly_believed(far) == ["valve_natural_frequency is 0.5 times its configured value"]
-    near = Fit([valve], np.array([-valve.prior]), np.zeros(N), slope, 0.0)
+    near = Fit([valve], np.array([-valve.prior]), np.zeros(N), jacobian, 0.0)
     assert hardly_believed(near) == []
 
 
@@ -139,16 +141,16 @@ def test_what_is_left_over_the_driver_of_the_only_law_in_a_balance_is_of_that_la
     assert sole_laws(both, [c.name for c in pumps], [left, slow]) == {}
 
 
-def test_a_law_whose_own_parameter_runs_to_its_end_is_a_doubt() -> None:
+def test_a_law_whose_own_parameter_runs_to_its_end_is_an_objection() -> None:
     """A relief valve that would have to be the stiffest there is does not explain the droop."""
     pump = effect("fixed_pump")
     override = next(c for c in knee_model().shapes(pump) if c.name == "fixed_pump.override")
-    slope = np.column_stack([np.cos(np.linspace(0.0, 20.0, N)), trace()])
-    inside = Fit([override, pump], np.array([-0.5, 1.0]), np.zeros(N), slope, 0.0)
+    jacobian = np.column_stack([np.cos(np.linspace(0.0, 20.0, N)), sensitivity()])
+    inside = Fit([override, pump], np.array([-0.5, 1.0]), np.zeros(N), jacobian, 0.0)
     assert not strained(inside, ["fixed_pump"])
-    end = Fit([override, pump], np.array([override.bounds[0], 1.0]), np.zeros(N), slope, 0.0)
-    doubt = strained(end, ["fixed_pump"])["fixed_pump"]
-    assert doubt == "its override would have to be the lowest there is"
+    end = Fit([override, pump], np.array([override.bounds[0], 1.0]), np.zeros(N), jacobian, 0.0)
+    objection = strained(end, ["fixed_pump"])["fixed_pump"]
+    assert objection == "its override would have to be the lowest there is"
 
 
 def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:

@@ -1,4 +1,4 @@
-"""What speaks against the law of an effect that was named: it was not all, or cost too much."""
+"""What speaks against the law of a named effect: a free shape does more, or it costs too much."""
 
 from collections.abc import Sequence
 
