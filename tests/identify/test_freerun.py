@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hil_emulator.identify.disagreement.freerun import SETTLING, WINDOW, replay
+from hil_emulator.identify.disagreement.freerun import FILTER_SETTLING, RESTART_INTERVAL, replay
 from hil_emulator.identify.disagreement.gap import compare, measure
 from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.estimation.map_fit import Fit
@@ -69,16 +69,16 @@ def test_nothing_corrects_the_free_run_between_two_restarts() -> None:
     par, chan = knee_model().memory(model(LEAKAGE).coordinates, model(LEAKAGE).at)
     frozen = observer().freeze(e, par, chan)
     plain = replay(observer(), frozen, par, chan)
-    begin = round((SETTLING + WINDOW) / e.period)
+    begin = round((FILTER_SETTLING + RESTART_INTERVAL) / e.period)
     moved = frozen.measured.copy()
     moved[begin + 1 : begin + 400, 0] += 5e5
     other = replay(observer(), replace(frozen, measured=moved), par, chan)
-    inside = slice(begin + 1, begin + round(WINDOW / e.period) + 1)
+    inside = slice(begin + 1, begin + round(RESTART_INTERVAL / e.period) + 1)
     predicted = [
         f.measured - r.free for f, r in ((frozen, plain), (replace(frozen, measured=moved), other))
     ]
     np.testing.assert_allclose(predicted[0][inside], predicted[1][inside], rtol=0, atol=1e-6)
-    assert plain.age[inside].tolist() == list(range(1, round(WINDOW / e.period) + 1))
+    assert plain.age[inside].tolist() == list(range(1, round(RESTART_INTERVAL / e.period) + 1))
     assert not np.allclose(plain.one_step[inside], other.one_step[inside], equal_nan=True)
 
 

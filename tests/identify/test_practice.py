@@ -122,7 +122,7 @@ def test_ordinary_parameters_deviate_within_their_tolerance() -> None:
     drawn = [practice.ground(model, [], seed).ordinary for seed in range(20)]
     assert set(drawn[0]) == {c.name for c in parameters.ordinary(model)}
     values = np.array([list(d.values()) for d in drawn])
-    assert np.abs(values).max() <= practice.DEVIATION
+    assert np.abs(values).max() <= practice.PARAMETER_DEVIATION
     assert values.std(axis=0).min() > 0.2
 
 

@@ -10,10 +10,10 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.certainty import SURE, deviation, discrepancy_uncertainty
+from hil_emulator.identify.selection.certainty import NORMAL_95, deviation, discrepancy_uncertainty
 from hil_emulator.identify.selection.distinguishability import confirmed, weighed
 from hil_emulator.identify.selection.law_objections import hardly_believed
-from hil_emulator.identify.selection.near_rivals import MOST, near_rivals
+from hil_emulator.identify.selection.near_rivals import MOST_TOLD, near_rivals
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 
@@ -92,7 +92,8 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     result.parameters = {
         c.name: {
             "configured": c.neutral, "refitted": float(c.value(float(a))),
-            "low": float(c.value(float(a - SURE * d))), "high": float(c.value(float(a + SURE * d))),
+            "low": float(c.value(float(a - NORMAL_95 * d))),
+            "high": float(c.value(float(a + NORMAL_95 * d))),
         }
         for c, a, d in zip(search.ordinary, final.at, deviations, strict=False)
     }  # fmt: skip
@@ -127,13 +128,13 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     final = search.final
     assert final is not None
     i = [c.name for c in final.coordinates].index(coordinate.name)
-    at, reach = float(final.at[i]), SURE * deviation(search, final, coordinate.name)
+    at, reach = float(final.at[i]), NORMAL_95 * deviation(search, final, coordinate.name)
     ends = sorted(coordinate.value(at + k * reach) for k in (-1.0, 1.0))
     alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []
     group = list(dict.fromkeys([*group, *completed]))
-    group += [name for name in round_.near if name not in group][: max(0, MOST - len(group))]
+    group += [name for name in round_.near if name not in group][: max(0, MOST_TOLD - len(group))]
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
     return Finding(
         name=coordinate.name,

@@ -12,29 +12,29 @@ from scipy.signal import savgol_filter
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
 
-WINDOW = 0.5
+LAG_WINDOW = 0.5
 """Length of a stretch in which one lag is measured [s] (assumed)."""
 
 FARTHEST = 0.2
 """Lag up to which a pair is compared [s] (assumed)."""
 
-ALIKE = 0.6
+LAG_CORRELATION = 0.6
 """Correlation of a stretch from which its lag counts."""
 
-FEWEST = 6
+FEWEST_LAGS = 6
 """Stretches from which a drift can be told."""
 
-DRIFT = 12e-3
+LAG_GROWTH = 12e-3
 """Growth of the lag within an experiment that is no machine's [s] (assumed): the lag of a rod
 behind a healthy valve changes with the motion, by up to half of it in two seconds of steps."""
 
-SURE = 6.0
+SIGNIFICANT_GROWTH = 6.0
 """Standard errors by which the growth must stand out."""
 
 LAG = 0.05
 """Lag of a rod or a force that no actuator has [s]; a servo valve's is a tenth (assumed)."""
 
-SMOOTHING = 0.02
+MOTION_WINDOW = 0.02
 """Time over which velocity and acceleration are fitted to the position [s]."""
 
 _Pair = tuple[str, str, Array, Array]
@@ -83,7 +83,9 @@ def motion(e: Experiment, derivative: int) -> Array:
     good = np.isfinite(position)
     index = np.arange(len(position))
     filled = np.interp(index, index[good], position[good])
-    width = min(max(5, round(SMOOTHING / e.period) // 2 * 2 + 1), (len(position) - 1) // 2 * 2 - 1)
+    width = min(
+        max(5, round(MOTION_WINDOW / e.period) // 2 * 2 + 1), (len(position) - 1) // 2 * 2 - 1
+    )
     values = savgol_filter(filled, width, 2, deriv=derivative, delta=e.period)
     return np.asarray(np.where(good, values, np.nan))
 
@@ -91,7 +93,7 @@ def motion(e: Experiment, derivative: int) -> Array:
 def _said(a: Array, b: Array, period: float) -> str:
     """Return in words what is wrong with the lags of a pair, or ""."""
     times, lags = lags_of(a, b, period)
-    if len(lags) < FEWEST:
+    if len(lags) < FEWEST_LAGS:
         return ""
     typical = float(np.median(lags))
     if abs(typical) > LAG and np.median(np.abs(lags - typical)) < 0.3 * abs(typical):
@@ -101,8 +103,8 @@ def _said(a: Array, b: Array, period: float) -> str:
     rest = lags - design @ np.array([lags.mean(), slope])
     error = float(np.std(rest)) / max(float(np.sqrt(np.sum((times - times.mean()) ** 2))), 1e-30)
     growth = slope * (times[-1] - times[0])
-    least = max(DRIFT, 2.0 * period)
-    if abs(growth) < least or abs(slope) < SURE * error:
+    least = max(LAG_GROWTH, 2.0 * period)
+    if abs(growth) < least or abs(slope) < SIGNIFICANT_GROWTH * error:
         return ""
     return (
         f"{lags[0] * 1e3:.1f} ms late at first and {lags[-1] * 1e3:.1f} ms at last, "
@@ -112,7 +114,7 @@ def _said(a: Array, b: Array, period: float) -> str:
 
 def lags_of(a: Array, b: Array, period: float) -> tuple[Array, Array]:
     """Return times and lags [s] of `b` after `a` in the stretches where both move alike."""
-    length = round(WINDOW / period)
+    length = round(LAG_WINDOW / period)
     reach = round(FARTHEST / period)
     times, lags = [], []
     for start in range(0, len(a) - length + 1, max(1, length // 2)):
@@ -120,7 +122,7 @@ def lags_of(a: Array, b: Array, period: float) -> tuple[Array, Array]:
         if not (np.isfinite(one).all() and np.isfinite(other).all()):
             continue
         lag, likeness = _lag(one - one.mean(), other - other.mean(), min(reach, length // 2))
-        if likeness > ALIKE and abs(lag) < min(reach, length // 2):
+        if likeness > LAG_CORRELATION and abs(lag) < min(reach, length // 2):
             times.append((start + 0.5 * length) * period)
             lags.append(lag * period)
     return np.array(times), np.array(lags)

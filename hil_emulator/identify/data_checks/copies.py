@@ -12,13 +12,13 @@ import numpy as np
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array, Experiment
 
-SAME = 0.5
+SAME_NOISE = 0.5
 """Correlation of two channels' noise from which it is the same: by chance it is a tenth."""
 
-NEAR = 8
+OFFSET_MARGIN = 8
 """Samples around the best offset in which sixth differences of one noise still agree."""
 
-FEWEST = 200
+FEWEST_NOISE_SAMPLES = 200
 """Samples from which noise can be compared."""
 
 
@@ -54,13 +54,13 @@ def _noises(e: Experiment) -> dict[str, Array]:
     return {
         name: np.diff(values, 6)
         for name, values in e.readings.items()
-        if len(values) >= FEWEST and np.isfinite(values).all()
+        if len(values) >= FEWEST_NOISE_SAMPLES and np.isfinite(values).all()
     }
 
 
 def _same(a: dict[str, Array], b: dict[str, Array]) -> bool:
     """Tell whether any channel has the same noise in both, whenever each of them began."""
-    return any(_likeness(a[name], b[name]) > SAME for name in a.keys() & b.keys())
+    return any(_likeness(a[name], b[name]) > SAME_NOISE for name in a.keys() & b.keys())
 
 
 def _likeness(a: Array, b: Array) -> float:
@@ -74,7 +74,7 @@ def _likeness(a: Array, b: Array) -> float:
     product = np.fft.irfft(np.fft.rfft(one, size) * np.conj(np.fft.rfft(other, size)), size)
     peak = int(np.argmax(product))
     around = np.abs(np.arange(size) - peak)
-    elsewhere = float(np.max(product[np.minimum(around, size - around) > NEAR]))
+    elsewhere = float(np.max(product[np.minimum(around, size - around) > OFFSET_MARGIN]))
     if elsewhere > 0.5 * product[peak]:
         return 0.0
     return float(product[peak]) / min(len(one), len(other))

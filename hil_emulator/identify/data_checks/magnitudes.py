@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hil_emulator.identify.data_checks.clocks import motion
+from hil_emulator.identify.measured.data import IMPLAUSIBLE_SPANS
 from hil_emulator.identify.measured.experiment import (
     FLOW,
     SPANS,
@@ -19,13 +20,10 @@ from hil_emulator.identify.measured.experiment import (
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.units import show
 
-BEYOND = 3.0
-"""Spans beyond which a reading has hardly the unit that its column states (assumed)."""
-
-FACTOR = 8.0
+WRONG_UNIT_RATIO = 8.0
 """Ratio to the configuration from which a unit is wrong (assumed)."""
 
-SLOW = 200.0
+SLOWEST_RATIO = 200.0
 """How many times slower than the valve allows a rod may be at its fastest (assumed)."""
 
 VACUUM = -10e5
@@ -37,7 +35,7 @@ NEGATIVE = 0.1
 CREEP = 2e-3
 """Change of speed that leakage or a load may cause with the valve closed [m/s] (assumed)."""
 
-NOISE = 0.2
+NOISE_SHARE = 0.2
 """Noise over the whole change of a position from which it shows no motion (assumed)."""
 
 _SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {FLOW: (UNITS[FLOW], "l/min")}
@@ -59,7 +57,7 @@ def _of_one(e: Experiment, plant: Mapping[str, float]) -> list[str]:
 
 def _far(name: str, values: Array) -> str:
     typical = float(np.nanmedian(np.abs(values)))
-    if typical <= BEYOND * SPANS[name]:
+    if typical <= IMPLAUSIBLE_SPANS * SPANS[name]:
         return ""
     return (
         f"{name} is about {show(typical, *_SHOWN[name])}, far beyond any range; is its unit right?"
@@ -86,7 +84,7 @@ def _position(e: Experiment, plant: Mapping[str, float]) -> str:
             f"position moves over {show(travel, 'm', 'mm')}, and the stroke is "
             f"{show(stroke, 'm', 'mm')}; is its unit right, and is it the position?"
         )
-    if travel > 0.0 and noise_of(values) > NOISE * float(np.nanstd(values)):
+    if travel > 0.0 and noise_of(values) > NOISE_SHARE * float(np.nanstd(values)):
         return "position is noise; it shows no motion"
     return ""
 
@@ -96,7 +94,7 @@ def _supply(e: Experiment, plant: Mapping[str, float]) -> str:
         return ""
     measured = float(np.nanmedian(e.readings["supply_pressure"]))
     configured = plant["supply_pressure"]
-    if not configured / FACTOR < measured < configured * FACTOR:
+    if not configured / WRONG_UNIT_RATIO < measured < configured * WRONG_UNIT_RATIO:
         return (
             f"supply_pressure is about {show(measured, 'Pa', 'bar')}, and the configuration says "
             f"{show(configured, 'Pa', 'bar')}; is its unit right?"
@@ -117,7 +115,7 @@ def _chambers(e: Experiment, plant: Mapping[str, float]) -> str:
         return ""
     highest = max(float(np.nanquantile(p, 0.99)) for p in both)
     configured = plant["supply_pressure"]
-    if highest > configured / (10.0 * FACTOR):
+    if highest > configured / (10.0 * WRONG_UNIT_RATIO):
         return ""
     return (
         f"no chamber pressure exceeds {show(highest, 'Pa', 'bar')} at a supply of "
@@ -136,17 +134,17 @@ def _speed(e: Experiment, plant: Mapping[str, float]) -> str:
     able = p["valve_gain"] * np.sqrt(edge) / p["cylinder_piston_area"]
     velocity = motion(e, 1)
     speed, swing = float(np.nanquantile(np.abs(velocity), 0.99)), float(np.nanstd(velocity))
-    if swing > FACTOR * able * float(np.std(e.current)) + CREEP:  # whatever its null is
+    if swing > WRONG_UNIT_RATIO * able * float(np.std(e.current)) + CREEP:  # whatever its null is
         return (
             f"the rod moves at {speed:.3g} m/s, {speed / (able * top):.0f} times as fast as "
             f"{show(top, 'A', 'mA')} can drive it; is the unit of valve_current or position right?"
         )
-    if np.isfinite(limit) and top > FACTOR * limit:
+    if np.isfinite(limit) and top > WRONG_UNIT_RATIO * limit:
         return (
             f"valve_current reaches {show(top, 'A', 'mA')}, and the valve takes "
             f"{show(limit, 'A', 'mA')}; is its unit right?"
         )
-    if speed * SLOW < able * min(top, limit):
+    if speed * SLOWEST_RATIO < able * min(top, limit):
         return (
             f"{show(top, 'A', 'mA')} could drive the rod {able * top / speed:.0f} times as fast as "
             "it moves; is the unit of valve_current or position right?"

@@ -155,7 +155,7 @@ def _scale(force: Array, measured: Array) -> str:
     """Return what is wrong with the unit of forces that go together."""
     good = np.isfinite(force) & np.isfinite(measured)
     ratio = float(np.std(measured[good]) / np.std(force[good]))
-    if 1.0 / magnitudes.FACTOR < ratio < magnitudes.FACTOR:
+    if 1.0 / magnitudes.WRONG_UNIT_RATIO < ratio < magnitudes.WRONG_UNIT_RATIO:
         return ""
     return (
         f"load_force is {ratio:.2g} times what the pressures give; is its unit, or that of the "

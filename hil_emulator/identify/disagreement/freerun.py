@@ -14,10 +14,10 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import BURN_IN, Observer
 
-WINDOW = 0.5
+RESTART_INTERVAL = 0.5
 """Time between two restarts [s]."""
 
-SETTLING = 0.25
+FILTER_SETTLING = 0.25
 """Time at the start of an experiment before which no free run begins: the filter still learns the
 null, and a wrong one carries the rod away (assumed)."""
 
@@ -53,7 +53,7 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
     """
     model, experiment = observer.model, frozen.experiment
     count, period = len(frozen.measured), experiment.period
-    first, window = round(SETTLING / period), max(2, round(WINDOW / period))
+    first, window = round(FILTER_SETTLING / period), max(2, round(RESTART_INTERVAL / period))
     steps = max(1, int(np.ceil(period / observer.step(par) - 1e-9)))
     one, free = np.full(frozen.measured.shape, np.nan), np.full(frozen.measured.shape, np.nan)
     track = np.empty((count, len(model.signal_names)))

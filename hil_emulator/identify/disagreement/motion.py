@@ -11,10 +11,10 @@ from hil_emulator.identify.disagreement.gap import Compared, Gap, View, floor_of
 from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.predictor import Predictor
 
-SLOW = 1.0 / 3.0
+SLOW_BORDER = 1.0 / 3.0
 """Upper border of slow motion over the 90 % quantile of the speed (assumed)."""
 
-STANDING = 1.0 / 30.0
+STANDING_BORDER = 1.0 / 30.0
 """Upper border of standing over the same (assumed)."""
 
 
@@ -48,8 +48,8 @@ def by_motion(predictor: Predictor, compared: Compared, kind: str = "free") -> G
 
 def regions(usual: float) -> list[tuple[str, float, float]]:
     """Return names and borders of the regions of motion for a usual speed [m/s]."""
-    still = float(f"{STANDING * usual:.1g}")
-    slow = float(f"{SLOW * usual:.1g}")
+    still = float(f"{STANDING_BORDER * usual:.1g}")
+    slow = float(f"{SLOW_BORDER * usual:.1g}")
     return [
         (f"retracting, |v| > {1e3 * slow:g} mm/s", -np.inf, -slow),
         (f"retracting, |v| < {1e3 * slow:g} mm/s", -slow, -still),

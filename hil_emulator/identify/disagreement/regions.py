@@ -17,19 +17,19 @@ from hil_emulator.identify.prediction.balances import Regressors
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Projection
 
-LEAST = 0.02
+LEAST_FURTHER_SHARE = 0.02
 """Share of the gap below which a further term is not worth a line (assumed)."""
 
 CONCENTRATED = 0.15
 """Least excess of a region's share of the gap over its share of the time (assumed)."""
 
-ENOUGH = 0.8
+COVERED = 0.8
 """Share of a balance's gap at which no further region is looked for (assumed)."""
 
-MOST = 3
+MOST_REGIONS = 3
 """Regions that are told of one balance."""
 
-SMALL = np.linspace(0.05, 0.95, 19)
+BORDER_QUANTILES = np.linspace(0.05, 0.95, 19)
 """Quantiles of a regressor at which a region may begin or end."""
 
 
@@ -123,7 +123,7 @@ def _chosen(
         best = int(np.argmax(deltas))
         term, delta_chi2 = rest.pop(best), deltas[best]
         first = first or delta_chi2
-        if delta_chi2 < max(LEAST * first, term.limit):
+        if delta_chi2 < max(LEAST_FURTHER_SHARE * first, term.limit):
             break
         basis = bases.pop(id(term))
         after = residual - basis @ (basis.T @ residual)
@@ -157,7 +157,7 @@ def _regions(delta_chi2: Array, states: Regressors) -> Iterator[Region]:
     """Yield the regions in which most of a gain lies."""
     total, left = float(np.sum(delta_chi2)), np.ones(len(delta_chi2), bool)
     told = 0.0
-    for _ in range(MOST):
+    for _ in range(MOST_REGIONS):
         best, score = None, CONCENTRATED
         for words, inside in _statements(states):
             here = inside & left
@@ -170,7 +170,7 @@ def _regions(delta_chi2: Array, states: Regressors) -> Iterator[Region]:
         yield Region(words, min(share, 1.0), time)
         told += share
         left &= ~here
-        if told > ENOUGH:
+        if told > COVERED:
             return
 
 
@@ -200,5 +200,5 @@ def _statements(states: Regressors) -> Iterator[tuple[str, Mask]]:
 
 def _levels(values: Array, scale: float) -> list[float]:
     """Return levels at the quantiles of some values, with two digits."""
-    found = np.quantile(values * scale, SMALL)
+    found = np.quantile(values * scale, BORDER_QUANTILES)
     return sorted({float(f"{v:.2g}") for v in found})

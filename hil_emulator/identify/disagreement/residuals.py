@@ -20,21 +20,21 @@ from hil_emulator.identify.prediction.static import Measured
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Projection
 
-STRONG = 0.03
+TERM_STRENGTH = 0.03
 """Standard deviation of a term over the largest force, flow, current or pressure (assumed)."""
 
-LASTING = 0.01
+TERM_CORRELATION_TIME = 0.01
 """Time over which a term is correlated [s] (assumed)."""
 
-DISTINCT = 0.01
+LEAST_DIRECTION = 0.01
 """Part of the best shown direction of a curve from which on it is not an ordinary parameter's."""
 
-LONGEST = 20_000
+MAPPED_SAMPLES = 20_000
 """Samples of the experiments that go into a map."""
 
 BINS = 25
 
-FEWEST = 10
+FEWEST_IN_BIN = 10
 """Samples in a bin below which nothing is drawn."""
 
 SHOWN = {"m^3/s": (6e4, "l/min"), "m/s": (1e3, "mm/s"), "m": (1e3, "mm"), "Pa": (1e-5, "bar"),
@@ -109,8 +109,8 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
     assert isinstance(predictor, Observer)
     drives, feeds = _entries(predictor, frozen, what)
     feeds = np.where(np.isfinite(frozen.measured), feeds, 0.0)
-    decay = float(np.exp(-frozen.experiment.period / LASTING))
-    size = STRONG * _largest(predictor, frozen, par, what)
+    decay = float(np.exp(-frozen.experiment.period / TERM_CORRELATION_TIME))
+    size = TERM_STRENGTH * _largest(predictor, frozen, par, what)
     term = np.zeros(len(residual))
     if not (np.isfinite(residual).all() and np.isfinite(frozen.maps).all()):
         return np.full(len(residual), np.nan)
@@ -154,7 +154,7 @@ def simplest(fit: Fit, term: DiscrepancyTerm) -> Array:
     project = Projection(fit)
     columns = np.column_stack([project(c) for c in term.columns.T])
     values, vectors = np.linalg.eigh(columns.T @ columns)
-    keep = values > DISTINCT * max(values[-1], 1e-30)
+    keep = values > LEAST_DIRECTION * max(values[-1], 1e-30)
     gradient = vectors[:, keep].T @ (columns.T @ project.residual)
     return np.asarray(-vectors[:, keep] @ (gradient / values[keep]) * term.balance.scale)
 
@@ -195,7 +195,9 @@ def draw(
 def _first(experiments: Sequence[Experiment]) -> list[Experiment]:
     """Return the first experiments, as many as a map takes."""
     ends = np.cumsum([e.samples for e in experiments])
-    return [e for e, end in zip(experiments, ends, strict=True) if end <= max(LONGEST, ends[0])]
+    return [
+        e for e, end in zip(experiments, ends, strict=True) if end <= max(MAPPED_SAMPLES, ends[0])
+    ]
 
 
 def _along(
@@ -247,7 +249,7 @@ def _binned(regressor: Array, residual: Array, edges: Array) -> Binned:
     found = np.full((3, BINS), np.nan)
     for b in range(BINS):
         here = residual[(inside == b) & np.isfinite(residual)]
-        if len(here) >= FEWEST:
+        if len(here) >= FEWEST_IN_BIN:
             found[:, b] = np.quantile(here, (0.5, 0.16, 0.84))
     return Binned(*found)
 

@@ -15,7 +15,7 @@ FINITE = 0.3
 """Step of a derivative by an effect, in typical sizes: finite on purpose, since dead bands,
 hysteresis and stops have no derivative at zero."""
 
-DISTINCT = 2.0
+LARGEST_CHANGE = 2.0
 """Norm of the residual's change that a step of a derivative need not exceed."""
 
 
@@ -63,7 +63,7 @@ class Steps:
             size = max(0.05 * abs(at), 0.01)
         if at != 0.0 or np.isfinite(coordinate.prior):
             # far beyond its own uncertainty a parameter has another sensitivity
-            size = min(size, DISTINCT / self._sensitivity.get(coordinate.name, 1e-9))
+            size = min(size, LARGEST_CHANGE / self._sensitivity.get(coordinate.name, 1e-9))
         return min(size, high - at) if high - at > at - low else -min(size, at - low)
 
     def learn(self, wanted: Derivative, sensitivity: Array) -> None:

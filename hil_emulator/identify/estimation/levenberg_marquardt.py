@@ -10,7 +10,7 @@ DAMPINGS = (1e-9, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 """Damping of a step over the diagonal of its normal equations, tried in turn until one helps: where
 two parameters nearly make up for each other, it is their common way that a step overdoes."""
 
-STUCK = (10.0, 100.0)
+HEAVY_DAMPINGS = (10.0, 100.0)
 """The same for a first step that none of them mends; later on they would only creep along valleys
 that lead out of what anyone believes."""
 
@@ -32,7 +32,7 @@ def steps(
     gradient = jacobian.T @ residual + weights**2 * at
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
     scaled = normal / np.outer(scale, scale)
-    for damping in (*DAMPINGS, *(STUCK if first else ())):
+    for damping in (*DAMPINGS, *(HEAVY_DAMPINGS if first else ())):
         damped = scaled + damping * np.eye(len(at))
         yield -np.linalg.solve(damped, gradient / scale) / scale
 

@@ -75,7 +75,7 @@ class Fitter:
     @property
     def correlation_length(self) -> int:
         """Number of successive residuals that may be correlated."""
-        samples = round(self.predictor.memory / self.experiments[0].period)
+        samples = round(self.predictor.correlation_time / self.experiments[0].period)
         return max(1, samples) * len(self.predictor.channels)
 
     @property

@@ -29,7 +29,7 @@ CURRENT_SHARE = 0.7
 FEED_FORWARD = 0.9
 """Part of the current for the target's speed that the controller adds beforehand (assumed)."""
 
-SETTLING = 0.3
+HOLD_TIME = 0.3
 """Time for which the rod is held before anything is recorded [s] (assumed)."""
 
 
@@ -112,7 +112,7 @@ class Machine:
 
     def _asked(self, target: Target, period: float) -> tuple[Array, Array, int]:
         """Return target and feed-forward current with a rest before them, and its length."""
-        begin = round(SETTLING / period)
+        begin = round(HOLD_TIME / period)
         wanted = np.concatenate([np.full(begin, target.position[0]), target.position])
         feed = np.gradient(wanted, period) * FEED_FORWARD / velocity_gain(self.model.plant_values)
         return wanted, np.asarray(0.0 * feed if target.stimulus.jumps else feed), begin

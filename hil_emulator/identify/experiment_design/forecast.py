@@ -28,10 +28,10 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.rating import largest_current
 from hil_emulator.identify.prediction.tuning import NULL_DRIFT
 
-SETTLED = 0.03
+COST_CONVERGED = 0.03
 """Relative gain of a step below which parameters are at their minimum (assumed)."""
 
-BENDS = 5
+MOST_STEPS = 5
 """Steps of the parameters in a forecast, halved ones included."""
 
 
@@ -170,7 +170,7 @@ def bent(now: Array, fitter: Fitter, explanation: Explanation, aim: Array | floa
     low, high = np.array([c.bounds for c in explanation.coordinates]).T
     best = math.inf
     kept = moved = np.zeros(len(explanation.at))
-    for _ in range(BENDS):
+    for _ in range(MOST_STEPS):
         at = explanation.at + moved
         residual = fitter.residual(explanation.coordinates, at)
         left = residual - aim
@@ -179,7 +179,7 @@ def bent(now: Array, fitter: Fitter, explanation: Explanation, aim: Array | floa
             moved = 0.5 * (moved + kept)
             continue
         gained, best, kept = best - cost, cost, moved
-        if gained < SETTLED * cost:
+        if gained < COST_CONVERGED * cost:
             break
         jacobian = fitter.jacobian(explanation.coordinates, at, residual)
         gradient = now[1:, 0] + now[1:, 1:] @ kept + jacobian.T @ left

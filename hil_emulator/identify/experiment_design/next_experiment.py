@@ -35,7 +35,7 @@ SEEDS = (11, 12)
 MEMBERS = 3
 """Largest number of explanations that are told apart: the nearest ones."""
 
-ENOUGH = 25.0
+SEPARATED = 25.0
 """Difference in chi-square that separates two effects beyond doubt (assumed)."""
 
 
@@ -87,15 +87,15 @@ class NextExperiment:
     def __str__(self) -> str:
         first, *rest = self.members
         alike = f"{first} and {', '.join(rest)} look alike here (separability {self.now:.0f})"
-        if self.now >= ENOUGH:
+        if self.now >= SEPARATED:
             exact = "neither" if len(rest) == 1 else "none of them"
             alike = f"{' or '.join(self.members)}: the law is exactly that of {exact}"
         b = self.best
         size = show(float(f"{b.amplitude:.3g}"), "m", "mm")
-        if b.merit < ENOUGH:
+        if b.merit < SEPARATED:
             return (
                 f"{alike}, and no experiment of the library would separate them: the best, "
-                f"{b.experiment} at {size}, reaches {b.merit:.0f} of {ENOUGH:.0f}"
+                f"{b.experiment} at {size}, reaches {b.merit:.0f} of {SEPARATED:.0f}"
             )
         return (
             f"{alike}; record {b.experiment} at {size} for {b.duration:g} s, which would separate "

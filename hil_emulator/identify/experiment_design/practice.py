@@ -24,6 +24,7 @@ from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.rating import largest_current
+from hil_emulator.identify.prediction.tuning import NULL_DRIFT
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.units import show, to_si
 
@@ -36,20 +37,17 @@ SIZES = {"small": 0.35, "medium": 1.0, "large": 2.5}
 TRAINING = ("multisine", "steps", "triangles", "chirp")
 VALIDATION = ("fast_multisine", "pseudo_random", "ramp_and_hold")
 
-DEVIATION = 1.0
+PARAMETER_DEVIATION = 1.0
 """Largest deviation of an ordinary parameter, in standard deviations of what identification takes
 for usual."""
-
-NULL_DRIFT = 1e-3
-"""Standard deviation of the valve's null over the largest current (assumed)."""
 
 COLOURED = 0.3
 """Part of the noise's power that is correlated in time (assumed)."""
 
-PLAIN = 50.0
+FAIR_DELTA_CHI2 = 50.0
 """Gain in chi-square at the hidden size above which a surprise is fair."""
 
-STEP = 2e-5
+TRUTH_STEP = 2e-5
 """Integration step [s]: far below the one that identification takes."""
 
 
@@ -96,7 +94,7 @@ class Ground:
             NULL_DRIFT * largest_current(model.plant_values), coloured=COLOURED,
             noise=_stated(model, "noise"), resolution=_stated(model, "resolution"),
         )  # fmt: skip
-        return Machine(model, par, chan, world, INSTRUMENTS, STEP)
+        return Machine(model, par, chan, world, INSTRUMENTS, TRUTH_STEP)
 
     def record(self, made: Target, number: int, name: str) -> Experiment:
         """Play an experiment; the number chooses drift and noise."""
@@ -159,7 +157,7 @@ def _value(c: Coordinate, size: str) -> float:
 def ground(model: PlantModel, hidden: Sequence[Hidden], seed: int) -> Ground:
     """Return a machine that deviates from its configuration, with effects hidden in it."""
     random = np.random.default_rng(seed)
-    drawn = {c.name: float(random.uniform(-DEVIATION, DEVIATION))
+    drawn = {c.name: float(random.uniform(-PARAMETER_DEVIATION, PARAMETER_DEVIATION))
              for c in parameters.ordinary(model)}  # fmt: skip
     return Ground(model, tuple(hidden), drawn, seed)
 
@@ -187,5 +185,5 @@ def surprise(model: PlantModel, size: str, seed: int) -> Hidden:
     base = fitter.fit(nuisances, np.zeros(len(nuisances)), 2)
     scores = scan(fitter, base, list(hideable(model).values()))
     factor = SIZES.get(size, 1.0)
-    fair = sorted(s.coordinate.name for s in scores if s.information * factor**2 > PLAIN)
+    fair = sorted(s.coordinate.name for s in scores if s.information * factor**2 > FAIR_DELTA_CHI2)
     return hide(model, str(np.random.default_rng(seed + 1).choice(fair)), size)

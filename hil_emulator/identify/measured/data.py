@@ -12,10 +12,10 @@ from hil_emulator.identify.measured.reading import SET_POINT, Recording, read
 DEAD = 1e-9
 """Change of a channel over its span below which it shows nothing."""
 
-STUCK = 0.05
+SATURATED = 0.05
 """Part of the samples at one extreme value that looks like a saturated channel."""
 
-BEYOND = 3.0
+IMPLAUSIBLE_SPANS = 3.0
 """Spans beyond which a reading has hardly the unit that its column states (assumed)."""
 
 
@@ -92,8 +92,8 @@ def _inspect(columns: dict[str, Array], notes: list[str]) -> None:
             notes.append(f"{name}: constant at {values[0]:.6g}; the channel is dead, not used")
             del columns[name]
             continue
-        if np.median(np.abs(values)) > BEYOND * SPANS[name]:
+        if np.median(np.abs(values)) > IMPLAUSIBLE_SPANS * SPANS[name]:
             notes.append(f"{name}: far beyond a usual range; is its unit right?")
         top, bottom = np.mean(values == values.max()), np.mean(values == values.min())
-        if max(top, bottom) > STUCK and len(np.unique(values)) > 20:
+        if max(top, bottom) > SATURATED and len(np.unique(values)) > 20:
             notes.append(f"{name}: {100 * max(top, bottom):.0f} % at one extreme; saturated?")

@@ -8,7 +8,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.reading import SET_POINT, Series
 
-FEWEST = 50
+FEWEST_SAMPLES = 50
 """Samples below which nothing can be said (assumed)."""
 
 FASTEST = 1e-3
@@ -73,9 +73,11 @@ def uniform(name: str, series: Mapping[str, Series], notes: list[str]) -> tuple[
         s.time for s in series.values()
     ]
     longest = max(readings, key=len)
-    if len(longest) < FEWEST:
-        raise UserError(f"{name}: {len(longest)} usable samples; at least {FEWEST} are needed")
-    usual = [t for t in readings if len(t) >= FEWEST]
+    if len(longest) < FEWEST_SAMPLES:
+        raise UserError(
+            f"{name}: {len(longest)} usable samples; at least {FEWEST_SAMPLES} are needed"
+        )
+    usual = [t for t in readings if len(t) >= FEWEST_SAMPLES]
     base = min(usual, key=lambda t: float(np.median(np.diff(t))))
     period = _nice(float(np.median(np.diff(base))))
     _overlapping(name, series, base)

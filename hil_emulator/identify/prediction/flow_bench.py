@@ -19,19 +19,19 @@ from hil_emulator.identify.prediction.valve_bench import LOCKED
 from hil_emulator.model.layout import fill
 from hil_emulator.model.stages import friction, inertia, stop, transducer
 
-VOLUME = 1e3
+ENDLESS_VOLUME = 1e3
 """Size of a chamber whose pressure no flow of a test changes [m^3]."""
 
-STEP = 1e-4
+SPOOL_STEP = 1e-4
 """Integration step [s]: the spool is all that moves (250 Hz, damped)."""
 
-PRIORS = {"valve_gain": 0.10, "valve_natural_frequency": 0.10, "valve_damping_ratio": 0.15}
+FLOW_PRIORS = {"valve_gain": 0.10, "valve_natural_frequency": 0.10, "valve_damping_ratio": 0.15}
 """Relative standard deviations of ordinary parameters (assumed)."""
 
-MEMORY = 0.2
+BENCH_CORRELATION_TIME = 0.2
 """Time over which residuals may be correlated [s] (assumed: a null that drifts)."""
 
-SETTLING = 0.05
+SPOOL_SETTLING = 0.05
 """Time at the start of an experiment that counts for nothing [s]: the spool settles."""
 
 UNSEEN = ("cross_leakage", "outward_leakage", "oil", "coupling", "play", "load", "load_inertia")
@@ -52,7 +52,8 @@ class FlowBench:
     def __init__(self, model: PlantModel) -> None:
         self.model = copy.copy(model)
         self.model.plant_values = model.plant_values | {
-            "load_mass": LOCKED, "cylinder_dead_volume_a": VOLUME, "cylinder_dead_volume_b": VOLUME,
+            "load_mass": LOCKED,
+            "cylinder_dead_volume_a": ENDLESS_VOLUME, "cylinder_dead_volume_b": ENDLESS_VOLUME,
         }  # fmt: skip
         kernel = model.kernel
         self.model.par = fill(kernel.parameters, kernel.effects, self.model.plant_values)
@@ -61,9 +62,9 @@ class FlowBench:
         self._ports = [states.index(name) for name in ("pressure_a", "pressure_b")]
 
     @property
-    def memory(self) -> float:
+    def correlation_time(self) -> float:
         """Time over which residuals may be correlated [s]."""
-        return MEMORY
+        return BENCH_CORRELATION_TIME
 
     def cost(self, par: Array) -> float:
         """Return that every prediction takes as long as any other."""
@@ -71,7 +72,7 @@ class FlowBench:
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Measured:
         """Turn readings into pressures at the ports."""
-        states = np.tile(self.model.start(par, STEP, None), (experiment.samples, 1))
+        states = np.tile(self.model.start(par, SPOOL_STEP, None), (experiment.samples, 1))
         present = np.isfinite(experiment.readings[FLOW])
         for place, name in zip(self._ports, ("pressure_a", "pressure_b"), strict=True):
             if name in experiment.readings:
@@ -80,7 +81,7 @@ class FlowBench:
                 index = np.arange(len(values))
                 states[:, place] = np.interp(index, index[good], values[good])
                 present &= good
-        present[: round(SETTLING / experiment.period)] = False
+        present[: round(SPOOL_SETTLING / experiment.period)] = False
         measured = experiment.matrix(self.channels)
         return Measured(
             experiment, self.channels, measured, states, np.zeros(len(states)), present, np.ones(1)
@@ -105,7 +106,7 @@ class FlowBench:
         past, inputs = np.full(model.remembered[0], np.nan), np.zeros(INPUT_COUNT)
         signals = np.zeros(len(model.signal_names))
         path = np.zeros((e.samples, len(signals)))
-        steps = max(1, int(np.ceil(e.period / STEP - 1e-9)))
+        steps = max(1, int(np.ceil(e.period / SPOOL_STEP - 1e-9)))
         for k in range(e.samples):
             memory[self._ports] = frozen.states[k, self._ports]
             par[model.supply] = supply[k]
@@ -119,7 +120,7 @@ class FlowBench:
         frozen.weights = np.ones(1)
         r = self.innovations(frozen, par, chan)[0][frozen.present, 0]
         spread = max(float(np.std(r)), noise_of(frozen.measured[:, 0]), 1e-12)
-        reach = round(MEMORY / frozen.experiment.period)
+        reach = round(BENCH_CORRELATION_TIME / frozen.experiment.period)
         frozen.weights = np.array([1.0 / (spread * np.sqrt(_together(r, reach)))])
 
     def regressors(self, frozen: Measured, path: Array) -> Regressors:

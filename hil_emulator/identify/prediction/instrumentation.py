@@ -7,8 +7,7 @@ import numpy as np
 from hil_emulator.identify.data_checks import plausible
 from hil_emulator.identify.measured.experiment import FLOW, Experiment
 from hil_emulator.identify.prediction import parameters, static
-from hil_emulator.identify.prediction.flow_bench import PRIORS as FLOW_PRIORS
-from hil_emulator.identify.prediction.flow_bench import FlowBench, flow_bench
+from hil_emulator.identify.prediction.flow_bench import FLOW_PRIORS, FlowBench, flow_bench
 from hil_emulator.identify.prediction.flow_bench import examinable as flow_examinable
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel

@@ -20,13 +20,13 @@ SMALLEST_STEP = 1e-5
 STABLE = 2.0
 """Step times largest eigenvalue: classical Runge-Kutta is stable up to 2.785."""
 
-MEMORY = 0.1
+INNOVATION_CORRELATION_TIME = 0.1
 """Time over which innovations may be correlated [s] (assumed)."""
 
 BURN_IN = 0.05
 """Time at the start of an experiment that counts for nothing [s]: the states settle."""
 
-SETTLING = 0.02
+EARLIER_COMMAND_TIME = 0.02
 """Time for which set points from before the recording may act [s] (assumed)."""
 
 _INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
@@ -54,9 +54,9 @@ class Observer:
         self._last = (b"", step)
 
     @property
-    def memory(self) -> float:
+    def correlation_time(self) -> float:
         """Time over which innovations may be correlated [s]."""
-        return MEMORY
+        return INNOVATION_CORRELATION_TIME
 
     def step(self, par: Array) -> float:
         """Return an integration step that is stable for these parameters [s]."""
@@ -91,7 +91,7 @@ class Observer:
             start, z0, tuned.covariance, tuned.scales, active, par, model.drift, model.supply, chan,
             model.remembered, model.sources, self.chosen, np.ones(n_m), len(model.signal_names),
             experiment.current, measured, noise**2, tuned.diffusion, tuned.decay,
-            round(SETTLING / experiment.period), round(BURN_IN / experiment.period),
+            round(EARLIER_COMMAND_TIME / experiment.period), round(BURN_IN / experiment.period),
             experiment.period, experiment.period / steps, steps, *arrays,
         )  # fmt: skip
         gains, whitening, maps, senses = arrays
@@ -196,7 +196,7 @@ class Observer:
         frozen.weights = np.ones(len(frozen.channels))
         raw = self.innovations(frozen, par, chan)[0][round(BURN_IN / frozen.experiment.period) :]
         present = np.isfinite(frozen.measured)[-len(raw) :]
-        length = round(MEMORY / frozen.experiment.period)
+        length = round(INNOVATION_CORRELATION_TIME / frozen.experiment.period)
         spread = np.array([quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])])
         scale = np.sqrt(frozen.experiment.copies)
         frozen.weights = 1.0 / (scale * spread)

@@ -22,7 +22,7 @@ from hil_emulator.model.plant import Plant
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import CONTINUOUS, coupling_acts, source_acts, transducer
 
-SLOW = 0.1
+USUAL_SPEED = 0.1
 """A usual speed of the rod [m/s] (assumed)."""
 
 SHAPE_PRIOR = 0.5
@@ -188,7 +188,7 @@ class PlantModel:
         state = self.start(par, 1e-5, None)
         names = list(self.kernel.state.names or ())
         rows = [names.index(n) for n in self.active(par)]
-        return max(self._spectral_radius(par, state, rows, v) for v in (0.0, SLOW))
+        return max(self._spectral_radius(par, state, rows, v) for v in (0.0, USUAL_SPEED))
 
     def _spectral_radius(self, par: Array, state: Array, rows: list[int], velocity: float) -> float:
         state = state.copy()

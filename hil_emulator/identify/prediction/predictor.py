@@ -16,7 +16,7 @@ class Predictor(Protocol):
     """What residuals are counted in."""
 
     @property
-    def memory(self) -> float:
+    def correlation_time(self) -> float:
         """Time over which residuals may be correlated [s]."""
 
     @property

@@ -15,7 +15,7 @@ from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance, Reg
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.model.stages import friction, inertia, stop, transducer
 
-SMOOTHING = 0.15
+VELOCITY_WINDOW = 0.15
 """Time over which the velocity is fitted to the position [s] (assumed)."""
 
 PRESLIDING = 1e-3
@@ -24,7 +24,7 @@ PRESLIDING = 1e-3
 CORRELATED = 0.2
 """Time in which a balance yields one independent value [s] (assumed)."""
 
-MEMORY = 2.0
+BALANCE_CORRELATION_TIME = 2.0
 """Time over which its residuals may still be correlated, for the robust variance [s] (assumed)."""
 
 
@@ -62,9 +62,9 @@ class StaticObserver:
         )
 
     @property
-    def memory(self) -> float:
+    def correlation_time(self) -> float:
         """Time over which residuals may be correlated [s]."""
-        return MEMORY
+        return BALANCE_CORRELATION_TIME
 
     def cost(self, par: Array) -> float:
         """Return that every prediction takes as long as any other."""
@@ -142,7 +142,7 @@ def _motion(experiment: Experiment) -> tuple[Array, Array, Array]:
     good = np.isfinite(position)
     index = np.arange(len(position))
     filled = np.interp(index, index[good], position[good])
-    width = max(5, round(SMOOTHING / experiment.period) // 2 * 2 + 1)
+    width = max(5, round(VELOCITY_WINDOW / experiment.period) // 2 * 2 + 1)
     smooth = [savgol_filter(filled, width, 2, deriv=d, delta=experiment.period) for d in (0, 1, 2)]
     for values in smooth:
         values[~good] = np.nan

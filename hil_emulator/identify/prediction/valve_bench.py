@@ -39,13 +39,13 @@ VOLUME_PRIORS = {
 }
 """Relative standard deviations of ordinary parameters (assumed; volumes are those of the bench)."""
 
-ALIKE = 0.5
+CLOSED_CORRELATION = 0.5
 """Correlation of pressure rates with flow into a closed volume that tells it is closed."""
 
-VOLUME = 5.0
+VOLUME_RATIO = 5.0
 """Ratio of a closed volume to the configured one beyond which it is none of this machine's."""
 
-SMOOTHING = 5e-3
+PRESSURE_RATE_WINDOW = 5e-3
 """Time over which a rate of pressure is fitted [s]."""
 
 
@@ -116,7 +116,7 @@ def _closed(e: Experiment, name: str, model: PlantModel) -> bool:
     good = np.isfinite(pressure)
     index = np.arange(len(pressure))
     filled = np.interp(index, index[good], pressure[good])
-    width = max(5, round(SMOOTHING / e.period) // 2 * 2 + 1)
+    width = max(5, round(PRESSURE_RATE_WINDOW / e.period) // 2 * 2 + 1)
     rate = savgol_filter(filled, width, 2, deriv=1, delta=e.period)
     side = "a" if name == "pressure_a" else "b"
     sign = 1.0 if side == "a" else -1.0
@@ -127,7 +127,7 @@ def _closed(e: Experiment, name: str, model: PlantModel) -> bool:
     likeness = float(np.corrcoef(flow, rate)[0, 1]) if np.std(flow) > 0.0 else 0.0
     ratio = float(np.std(rate) / max(float(np.std(flow)), 1e-30)) * volume / p["oil_bulk_modulus"]
     still = float(np.ptp(filled)) < 1e-3 * SPANS[name]
-    return not still and likeness > ALIKE and 1.0 / VOLUME < ratio < VOLUME
+    return not still and likeness > CLOSED_CORRELATION and 1.0 / VOLUME_RATIO < ratio < VOLUME_RATIO
 
 
 def _into(current: Array, pressure: Array, e: Experiment, p: dict[str, float]) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.reporting.canvas import AFTER, BEFORE, FLOOR, figure, logarithmic, png
 
-SEVERAL = 12
+RANKED = 12
 """Candidates that a ranking shows."""
 
 
@@ -49,7 +49,7 @@ def _held_out(parts: Mapping[str, Mapping[str, float]]) -> Mapping[str, float]:
 
 def ranking(result: Result) -> str:
     """Draw what the likeliest effects gain in the first round."""
-    scores = result.search.rounds[0].scores[:SEVERAL][::-1] if result.search else []
+    scores = result.search.rounds[0].scores[:RANKED][::-1] if result.search else []
     found = {f.name for f in result.effects}
     drawn, axes = figure(0.9 + 0.22 * len(scores))
     names = [s.coordinate.name for s in scores]

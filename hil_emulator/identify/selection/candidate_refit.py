@@ -18,13 +18,13 @@ from hil_emulator.identify.selection.acceptance_test import (
 )
 from hil_emulator.identify.selection.scan import Projection, Score
 
-REFITS = 5
+ITERATIONS_AT_ONCE = 5
 """Iterations of a joint refit, before it is asked whether more are worth while."""
 
-MORE = 4
+MOST_CONTINUATIONS = 4
 """Most times that it goes on."""
 
-WORTH = 0.01
+WORTHWHILE_PART = 0.01
 """Part of the gain so far that these iterations must have added for it to go on (assumed)."""
 
 PROMISING = 0.2
@@ -36,7 +36,7 @@ RIVALLING = 0.5
 CONTENDERS = 0.75
 """Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
 
-NEAR = 0.9
+AS_GOOD = 0.9
 """Of effects that gain at least this part of the best on held-out and on training data, the one
 with the fewest assumed shape parameters is named (assumed)."""
 
@@ -124,10 +124,12 @@ class CandidateRefits:
         return fit if other is fit else self._converged(other)
 
     def _converged(self, fit: Fit) -> Fit:
-        for _ in range(MORE):
+        for _ in range(MOST_CONTINUATIONS):
             before = fit.chi2
-            fit = self._fitter.fit(fit.coordinates, fit.at, REFITS, jacobian=fit.jacobian)
-            if before - fit.chi2 < WORTH * max(self._base.chi2 - fit.chi2, self._needed):
+            fit = self._fitter.fit(
+                fit.coordinates, fit.at, ITERATIONS_AT_ONCE, jacobian=fit.jacobian
+            )
+            if before - fit.chi2 < WORTHWHILE_PART * max(self._base.chi2 - fit.chi2, self._needed):
                 break
         return fit
 
@@ -200,8 +202,8 @@ def _ranked(by_delta_chi2: list[Trial]) -> list[Trial]:
     if all(np.isfinite(t.evidence.held_out) for t in contenders):
         contenders.sort(key=lambda t: -t.evidence.held_out)
         first = contenders[0].evidence
-        equals = [t for t in contenders if t.evidence.held_out >= NEAR * first.held_out
-                  and t.evidence.delta_chi2 >= NEAR * first.delta_chi2]  # fmt: skip
+        equals = [t for t in contenders if t.evidence.held_out >= AS_GOOD * first.held_out
+                  and t.evidence.delta_chi2 >= AS_GOOD * first.delta_chi2]  # fmt: skip
         contenders = [*sorted(equals, key=lambda t: _assumed(t.score.coordinate)),
                       *(t for t in contenders if t not in equals)]  # fmt: skip
     return contenders + [t for t in by_delta_chi2 if t.evidence.delta_chi2 < level]

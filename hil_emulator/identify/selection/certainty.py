@@ -16,7 +16,7 @@ FAINT = 0.005
 """Share of the innovations' variance below which an effect needs a law that fits and a value that
 differs from none (assumed)."""
 
-SURE = 1.96
+NORMAL_95 = 1.96
 """Standard deviations to either end of a 95 % interval."""
 
 
@@ -64,4 +64,4 @@ def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
 def _may_be_none(search: Search, name: str) -> bool:
     fit = search.rounds[-1].base
     at = fit.at[[c.name for c in fit.coordinates].index(name)]
-    return bool(abs(at) < SURE * deviation(search, fit, name))
+    return bool(abs(at) < NORMAL_95 * deviation(search, fit, name))

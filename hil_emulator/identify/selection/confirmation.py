@@ -12,21 +12,21 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.acceptance_test import SMALLEST_DELTA_CHI2
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
-from hil_emulator.identify.selection.takeover import DEAR, SIZES, Takeover, tries_of
+from hil_emulator.identify.selection.takeover import DEAR, TRIED_SIZES, Takeover, tries_of
 
 WORTHLESS = 8.0
 """Expected gain in chi-square below which a candidate is not looked at."""
 
-KEPT = 0.5
+CONFIRMED_PART = 0.5
 """Part of the gain that the linear model expects which the model itself must show (assumed)."""
 
 SECANTS = 2
 """Most of their secants that are followed."""
 
-LOOKS = 16
+MOST_SOUNDED = 16
 """Most candidates that are tried at several sizes."""
 
-SAME = 0.998
+SAME_EFFECT = 0.998
 """Squared cosine between the sensitivities of effects above which they are the same (assumed)."""
 
 
@@ -60,12 +60,12 @@ class Confirmation:
         heapq.heapify(queue)
         found: list[Score] = []
         tried: dict[int, Score] = {}
-        while queue and len(found) < wanted and len(tried) < LOOKS:
+        while queue and len(found) < wanted and len(tried) < MOST_SOUNDED:
             _, i, score = heapq.heappop(queue)
             if i in tried:
                 found.append(score)
                 continue
-            holds = self._delta_chi2(score) >= KEPT * score.statistic
+            holds = self._delta_chi2(score) >= CONFIRMED_PART * score.statistic
             options = [score] if holds else []
             if not any(_alike(score, other) for other in (*tried.values(), *found)):
                 options += self._takeover.starts(score)
@@ -119,7 +119,7 @@ class Confirmation:
         known = {s.coordinate.name for s in found}
         kin = [s for s in rest if s.coordinate.name not in known and _stage(s) == _stage(best)]
         starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
-        return [s for s in starts if s.statistic > KEPT * best.statistic]
+        return [s for s in starts if s.statistic > CONFIRMED_PART * best.statistic]
 
     def _delta_chi2(self, score: Score) -> float:
         return self._deltas([score])[0]
@@ -129,7 +129,7 @@ class Confirmation:
         fit, fitter = self._fit, self._fitter
         free = [*fit.coordinates, scores[0].coordinate]
         points = [np.append(fit.at + s.estimate * s.response, s.estimate) for s in scores]
-        dear = [abs(p[-1]) < SIZES[1] and fitter.cost(free, p) > DEAR for p in points]
+        dear = [abs(p[-1]) < TRIED_SIZES[1] and fitter.cost(free, p) > DEAR for p in points]
         tried = [p for p, costs in zip(points, dear, strict=True) if not costs]
         deltas = self._deltas_at(free, tried)
         return [float("-inf") if costs else next(deltas) for costs in dear]
@@ -147,7 +147,7 @@ class Confirmation:
         sense = -1.0 if score.estimate < 0.0 else 1.0
         fit = self._fit
         free = [*fit.coordinates, score.coordinate]
-        sizes = (score.estimate, *(sense * k for k in SIZES))
+        sizes = (score.estimate, *(sense * k for k in TRIED_SIZES))
         tries = list(tries_of(self._fitter, score, fit, sizes))
         starts, secants = [], []
         for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
@@ -169,4 +169,4 @@ def _stage(score: Score) -> str:
 def _alike(one: Score, other: Score) -> bool:
     """Return whether no data like these tell two candidates apart."""
     product = float(one.column @ other.column)
-    return product**2 > SAME * one.information * other.information
+    return product**2 > SAME_EFFECT * one.information * other.information

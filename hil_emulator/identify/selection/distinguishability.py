@@ -21,7 +21,7 @@ from hil_emulator.identify.selection.scan import Score
 INSEPARABLE = 12.0
 """Difference in chi-square below which two explanations count as the same (assumed)."""
 
-REFITS = 4
+RIVAL_ITERATIONS = 4
 """Iterations of a refit of the finished model with a rival in it."""
 
 ELSEWHERE = 0.5
@@ -118,14 +118,14 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
     found = []
     for own, start in rivals:
         at = np.concatenate([right.at[stays], start])
-        other = fitter.fit([*rest, *own], at, REFITS)
+        other = fitter.fit([*rest, *own], at, RIVAL_ITERATIONS)
         widened = hac_variance_factor(
             other.residual - right.residual, right.residual, fitter.correlation_length
         )
         if (other.chi2 - right.chi2) / widened > INSEPARABLE:
             continue
         beside = fitter.fit(
-            [*final.coordinates, *own], np.concatenate([right.at, start]), REFITS
+            [*final.coordinates, *own], np.concatenate([right.at, start]), RIVAL_ITERATIONS
         )  # fmt: skip
         if right.chi2 - beside.chi2 < ELSEWHERE * (without.chi2 - other.chi2):
             found.append(own[-1].name)

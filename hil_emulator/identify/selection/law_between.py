@@ -22,10 +22,10 @@ from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.judgement import standing
 from hil_emulator.identify.selection.progress import Round, Search, StandIn
 
-SHARE = 0.25
+RIVAL_SHARE = 0.25
 """Part of the work with which the rival begins (assumed)."""
 
-ITERATIONS = 6
+SHARED_ITERATIONS = 6
 """Of the refit of both (assumed)."""
 
 
@@ -93,10 +93,10 @@ def _shared(fitter: Fitter, base: Fit, name: str, rival: StandIn) -> Fit:
     """Return the model with both, fitted from where they share the work."""
     own, start = rival
     at = np.append(base.at, start)
-    at[[c.name for c in base.coordinates].index(name)] *= 1.0 - SHARE
+    at[[c.name for c in base.coordinates].index(name)] *= 1.0 - RIVAL_SHARE
     # the linearisation at zero may lead far beyond the sizes that occur
-    at[-1] = SHARE * np.clip(at[-1], -1.0, 1.0)
-    return fitter.fit([*base.coordinates, *own], at, ITERATIONS)
+    at[-1] = RIVAL_SHARE * np.clip(at[-1], -1.0, 1.0)
+    return fitter.fit([*base.coordinates, *own], at, SHARED_ITERATIONS)
 
 
 def _certain(fitter: Fitter, base: Fit, both: Fit, held: Batch | None) -> bool:

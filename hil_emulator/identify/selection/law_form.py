@@ -15,10 +15,10 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.nearest import acts_in, depends_on
 
-OWN = 0.6
+REPRODUCED = 0.6
 """Part of an effect's sensitivity that a term must reproduce to be a shape of its law (assumed)."""
 
-THERE = 0.3
+REPRODUCED_IN_PLACE = 0.3
 """The same where the catalogue says that the law acts in the term's balance (assumed)."""
 
 
@@ -51,7 +51,7 @@ def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
             power = float(sensitivity @ sensitivity)
             shown = basis.T @ (columns.T @ sensitivity)
             share = float(shown @ shown) / power if power > 0.0 else 0.0
-            least = THERE if there else OWN
+            least = REPRODUCED_IN_PLACE if there else REPRODUCED
             if share > max(least, owners.get(term.title, (0.0, ""))[0]):
                 owners[term.title] = (share, effect)
     return {title: effect for title, (_, effect) in owners.items()}

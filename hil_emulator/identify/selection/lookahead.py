@@ -14,19 +14,19 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.candidate_refit import CandidateRefits, Trial
-from hil_emulator.identify.selection.confirmation import KEPT
+from hil_emulator.identify.selection.confirmation import CONFIRMED_PART
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
 
 FURTHER = 1.25
 """Times what the best candidate and its best partner explain that a pair must explain (assumed)."""
 
-DISTINCT = 0.95
+COLLINEAR = 0.95
 """Squared cosine between the sensitivities of two candidates above which they are one (assumed)."""
 
-LOOKS = 4
+MOST_PAIRS = 4
 """Most pairs that are tried in the model."""
 
-REFITS = 3
+PARTNER_ITERATIONS = 3
 """Iterations of a refit with the first of a pair."""
 
 
@@ -68,7 +68,7 @@ class Lookahead:
 
         """
         for pair in pairs:
-            if self._delta_chi2(pair) < KEPT * pair.delta_chi2:
+            if self._delta_chi2(pair) < CONFIRMED_PART * pair.delta_chi2:
                 continue
             first, second = pair.scores
             trials = [self._beside(first, second), self._beside(second, first)]
@@ -90,7 +90,7 @@ class Lookahead:
         """Judge a candidate in a model that has another one already."""
         at = np.append(self._base.at, 0.0)
         free = [*self._base.coordinates, first.coordinate]
-        model = self._fitter.fit(free, at, REFITS)
+        model = self._fitter.fit(free, at, PARTNER_ITERATIONS)
         sensitivity = self._fitter.column(
             [*free, second.coordinate], np.append(model.at, 0.0), model.residual, len(free)
         )
@@ -121,14 +121,14 @@ def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
     least = FURTHER * max(float(np.max(deltas[best])), able[best].statistic)
     found = _above(deltas, least)
     return [Pair((able[i], able[j]), (float(sizes[i, j]), float(sizes[j, i])), float(deltas[i, j]))
-            for i, j in islice(found, LOOKS)]  # fmt: skip
+            for i, j in islice(found, MOST_PAIRS)]  # fmt: skip
 
 
 def _jointly(normal: Array, gradient: Array) -> tuple[Array, Array]:
     """Return the size of each candidate beside each other one, and what both gain."""
     power = np.diag(normal)
     room = np.outer(power, power) - normal**2
-    apart = room > (1.0 - DISTINCT) * np.outer(power, power)
+    apart = room > (1.0 - COLLINEAR) * np.outer(power, power)
     sizes = np.where(
         apart, gradient[:, None] * power - normal * gradient, 0.0
     ) / np.where(apart, room, 1.0)  # fmt: skip

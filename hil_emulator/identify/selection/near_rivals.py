@@ -26,10 +26,10 @@ TRIED = 4
 PASSES = 4
 """Times that the gains are computed anew on the way of a rival."""
 
-ROUNDS = 6
+STAND_IN_ITERATIONS = 6
 """Iterations of a refit in between."""
 
-MOST = 2
+MOST_TOLD = 2
 """Rivals beside which further ones of this kind are not told: a longer list names nothing."""
 
 
@@ -102,10 +102,10 @@ def _explained(fitter: Fitter, final: Fit, named: str, rival: StandIn) -> tuple[
     free, at = [*rest, *rival[0]], np.concatenate([final.at[stays], rival[1]])
     for _ in range(PASSES):
         fitter.freeze(free, at)
-        stands_in = fitter.fit(free, at, ROUNDS)
+        stands_in = fitter.fit(free, at, STAND_IN_ITERATIONS)
         at = stands_in.at
-    right = fitter.fit(final.coordinates, final.at, ROUNDS)
-    without = fitter.fit(rest, right.at[stays], ROUNDS)
+    right = fitter.fit(final.coordinates, final.at, STAND_IN_ITERATIONS)
+    without = fitter.fit(rest, right.at[stays], STAND_IN_ITERATIONS)
     most = without.chi2 - right.chi2
     part = (without.chi2 - stands_in.chi2) / most if most > 0.0 else 0.0
     return part, at[len(rest) :]

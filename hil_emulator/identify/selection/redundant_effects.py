@@ -16,7 +16,7 @@ from hil_emulator.identify.selection.law_form import own_terms
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of
 
-KEPT = 0.5
+IRREPLACEABLE_PART = 0.5
 """Part of what an effect explains that it must still explain beside a free term (assumed)."""
 
 
@@ -39,7 +39,7 @@ def redundant(search: Search, found: Round) -> tuple[Coordinate, str] | None:
     for effect in search.effects:
         without, column = _without(found.base, effect)
         score = score_of(effect, column, Projection(without))
-        least = KEPT * score.statistic
+        least = IRREPLACEABLE_PART * score.statistic
         if term.surplus > least > ConditionalTest([term], without).candidate(score):
             return effect, term.title
     return None

@@ -29,10 +29,10 @@ from hil_emulator.identify.selection.term_scan import score_terms
 REFITTED = 4
 """Candidates that are refitted together with everything else."""
 
-SEVERAL = 5
+MOST_EFFECTS = 5
 """Most effects that are looked for."""
 
-KEPT = 2
+KEPT_TERMS = 2
 """Terms of each balance whose columns are kept of the first round, for the account of the gap."""
 
 
@@ -101,7 +101,7 @@ class Searcher:
         )
         search.add(named)
         search.outdone[search.effects[-1].name] = outdone(named, found)
-        found.thin(KEPT if found is search.rounds[0] else 0)
+        found.thin(KEPT_TERMS if found is search.rounds[0] else 0)
 
     def _set_aside(self, search: Search, found: Round) -> bool:
         """Take out an effect that does what an unknown one does; the search goes on elsewhere."""
@@ -135,7 +135,7 @@ class Searcher:
         base = converge(self.fitter, search)
         names = {c.name for c in search.effects}
         rest = [c for c in self.candidates if c.name not in names]
-        if len(names) == SEVERAL:
+        if len(names) == MOST_EFFECTS:
             rest = []
         self.tell(f"screening {len(rest)} effects")
         scores, trials = self._screened(search, base, rest)

@@ -9,7 +9,7 @@ from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.selection.scan import Score
 
-SIZES = (0.1, 0.3, 1.0, 3.0)
+TRIED_SIZES = (0.1, 0.3, 1.0, 3.0)
 """Typical sizes at which an effect is tried that its linearisation leads astray (assumed)."""
 
 DEAR = 3.0
@@ -20,7 +20,7 @@ TAKEN_OVER = 0.5
 """Part of what is lost with parameters as configured that a candidate must make up for, to be
 refitted there (assumed)."""
 
-ROUNDS = 3
+TAKEOVER_ITERATIONS = 3
 """Iterations of that refit."""
 
 
@@ -46,7 +46,9 @@ class Takeover:
         if there is None:
             return []
         free = [*there.coordinates, score.coordinate]
-        tries = list(tries_of(self._fitter, score, there, (*SIZES, *(-k for k in SIZES))))
+        tries = list(
+            tries_of(self._fitter, score, there, (*TRIED_SIZES, *(-k for k in TRIED_SIZES)))
+        )
         losses = [(self._fitter.loss(free, at, r), at, r)
                   for at, r in zip(tries, self._fitter.residuals(free, tries), strict=True)
                   ]  # fmt: skip
@@ -54,11 +56,11 @@ class Takeover:
         if residual is None or there.chi2 - loss < TAKEN_OVER * (there.chi2 - self._fit.chi2):
             return []
         jacobian = np.column_stack([there.jacobian, (residual - there.residual) / at[-1]])
-        found = self._fitter.fit(free, at, ROUNDS, jacobian=jacobian)
+        found = self._fitter.fit(free, at, TAKEOVER_ITERATIONS, jacobian=jacobian)
         values = {c.name: a for c, a in zip(free, found.at, strict=True)}
         whole = [*self._fit.coordinates, score.coordinate]
         start = np.array([values.get(c.name, 0.0) for c in whole])
-        fit = self._fitter.fit(whole, start, ROUNDS)
+        fit = self._fitter.fit(whole, start, TAKEOVER_ITERATIONS)
         delta_chi2 = self._fit.chi2 - fit.chi2
         return [replace(score, statistic=delta_chi2, estimate=float(fit.at[-1]), start=fit.at)]
 
