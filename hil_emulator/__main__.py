@@ -11,7 +11,7 @@ from hil_emulator.commands.options import (
     Commands,
     Duration,
     Examination,
-    Quantity,
+    QuantityType,
     recordings,
 )
 from hil_emulator.errors import UserError
@@ -214,8 +214,10 @@ def characterise(test: str, files: tuple[Path, ...], out: Path, seed: int | None
 
 @main.command()
 @FILES
-@click.option("--position", type=Quantity("m", "40 mm"), help='Such as "40 mm"; else the start.')
-@click.option("--current", type=Quantity("A", "1 mA"), default="0 mA", help="0 mA: at rest.")
+@click.option(
+    "--position", type=QuantityType("m", "40 mm"), help='Such as "40 mm"; else the start.'
+)
+@click.option("--current", type=QuantityType("A", "1 mA"), default="0 mA", help="0 mA: at rest.")
 @click.option("--json", "as_json", is_flag=True, help="For programs; SI.")
 @click.option(
     "--picture",
@@ -283,7 +285,7 @@ def gap(
 
 @main.command()
 @click.argument("name", required=False)
-@click.option("--amplitude", type=Quantity("m", "12 mm"), help="Largest deviation: 12 mm.")
+@click.option("--amplitude", type=QuantityType("m", "12 mm"), help="Largest deviation: 12 mm.")
 @click.option("--duration", type=Duration(), help='How long, such as "2 s".')
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option(

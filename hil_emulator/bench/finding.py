@@ -25,7 +25,7 @@ WARMING = 1.5
 
 
 @dataclass(frozen=True)
-class Finding:
+class SearchCost:
     """What was measured of `identify`, each time as a process of its own.
 
     Attributes:
@@ -46,7 +46,7 @@ class Finding:
     shared_mb: float
 
 
-def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], None]) -> Finding:
+def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], None]) -> SearchCost:
     """Hide an effect in a configuration, and find it in recordings of `data` seconds.
 
     Raises:
@@ -68,7 +68,7 @@ def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], Non
         alone = _identify(full, 1)
         say(f"{jobs} threads ...")
         shared = _identify(full, jobs)
-    return Finding(data, *alone, jobs, *shared)
+    return SearchCost(data, *alone, jobs, *shared)
 
 
 def _identify(made: Path, jobs: int) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from hil_emulator.captures.traffic import Places, Stream, Traffic, sort
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.measured.formats.table import Column, Table
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
 from hil_emulator.identify.measured.reading import KNOWN, SET_POINT, TIME
 
 SUFFIXES = frame_log.SUFFIXES
@@ -26,7 +26,7 @@ _SHOWN = 12  # identifiers named in a message
 
 def read(
     file: Path, carriers: Sequence[Carrier], sync_id: int, rated_current: float | None = None
-) -> Table:
+) -> LogTable:
     """Read a capture.
 
     Args:
@@ -52,7 +52,7 @@ def table(
     carriers: Sequence[Carrier],
     sync_id: int,
     rated_current: float | None,
-) -> Table:
+) -> LogTable:
     """Turn frames with their times [ns] into a table.
 
     Raises:
@@ -74,17 +74,17 @@ def table(
     streams = {id(s): s for s, _, _ in readings.values()}
     numbers = {i: samples.joined(s, reference, number, notes) for i, s in streams.items()}
     together = [(streams[i], n) for i, n in numbers.items() if n is not None]
-    columns = [Column(TIME, "s", np.asarray(np.arange(rows) * period, np.float64))]
+    columns = [LogColumn(TIME, "s", np.asarray(np.arange(rows) * period, np.float64))]
     for name, (stream, key, unit) in readings.items():
         values = _values(stream, key, numbers[id(stream)], reference, number, rows)
-        columns.append(Column(name, unit, values))
+        columns.append(LogColumn(name, unit, values))
     if SET_POINT in chosen:
         stream, key, unit = chosen[SET_POINT]
         first = samples.first_places(together, rows)
         time = np.interp(np.arange(rows), number, reference.time)
         current = samples.set_points(stream, key, first, time, traffic.syncs, notes)
         columns.append(_current(current, unit, rated_current))
-    return Table(tuple(columns), set_point_first=True, notes=tuple(notes))
+    return LogTable(tuple(columns), set_point_first=True, notes=tuple(notes))
 
 
 def _chosen(traffic: Traffic) -> dict[str, tuple[Stream, str, str | None]]:
@@ -116,15 +116,15 @@ def _values(
     return out
 
 
-def _current(values: Array, unit: str | None, rated_current: float | None) -> Column:
+def _current(values: Array, unit: str | None, rated_current: float | None) -> LogColumn:
     if unit != SHARE:
-        return Column(SET_POINT, unit, values)
+        return LogColumn(SET_POINT, unit, values)
     if rated_current is None:
         raise UserError(
             "the set point is a share of the rated current, which nothing states; "
             'give --rated-current "10 mA"'
         )
-    return Column(SET_POINT, "A", values * rated_current / 100.0)
+    return LogColumn(SET_POINT, "A", values * rated_current / 100.0)
 
 
 def _remarks(traffic: Traffic) -> list[str]:

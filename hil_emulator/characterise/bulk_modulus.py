@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
 
@@ -52,7 +52,7 @@ def _compress(bench: Bench) -> tuple[Series, Series]:
     return ((p[1:] + p[:-1]) / 2.0)[rising], beta[rising]
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Compress chamber a and differentiate."""
     p, beta = _compress(bench)
     order = np.argsort(p)
@@ -60,7 +60,7 @@ def run(bench: Bench) -> Result:
     modulus = bench.value("oil_bulk_modulus")
     air = bench.value("entrained_air_fraction")
     exact = mixture(p, modulus, air, bench.value("entrained_air_polytropic_exponent"))
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -84,7 +84,7 @@ def run(bench: Bench) -> Result:
     )  # fmt: skip
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the bulk modulus against pressure."""
     axes = figure.add_subplot()
     axes.semilogx(result["pressure"], result["bulk modulus"], color=look.BLUE, linewidth=3,

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 
 TURBULENT = 0.6
@@ -74,7 +74,7 @@ def _comparisons(bench: Bench, seen: dict[float, tuple[Series, Series]]) -> list
     return rows
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Sweep the drop at several openings."""
     slot = bench.value("reynolds_discharge_slot_per_ampere")
     density, lap = bench.value("oil_density"), bench.value("underlap_lap")
@@ -90,7 +90,7 @@ def run(bench: Bench) -> Result:
         seen[part] = (edge, coefficient)
         rows.append([np.full_like(edge, part * 100.0), edge * 1e-5, reynolds, coefficient])
     part, edge, reynolds, coefficient = np.concatenate(rows, axis=1)
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -108,7 +108,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw C_d against the Reynolds number."""
     axes = figure.add_subplot()
     for part, colour in zip(_OPENINGS, (look.SKY, look.ORANGE, look.BLUE), strict=True):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model import linear, linearise
 from hil_emulator.model.equilibrium import NoEquilibriumError
@@ -97,7 +97,7 @@ def _comparisons(found: Mapping[str, Poles], position: Series, worst: float) -> 
     return [Comparison(q, unit, float(e), source, float(m), 0.01) for q, unit, e, m in rows]
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Linearise at rest along the stroke."""
     values = {**bench.values, **bench.off(*_TABLES, keep=_LINEAR)}
     machine = linear.Machine.of(values)
@@ -105,7 +105,7 @@ def run(bench: Bench) -> Result:
     position = _PARTS * machine.stroke
     middle = len(position) // 2
     cost = found["S1 eq. 3.38"][middle].real / found["exact"][middle].real - 1.0
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -127,7 +127,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the resonance along the stroke, and the poles in the complex plane."""
     along, plane = figure.subplots(1, 2)
     marks = zip(_FORMS, "os+x", (look.BLUE, look.GREEN, look.ORANGE, look.BLACK), strict=True)

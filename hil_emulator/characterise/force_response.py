@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.force_poles import rest_point
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Column, Comparison, Result, column
+from hil_emulator.characterise.result import BenchResult, Column, Comparison, column
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model import linear, linearise
@@ -63,7 +63,7 @@ def _comparisons(force: str, measured: Response, exact: Response) -> list[Compar
     ]  # fmt: skip
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Measure both Bode plots and compare them with both linear models."""
     position = 0.5 * bench.value("cylinder_stroke")
     values = {**bench.values, **bench.off("friction", keep=("viscous_friction",))}
@@ -79,7 +79,7 @@ def run(bench: Bench) -> Result:
             columns |= _columns(symbol, kind, response)
         if np.all(exact != 0.0):
             comparisons += _comparisons(symbol, measured, exact)
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -93,7 +93,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw both Bode plots."""
     grid = figure.subplots(2, 2, sharex=True)
     for (gain, phase), symbol in zip(grid.T, _FORCES, strict=True):

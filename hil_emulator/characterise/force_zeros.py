@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench
 
@@ -57,7 +57,7 @@ def fit_zeros(omega: Series, ratio: Series) -> tuple[float, float]:
     return float(product / gain), float(z_h)
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Measure the ratio of both forces and its zero and pole."""
     ratio = np.array([_ratio(bench, f) for f in _HERTZ])
     omega = 2.0 * math.pi * _HERTZ
@@ -71,7 +71,7 @@ def run(bench: Bench) -> Result:
     names = ("zero of the load force f", "zero of the hydraulic force f_h")
     s = 1j * omega
     model = (s - formula[0]) * mass / (mass + bench.value("rod_mass_mass")) / (s - formula[1])
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -97,7 +97,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the Bode plot of f over f_h."""
     gain, phase = figure.subplots(2, 1, sharex=True)
     for axes, kind, colour in ((gain, "gain", look.BLUE), (phase, "phase", look.ORANGE)):

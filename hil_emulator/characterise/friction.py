@@ -13,7 +13,7 @@ from hil_emulator.characterise.friction_force import (
 )
 from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Result, column
+from hil_emulator.characterise.result import BenchResult, column
 from hil_emulator.characterise.stand import Bench
 
 _HERTZ = (0.1, 0.5, 1.0, 2.0)
@@ -21,7 +21,7 @@ _PART = 0.3  # amplitude, part of the stroke: 0.3 m/s at 2 Hz and 80 mm
 _SHOWN = 400  # points per sine in the table
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Move the rod on sines; friction is pressure force minus load cell."""
     stroke = bench.value("cylinder_stroke")
     centre = 0.5 * stroke
@@ -37,7 +37,7 @@ def run(bench: Bench) -> Result:
     v, f, hertz_of = (np.concatenate(p) for p in (speeds, forces, parts))
     found = fit(v, f, has_excess(bench))
     shown = slice(None, None, len(v) // (_SHOWN * len(_HERTZ)))
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -51,7 +51,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw friction against velocity."""
     axes = figure.add_subplot()
     for hertz, colour in zip(_HERTZ, (look.SKY, look.GREEN, look.ORANGE, look.BLUE), strict=True):

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.characterise.result import Column, Comparison, Series, column
-from hil_emulator.characterise.stand import Bench, Recording
+from hil_emulator.characterise.stand import Bench, BenchRecord
 
 _WINDOW = 10  # ticks: 10 ms at 1 kHz, as n_s = 1000 at 100 kHz in S2
 _SLOWEST = 3e-3  # below, a regularised sign(v) is not yet 1 [m/s] (assumed)
 _STRIBECK = np.geomspace(4e-3, 0.1, 60)  # velocities C_s tried [m/s]
 
 
-def speed_and_friction(bench: Bench, seen: Recording) -> tuple[Series, Series]:
+def speed_and_friction(bench: Bench, seen: BenchRecord) -> tuple[Series, Series]:
     """Return velocity [m/s] and friction force [N] from readings."""
     area = bench.value("cylinder_piston_area")
     alpha = bench.value("cylinder_area_ratio")
@@ -31,7 +31,7 @@ def speed_and_friction(bench: Bench, seen: Recording) -> tuple[Series, Series]:
 
 
 @dataclass(frozen=True)
-class Fit:
+class StribeckFit:
     """F = zero + B v + sign(v) (F_c0 + F_s0 exp(-|v|/C_s)) (S1 eq. 3.18)."""
 
     zero: float
@@ -57,7 +57,7 @@ def _linear(v: Series, force: Series, c_s: float, excess: bool) -> tuple[Series,
     return coefficients, float(np.sum((basis @ coefficients - force) ** 2))
 
 
-def fit(velocity: Series, force: Series, excess: bool) -> Fit:
+def fit(velocity: Series, force: Series, excess: bool) -> StribeckFit:
     """Fit S1 eq. 3.18: linear but for C_s, which is searched.
 
     Args:
@@ -73,10 +73,10 @@ def fit(velocity: Series, force: Series, excess: bool) -> Fit:
     c_s = float(tried[int(np.argmin(errors))])
     coefficients, _ = _linear(v, f, c_s, excess)
     zero, viscous, coulomb, *rest = (float(c) for c in coefficients)
-    return Fit(zero, viscous, coulomb, rest[0] if rest else 0.0, c_s)
+    return StribeckFit(zero, viscous, coulomb, rest[0] if rest else 0.0, c_s)
 
 
-def comparisons(bench: Bench, found: Fit) -> list[Comparison]:
+def comparisons(bench: Bench, found: StribeckFit) -> list[Comparison]:
     """Compare what was found with what the machine was given; bristles carry dry friction too."""
     viscous = bench.value("viscous_friction_coefficient") * bench.relative_viscosity
     coulomb = bench.value("coulomb_friction_force") + bench.value("presliding_force")
@@ -99,7 +99,7 @@ def has_excess(bench: Bench) -> bool:
     )
 
 
-def columns(velocity: Series, friction: Series, found: Fit) -> dict[str, Column]:
+def columns(velocity: Series, friction: Series, found: StribeckFit) -> dict[str, Column]:
     """Return the table both friction tests share."""
     return {
         "velocity": column("m/s", velocity),

@@ -17,7 +17,7 @@ from hil_emulator.characterise.friction_force import (
 )
 from hil_emulator.characterise.motion import Mover, stroke
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
 
 _SPEEDS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)  # [m/s]
@@ -36,12 +36,12 @@ def _one_speed(bench: Bench, velocity: float) -> tuple[float, float]:
     return float(np.mean(v)), float(np.mean(force))
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Move the rod at constant speeds in both directions."""
     points = [_one_speed(bench, sign * speed) for sign in (-1.0, 1.0) for speed in _SPEEDS]
     v, f = np.array(sorted(points)).T
     found = fit(v, f, has_excess(bench))
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -54,7 +54,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the mean friction at each speed."""
     axes = figure.add_subplot()
     axes.plot(

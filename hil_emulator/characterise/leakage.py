@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.pressure_gain import find_null
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
 
@@ -51,7 +51,7 @@ def _laminar(bench: Bench, effect: str) -> float:
     return bench.value(f"{effect}_conductance") / bench.relative_viscosity
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Measure leakage with flow meters in supply line, tank line and port a."""
     lap, gain = bench.value("underlap_lap"), bench.value("valve_gain")
     null = find_null(bench)
@@ -69,7 +69,7 @@ def run(bench: Bench) -> Result:
         ("conductance outwards", "m³/(s Pa)", _laminar(bench, "external_leakage"),
          "configured", outer, 0.02),
     ]  # fmt: skip
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -87,7 +87,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the leakage of the valve and that of the piston."""
     valve, piston = figure.subplots(1, 2, sharey=True)
     valve.plot(result["current"], result["valve flow"], ".-", color=look.BLUE)

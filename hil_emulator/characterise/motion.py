@@ -7,7 +7,7 @@ sensor, as a controller on a real bench would.
 import math
 from collections.abc import Iterator
 
-from hil_emulator.characterise.stand import Bench, Recording, Stand
+from hil_emulator.characterise.stand import Bench, BenchRecord, Stand
 
 _BANDWIDTH = 20.0  # of the position loop [rad/s], far below the hydraulic resonance (assumed)
 
@@ -29,7 +29,7 @@ class Mover:
         self._stand = stand
         self._position = stand.sensors.names.index("position")
 
-    def follow(self, path: Iterator[tuple[float, float]]) -> Recording:
+    def follow(self, path: Iterator[tuple[float, float]]) -> BenchRecord:
         """Follow (position [m], velocity [m/s]), one pair per tick, and record."""
         stand = self._stand
         reading, rows = stand.tick(0.0), []

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.pressure_gain import find_null
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
-from hil_emulator.characterise.stand import Bench, Recording
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
+from hil_emulator.characterise.stand import Bench, BenchRecord
 
 _PART = 0.1  # current, part of the rated one
 _TRAVEL = 0.6  # part of the stroke
@@ -32,7 +32,7 @@ def expected_pressures(
     return p_a, p_a / alpha
 
 
-def _move(bench: Bench, sign: float, null: float) -> Recording:
+def _move(bench: Bench, sign: float, null: float) -> BenchRecord:
     """Extend or retract the free rod at constant current over most of the stroke."""
     stroke, drop = bench.value("cylinder_stroke"), bench.value("supply_pressure")
     current = _PART * bench.rated_current
@@ -49,7 +49,7 @@ def _move(bench: Bench, sign: float, null: float) -> Recording:
     )
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Move the free rod in both directions and read the pressure sensors."""
     alpha, supply, tank = (
         bench.value(f) for f in ("cylinder_area_ratio", "supply_pressure", "tank_pressure")
@@ -69,7 +69,7 @@ def run(bench: Bench) -> Result:
     table = np.concatenate(parts, axis=1)
     names = (("direction", ""), ("time", "s"), ("pressure a", "bar"), ("pressure b", "bar"),
              ("position", "mm"))  # fmt: skip
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -81,7 +81,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def _rows(seen: Recording, sign: float) -> Series:
+def _rows(seen: BenchRecord, sign: float) -> Series:
     read = seen.readings
     return np.array([
         np.full_like(seen.time, sign), seen.time, read["pressure_a"] * 1e-5,
@@ -89,7 +89,7 @@ def _rows(seen: Recording, sign: float) -> Series:
     ])  # fmt: skip
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw both pressures in both directions."""
     for axes, sign, name in zip(
         figure.subplots(1, 2, sharey=True), (1.0, -1.0), ("Extension", "Retraction"), strict=True

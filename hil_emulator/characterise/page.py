@@ -5,7 +5,7 @@ import html
 from collections.abc import Sequence
 from pathlib import Path
 
-from hil_emulator.characterise.result import Comparison, Result
+from hil_emulator.characterise.result import BenchResult, Comparison
 from hil_emulator.errors import UserError
 
 _STYLE = """
@@ -46,7 +46,7 @@ def _row(test: str, comparison: Comparison) -> str:
     )
 
 
-def _summary(results: Sequence[Result]) -> str:
+def _summary(results: Sequence[BenchResult]) -> str:
     head = "".join(f"<th>{name}</th>" for name in _HEAD)
     rows = "\n".join(_row(r.name, c) for r in results for c in r.comparisons)
     return (
@@ -55,7 +55,7 @@ def _summary(results: Sequence[Result]) -> str:
     )
 
 
-def _section(result: Result, folder: Path) -> str:
+def _section(result: BenchResult, folder: Path) -> str:
     picture = base64.b64encode((folder / f"{result.name}.png").read_bytes()).decode()
     notes = "".join(f'<p class="note">{html.escape(note)}</p>' for note in result.notes)
     title = html.escape(result.title)
@@ -65,7 +65,7 @@ def _section(result: Result, folder: Path) -> str:
     )
 
 
-def page(results: Sequence[Result], folder: Path) -> str:
+def page(results: Sequence[BenchResult], folder: Path) -> str:
     """Return the page; the pictures are read from the folder."""
     agreeing = sum(c.agrees for r in results for c in r.comparisons)
     total = sum(len(r.comparisons) for r in results)
@@ -83,7 +83,7 @@ def page(results: Sequence[Result], folder: Path) -> str:
     )
 
 
-def write_page(results: Sequence[Result], folder: Path) -> None:
+def write_page(results: Sequence[BenchResult], folder: Path) -> None:
     """Write index.html beside the results' files.
 
     Raises:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 
 DOCUMENT_SENSITIVITY = 5.7e11
@@ -75,14 +75,14 @@ def _comparisons(bench: Bench, k_pa: float, k_pb: float) -> list[Comparison]:
     return rows
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Measure both port pressures around null with the pressure sensors."""
     lap = bench.value("underlap_lap")
     width = lap or 1e-3 * bench.rated_current
     current, p_a, p_b = _sweep(bench, find_null(bench), _NARROW * width)
     null = _crossing(current, p_a - p_b)
     k_pa, k_pb = (_slope(current, p, null, _NEAR_NULL * width) for p in (p_a, p_b))
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -100,7 +100,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw both port pressures against the current."""
     axes = figure.add_subplot()
     for name, colour in (("pressure a", look.BLUE), ("pressure b", look.ORANGE)):

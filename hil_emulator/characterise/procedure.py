@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
-from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
 
 
@@ -23,5 +23,5 @@ class Procedure:
 
     name: str
     title: str
-    run: Callable[[Bench], Result]
-    draw: Callable[[Result, Figure], None]
+    run: Callable[[Bench], BenchResult]
+    draw: Callable[[BenchResult, Figure], None]

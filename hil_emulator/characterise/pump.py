@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench, Stand
 
 DOCUMENT_EFFICIENCY = {100e5: 0.99, 250e5: 0.90}
@@ -53,7 +53,7 @@ def _current_for(bench: Bench, flow: float, pressure: float) -> float:
     return flow / (bench.value("valve_gain") * math.sqrt(drop)) - bench.value("underlap_lap")
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Load both pumps with the valve."""
     flow, leakage = (_own_or_typical(bench, n) for n in ("variable_pump", "pump_leakage"))
     fixed = _own_or_typical(bench, "fixed_pump")
@@ -68,7 +68,7 @@ def run(bench: Bench) -> Result:
     p_f, power_f, useful_f, relief = _sweep(bench, {"fixed_pump_flow": fixed}, opening)
     order = np.argsort(p_v)
     efficiency = (useful_v / power_v)[order]
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -95,7 +95,7 @@ def run(bench: Bench) -> Result:
     )  # fmt: skip
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw efficiency against pressure, and the relief loss against flow."""
     variable, fixed = figure.subplots(1, 2)
     variable.plot(result["pressure, variable pump"], result["efficiency, variable pump"], ".-",

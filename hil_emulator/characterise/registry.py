@@ -21,7 +21,7 @@ from hil_emulator.characterise import (
 )
 from hil_emulator.characterise.page import write_page
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.characterise.writing import write_result
 from hil_emulator.errors import UserError
@@ -76,7 +76,7 @@ def characterise(
     effects: Sequence[Effect] = CATALOGUE,
     cache: Path | None = None,
     progress: Callable[[str], None] = lambda text: None,
-) -> list[Result]:
+) -> list[BenchResult]:
     """Perform bench tests on an emulated actuator and write what they find.
 
     For each test a table (CSV), everything (JSON) and a picture (PNG); for all of them together

@@ -62,7 +62,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Result:
+class BenchResult:
     """What one bench test found.
 
     Attributes:

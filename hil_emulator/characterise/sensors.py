@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import fundamental
-from hil_emulator.characterise.stand import Bench, Recording
+from hil_emulator.characterise.stand import Bench, BenchRecord
 from hil_emulator.model.sensors import CHANNELS, Channel
 
 DOCUMENT_LOAD_CELL_NOISE = 50.0
@@ -44,7 +44,7 @@ def _step(reading: Series) -> float:
     return float(real.min()) if real.size else 0.0
 
 
-def _look(channel: Channel, rest: Recording, moving: Recording) -> _Seen:
+def _look(channel: Channel, rest: BenchRecord, moving: BenchRecord) -> _Seen:
     omega = 2.0 * math.pi * _HERTZ
     truth = fundamental(moving.time, moving.signals[channel.signal], omega)
     ratio = complex(math.nan, math.nan)
@@ -104,7 +104,7 @@ def _comparisons(bench: Bench, seen: Mapping[str, _Seen], period: float) -> list
     return rows
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Measure every channel at rest and under a sine."""
     centre = 0.5 * bench.value("cylinder_stroke")
     start = {"initial_position": centre}
@@ -115,7 +115,7 @@ def run(bench: Bench) -> Result:
     moving = Mover(bench, stand).follow(path).after(2.0 / _HERTZ)
     seen = {c.name: _look(c, rest, moving) for c in CHANNELS}
     shown = slice(100, 600)
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -139,7 +139,7 @@ def run(bench: Bench) -> Result:
     )  # fmt: skip
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the error of every channel at rest."""
     names = [name for name in result.columns if name != "time"]
     rows = figure.subplots(len(names), 1, sharex=True)

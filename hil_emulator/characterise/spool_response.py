@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import crossing, fundamental
 from hil_emulator.characterise.stand import Bench
 
@@ -45,7 +45,7 @@ def _decibel(response: Series) -> Series:
     return np.asarray(20.0 * np.log10(np.abs(response)))
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Sweep the frequency at two amplitudes and two supply pressures."""
     rows, comparisons, notes = [], [], []
     for pressure, part in product(_PRESSURES, DOCUMENT_BANDWIDTH):
@@ -72,7 +72,7 @@ def run(bench: Bench) -> Result:
     names = (("supply pressure", "bar"), ("amplitude", "%"), ("frequency", "Hz"),
              ("gain", "dB"), ("phase", "degree"))  # fmt: skip
     table = np.array(rows).T
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -85,7 +85,7 @@ def run(bench: Bench) -> Result:
     )
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the Bode plot."""
     gain, phase = figure.subplots(2, 1, sharex=True)
     styles = zip((look.BLUE, look.ORANGE, look.SKY, look.PINK), ("-", "-", "--", "--"), strict=True)

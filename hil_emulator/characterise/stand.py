@@ -31,7 +31,7 @@ RATED_CURRENT = 0.01
 
 
 @dataclass(frozen=True)
-class Recording:
+class BenchRecord:
     """What was seen, tick by tick.
 
     Attributes:
@@ -45,10 +45,10 @@ class Recording:
     readings: Mapping[str, Series]
     signals: Mapping[str, Series]
 
-    def after(self, time: float) -> "Recording":
+    def after(self, time: float) -> "BenchRecord":
         """Leave out what came before a time [s]."""
         late = self.time > time
-        return Recording(
+        return BenchRecord(
             self.time[late],
             {name: values[late] for name, values in self.readings.items()},
             {name: values[late] for name, values in self.signals.items()},
@@ -79,7 +79,7 @@ class Stand:
         self.sensors.sample(self.plant.signal_vector)
         return self.sensors.reading
 
-    def drive(self, currents: ArrayLike, forces: ArrayLike = 0.0) -> Recording:
+    def drive(self, currents: ArrayLike, forces: ArrayLike = 0.0) -> BenchRecord:
         """Apply one current [A] and external force [N] per tick and record."""
         pairs = np.broadcast_arrays(np.asarray(currents, float), np.asarray(forces, float))
         rows = [self.row(float(u), float(f)) for u, f in zip(*pairs, strict=True)]
@@ -90,12 +90,12 @@ class Stand:
         reading = self.tick(current, force)
         return np.concatenate([reading, self.plant.signal_vector])
 
-    def recording(self, rows: Iterable[Series]) -> Recording:
+    def recording(self, rows: Iterable[Series]) -> BenchRecord:
         """Give names to rows of readings and signals."""
         table = np.array(list(rows), dtype=np.float64)
         channels = len(self.sensors.names)
         signals = self.plant.kernel.signals.names or ()
-        return Recording(
+        return BenchRecord(
             np.asarray(self.period * np.arange(1, len(table) + 1), dtype=np.float64),
             dict(zip(self.sensors.names, table[:, :channels].T, strict=True)),
             dict(zip(signals, table[:, channels:].T, strict=True)),

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Procedure
-from hil_emulator.characterise.result import Comparison, Result, Series, column
+from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 
 NOMINAL_DROP = 70e5
@@ -39,14 +39,14 @@ def _gain(current: Series, flow: Series, rated: float, sign: float) -> float:
     return float(slope / np.sqrt(NOMINAL_DROP / 2.0))
 
 
-def run(bench: Bench) -> Result:
+def run(bench: Bench) -> BenchResult:
     """Measure the flow curve."""
     current, flow = _flow_curve(bench)
     rated = bench.rated_current
     both = [_gain(current, flow, rated, sign) for sign in (1.0, -1.0)]
     gain = bench.value("valve_gain")
     nominal = float(np.interp(0.99 * rated, *_rising(current, flow))) / 0.99
-    return Result(
+    return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
@@ -74,7 +74,7 @@ def _rising(current: Series, flow: Series) -> tuple[Series, Series]:
     return current[order], flow[order]
 
 
-def draw(result: Result, figure: Figure) -> None:
+def draw(result: BenchResult, figure: Figure) -> None:
     """Draw flow against current."""
     axes = figure.add_subplot()
     axes.plot(

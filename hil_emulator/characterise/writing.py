@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise.figure import new_figure
-from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.result import BenchResult
 from hil_emulator.errors import UserError
 
 
@@ -17,7 +17,7 @@ def _heading(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _write_table(result: Result, file: Path) -> None:
+def _write_table(result: BenchResult, file: Path) -> None:
     with file.open("w", newline="", encoding="utf-8") as stream:
         rows = csv.writer(stream)
         rows.writerow([_heading(name, c.unit) for name, c in result.columns.items()])
@@ -25,7 +25,7 @@ def _write_table(result: Result, file: Path) -> None:
         rows.writerows([f"{value:.9g}" for value in row] for row in table)
 
 
-def as_json(result: Result) -> dict[str, object]:
+def as_json(result: BenchResult) -> dict[str, object]:
     """Return a result as JSON objects; not-a-number becomes null."""
     return {
         "name": result.name,
@@ -55,7 +55,9 @@ def as_json(result: Result) -> dict[str, object]:
     }
 
 
-def write_result(result: Result, draw: Callable[[Result, Figure], None], folder: Path) -> None:
+def write_result(
+    result: BenchResult, draw: Callable[[BenchResult, Figure], None], folder: Path
+) -> None:
     """Write NAME.csv, NAME.json and NAME.png.
 
     Raises:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hil_emulator.bench.finding import Finding, measure_finding
+from hil_emulator.bench.finding import SearchCost, measure_finding
 from hil_emulator.bench.speed import Speeds, measure
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load_rig
@@ -30,7 +30,7 @@ def bench(
     """
     chosen = files or (shipped("configs/hyq_knee.toml"),)
     config = load_rig(chosen)
-    measured: Speeds | Finding
+    measured: Speeds | SearchCost
     if identify:
         measured = measure_finding(chosen, identify, _say)
         table = _found(measured)
@@ -44,7 +44,7 @@ def _say(text: str) -> None:
     click.echo(text, err=True)
 
 
-def _found(f: Finding) -> str:
+def _found(f: SearchCost) -> str:
     rows = [
         (f"identify in {f.data_s:g} s of data, one thread [s]", f"{f.alone_s:.0f}"),
         ("most memory [MB]", f"{f.alone_mb:.0f}"),

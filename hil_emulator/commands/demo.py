@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from hil_emulator.demo.script import Outcome, Response, perform
+from hil_emulator.demo.script import Demonstration, Response, perform
 from hil_emulator.platform.paths import cache_folder
 
 
@@ -36,7 +36,7 @@ def _line(response: Response) -> str:
     )
 
 
-def verdict(outcome: Outcome) -> str:
+def verdict(outcome: Demonstration) -> str:
     """Return the one line that says it all."""
     slowest = max(r.settling for r in outcome.responses)
     widest = max(r.overshoot for r in outcome.responses)

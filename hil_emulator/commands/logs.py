@@ -12,7 +12,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import formats
 from hil_emulator.identify.measured.data import experiment
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.measured.formats.table import Column, Table
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
 from hil_emulator.identify.measured.reading import digest_of, read, recording
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.recording import SUFFIX, journal
@@ -106,9 +106,9 @@ def _carriers(
     return found, sync_id
 
 
-def _journal(file: Path) -> Table:
+def _journal(file: Path) -> LogTable:
     kept = journal.read(file)
     columns = (
-        Column(name, kept.units[name] or "1", values) for name, values in kept.table().items()
+        LogColumn(name, kept.units[name] or "1", values) for name, values in kept.table().items()
     )
-    return Table(tuple(columns), set_point_first=True)
+    return LogTable(tuple(columns), set_point_first=True)

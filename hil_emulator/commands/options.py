@@ -44,7 +44,7 @@ class Duration(click.ParamType[float]):
         return seconds
 
 
-class Quantity(click.ParamType[float]):
+class QuantityType(click.ParamType[float]):
     """A number with a unit."""
 
     def __init__(self, unit: str, example: str) -> None:
@@ -99,7 +99,7 @@ def recordings(function: Any) -> Any:
         ),
         click.option("--out", type=click.Path(path_type=Path), help="Folder for the report."),
         click.option(
-            "--rated-current", type=Quantity("A", "10 mA"),
+            "--rated-current", type=QuantityType("A", "10 mA"),
             help="What 100 % of a valve driver's set point are, where nothing states it.",
         ),
         click.option(

@@ -56,7 +56,7 @@ class Script:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Repetition:
     """A recording and its repetition.
 
     Attributes:
@@ -98,7 +98,7 @@ def replay(file: Path, files: Sequence[Path]) -> bool:
     return result.same
 
 
-def compare(recording: Recording, config: Configuration) -> Comparison:
+def compare(recording: Recording, config: Configuration) -> Repetition:
     """Return a recording beside its repetition in lock-step."""
     script = Script((now, f) for now, sent, f in recording.frames if not sent)
     recorder = MemoryRecorder()
@@ -113,7 +113,7 @@ def compare(recording: Recording, config: Configuration) -> Comparison:
             _repeat(rig, script, events.pop(0)[1], running)
         rig.step()
     repeated = remembered(recorder, recording.header)
-    return Comparison(
+    return Repetition(
         [(now, f) for now, sent, f in recording.frames if sent],
         [(now, f) for now, sent, f in repeated.frames if sent],
         _deviations(recording, repeated),
@@ -178,7 +178,7 @@ def _as_recorded(config: Configuration, head: dict[str, Any]) -> Configuration:
     return dataclasses.replace(config, seed=head["seed"])
 
 
-def _verdict(result: Comparison, recording: Recording) -> str:
+def _verdict(result: Repetition, recording: Recording) -> str:
     if result.same:
         return f"the same, bit for bit: {len(result.recorded)} frames"
     lines = []

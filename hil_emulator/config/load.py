@@ -14,7 +14,7 @@ from hil_emulator.config import datasheet
 from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.schema import plant_tables, schema
-from hil_emulator.config.table import Table
+from hil_emulator.config.table import StrictTable
 from hil_emulator.errors import UserError
 from hil_emulator.model.actuator import PARAMS
 from hil_emulator.model.declare import DeclarationError, Effect
@@ -204,7 +204,7 @@ def _lay_over(
             below[key] = value
 
 
-def _effect_values(table: Table, effects: Sequence[Effect]) -> dict[str, float]:
+def _effect_values(table: StrictTable, effects: Sequence[Effect]) -> dict[str, float]:
     """Return the parameters of the effects that a table sets, by record field."""
     return {
         effect.field_of(param): getattr(chosen, param.name)

@@ -22,14 +22,14 @@ from pydantic import Field, ValidationError
 
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.config.mistakes import describe
-from hil_emulator.config.table import Table
+from hil_emulator.config.table import StrictTable
 from hil_emulator.errors import UserError
 
 ONLY_BUS = "bus"
 """Name of the bus where a configuration describes one actuator."""
 
 
-class ActuatorTable(Table):
+class ActuatorTable(StrictTable):
     """One actuator: its configuration files, its bus, and where its node-IDs begin."""
 
     name: str = Field(min_length=1)
@@ -38,7 +38,7 @@ class ActuatorTable(Table):
     node_offset: int = Field(default=0, ge=0, le=126)
 
 
-class MachineTable(Table):
+class MachineTable(StrictTable):
     """The whole file."""
 
     buses: dict[str, dict[str, Any]] = Field(min_length=1)

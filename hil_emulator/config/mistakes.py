@@ -7,12 +7,12 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
-from hil_emulator.config.table import Table
+from hil_emulator.config.table import StrictTable
 
 
 def describe(
     error: ValidationError,
-    model: type[Table],
+    model: type[StrictTable],
     merged: Mapping[str, Any],
     origin: Mapping[tuple[str, ...], Path],
     files: Sequence[Path],
@@ -25,7 +25,7 @@ def describe(
 
 def _line(
     mistake: Any,
-    model: type[Table],
+    model: type[StrictTable],
     origin: Mapping[tuple[str, ...], Path],
     files: Sequence[Path],
 ) -> str:
@@ -45,7 +45,7 @@ def _file(
     return files[-1]
 
 
-def _reason(mistake: Any, names: tuple[str, ...], model: type[Table]) -> str:
+def _reason(mistake: Any, names: tuple[str, ...], model: type[StrictTable]) -> str:
     kind = mistake["type"]
     if kind == "extra_forbidden":
         known = _keys(model, names[:-1])
@@ -65,11 +65,11 @@ def _reason(mistake: Any, names: tuple[str, ...], model: type[Table]) -> str:
     return f"{mistake['input']!r}: {text[0].lower()}{text[1:]}"
 
 
-def _keys(model: type[Table], names: tuple[str, ...]) -> list[str]:
+def _keys(model: type[StrictTable], names: tuple[str, ...]) -> list[str]:
     """Return the keys that the table at a path knows."""
     current: Any = model
     for name in names:
         annotation = current.model_fields[name].annotation
         candidates = [annotation, *get_args(annotation)]
-        current = next(c for c in candidates if isinstance(c, type) and issubclass(c, Table))
+        current = next(c for c in candidates if isinstance(c, type) and issubclass(c, StrictTable))
     return list(current.model_fields)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import Field, create_model
 
 from hil_emulator.config import datasheet
-from hil_emulator.config.table import Table, quantity
+from hil_emulator.config.table import StrictTable, quantity
 from hil_emulator.config.tables import (
     CylinderDatasheet,
     ModelTable,
@@ -30,7 +30,7 @@ def _effect_table(effect: Effect) -> Any:
     for param in effect.shape:
         default = param.typical if param.default is None else param.default
         fields[param.name] = (_field(param), default)
-    return create_model(effect.name, __base__=Table, **fields)
+    return create_model(effect.name, __base__=StrictTable, **fields)
 
 
 def _in_channel_unit(effect: Effect, channel: Channel) -> Effect:
@@ -67,7 +67,7 @@ def _plant_table(table: str, effects: Iterable[Effect]) -> Any:
     for effect in effects:
         if effect.stage.table == table:
             fields[effect.name] = (_effect_table(effect) | None, None)
-    return create_model(table, __base__=_DATASHEETS.get(table, Table), **fields)
+    return create_model(table, __base__=_DATASHEETS.get(table, StrictTable), **fields)
 
 
 def _sensors_table(effects: Iterable[Effect]) -> Any:
@@ -77,9 +77,9 @@ def _sensors_table(effects: Iterable[Effect]) -> Any:
         fields: dict[str, Any] = {
             e.name: (_effect_table(_in_channel_unit(e, channel)) | None, None) for e in chain
         }
-        model = create_model(channel.name, __base__=Table, **fields)
+        model = create_model(channel.name, __base__=StrictTable, **fields)
         channels[channel.name] = (model, model())
-    return create_model("sensors", __base__=Table, **channels)
+    return create_model("sensors", __base__=StrictTable, **channels)
 
 
 def plant_tables(effects: Iterable[Effect]) -> list[str]:
@@ -88,7 +88,7 @@ def plant_tables(effects: Iterable[Effect]) -> list[str]:
     return list(dict.fromkeys([*PARAMS, *stages]))
 
 
-def schema(effects: tuple[Effect, ...]) -> type[Table]:
+def schema(effects: tuple[Effect, ...]) -> type[StrictTable]:
     """Return the model of a whole configuration for a catalogue of effects."""
     fields: dict[str, Any] = {
         "rig": (RigTable, RigTable()),
@@ -103,4 +103,4 @@ def schema(effects: tuple[Effect, ...]) -> type[Table]:
         fields[table] = (model, model() if optional and complete else ...)
     sensors = _sensors_table(effects)
     fields["sensors"] = (sensors, sensors())
-    return create_model("configuration", __base__=Table, **fields)
+    return create_model("configuration", __base__=StrictTable, **fields)

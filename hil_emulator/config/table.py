@@ -9,8 +9,8 @@ from hil_emulator.model.declare import Param
 from hil_emulator.units import show, to_si
 
 
-class Table(BaseModel):
-    """A table of the configuration: frozen, and no key that it does not know."""
+class StrictTable(BaseModel):
+    """A table of a TOML file: frozen, and no key that it does not know."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from hil_emulator.config import datasheet
-from hil_emulator.config.table import Table, quantity
+from hil_emulator.config.table import StrictTable, quantity
 from hil_emulator.model.declare import Param
 from hil_emulator.units import show
 
@@ -30,7 +30,7 @@ DROP_TOTAL = Param(
 )
 
 
-class RigTable(Table):
+class RigTable(StrictTable):
     """How the loop runs: tick, integration step, seed of the noise, what a late tick means."""
 
     tick: Annotated[float, quantity(TICK)] = TICK.typical
@@ -51,7 +51,7 @@ class RigTable(Table):
         return self
 
 
-class NodeTable(Table):
+class NodeTable(StrictTable):
     """One CANopen node: its IDs, EDS, commands, safe current, and folder of stored parameters."""
 
     id: int = Field(ge=1, le=127)
@@ -62,13 +62,13 @@ class NodeTable(Table):
     safe_current: Annotated[float, quantity(SAFE_CURRENT)] = SAFE_CURRENT.typical
 
 
-class ModelTable(Table):
+class ModelTable(StrictTable):
     """Files with effects of the user's own."""
 
     effects: tuple[str, ...] = ()
 
 
-class CylinderDatasheet(Table):
+class CylinderDatasheet(StrictTable):
     """The cylinder's diameters, in place of its areas."""
 
     bore: Annotated[float | None, quantity(BORE)] = None
@@ -97,7 +97,7 @@ class CylinderDatasheet(Table):
         }
 
 
-class ValveDatasheet(Table):
+class ValveDatasheet(StrictTable):
     """The valve's nominal flow at a pressure drop, in place of its gain."""
 
     nominal_flow: Annotated[float | None, quantity(NOMINAL_FLOW)] = None
@@ -128,5 +128,5 @@ class ValveDatasheet(Table):
         return {"valve_gain": gain}
 
 
-def _given(table: Table, *names: str) -> list[str]:
+def _given(table: StrictTable, *names: str) -> list[str]:
     return [n for n in names if getattr(table, n, None) is not None]

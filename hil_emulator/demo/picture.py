@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import Any
 
-from hil_emulator.demo.script import Outcome, set_point
+from hil_emulator.demo.script import Demonstration, set_point
 from hil_emulator.signals.columns import MODEL
 
 # Okabe and Ito's palette, which colour-blind readers can tell apart.
 _BLUE, _ORANGE, _GREEN, _GREY = "#0072B2", "#D55E00", "#009E73", "#999999"
 
 
-def draw(outcome: Outcome, file: Path) -> None:
+def draw(outcome: Demonstration, file: Path) -> None:
     """Draw set points, responses, pressures and current over time."""
     import matplotlib
 
@@ -41,7 +41,7 @@ def draw(outcome: Outcome, file: Path) -> None:
     pyplot.close(figure)
 
 
-def _controlled(axis: Any, outcome: Outcome, quantity: str, label: str, scale: float) -> None:
+def _controlled(axis: Any, outcome: Demonstration, quantity: str, label: str, scale: float) -> None:
     """Draw one controlled quantity: as measured, as it is, and its set point where it has one."""
     t = outcome.table["time"]
     measured, actual = outcome.table[quantity], outcome.table[MODEL + quantity]

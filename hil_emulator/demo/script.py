@@ -23,7 +23,7 @@ _CHANNEL = "hil-emulator demo"
 
 
 @dataclass(frozen=True)
-class Step:
+class SetPointStep:
     """One set-point step: what is controlled, when, from where to where (SI)."""
 
     quantity: str
@@ -34,10 +34,10 @@ class Step:
 
 
 STEPS = (
-    Step("position", 0.2, 0.8, 0.040, 0.050),
-    Step("position", 0.8, 1.4, 0.050, 0.034),
-    Step("position", 1.4, 2.0, 0.034, 0.040),
-    Step("load_force", 2.0, 2.8, 0.0, 600.0),
+    SetPointStep("position", 0.2, 0.8, 0.040, 0.050),
+    SetPointStep("position", 0.8, 1.4, 0.050, 0.034),
+    SetPointStep("position", 1.4, 2.0, 0.034, 0.040),
+    SetPointStep("load_force", 2.0, 2.8, 0.0, 600.0),
 )
 """The set points; before the first one the rod stands still at mid-stroke."""
 
@@ -52,7 +52,7 @@ LIMITS = {"position": (0.35, 0.10), "load_force": (0.35, 0.20)}
 class Response:
     """How a step went: settling time [s] (inf if never) and overshoot as share of the step."""
 
-    step: Step
+    step: SetPointStep
     settling: float
     overshoot: float
 
@@ -64,7 +64,7 @@ class Response:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Demonstration:
     """A finished demonstration: signals, responses, what went wrong on the bus, all recorded."""
 
     table: dict[str, np.ndarray[Any, np.dtype[np.float64]]]
@@ -87,7 +87,7 @@ def set_point(time: float) -> tuple[str, float]:
     return "position", STEPS[0].before
 
 
-def respond(step: Step, time: Any, values: Any) -> Response:
+def respond(step: SetPointStep, time: Any, values: Any) -> Response:
     """Measure a step response in a recording."""
     inside = (time >= step.start) & (time < step.end)
     height = step.after - step.before
@@ -99,7 +99,7 @@ def respond(step: Step, time: Any, values: Any) -> Response:
     return Response(step, settling, max(0.0, float(progress.max()) - 1.0))
 
 
-def perform(cache: Path, say: Callable[[str], None]) -> Outcome:
+def perform(cache: Path, say: Callable[[str], None]) -> Demonstration:
     """Run emulator and controller in lock-step on an in-process bus."""
     files = [shipped("configs/hyq_knee.toml"), shipped("configs/spring_load.toml")]
     config = load(files)
@@ -127,4 +127,6 @@ def perform(cache: Path, say: Callable[[str], None]) -> Outcome:
     table = recorder.table()
     responses = tuple(respond(s, table["time"], table[MODEL + s.quantity]) for s in STEPS)
     recording = remembered(recorder, header(config, rig.nodes))
-    return Outcome(table, responses, controller.missed, len(controller.emergencies), recording)
+    return Demonstration(
+        table, responses, controller.missed, len(controller.emergencies), recording
+    )

@@ -28,7 +28,7 @@ MAX_CHANNELS = 0x10000 - ErrorCode.SENSOR_OVERRANGE
 """Each channel has an emergency code of its own."""
 
 
-class Sensors:
+class SensorObjects:
     """Turns each tick's sample into object values and range errors.
 
     Args:

@@ -9,7 +9,7 @@ control.
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
 from hil_emulator.device import bus_load, layout, nmt
-from hil_emulator.device.binding import Sensors, SetPoints
+from hil_emulator.device.binding import SensorObjects, SetPoints
 from hil_emulator.device.dictionary import ALL_OBJECTS, COMMUNICATION_OBJECTS, Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit
 from hil_emulator.device.entry import Entry
@@ -83,7 +83,7 @@ class Node:
         self._emergency = Emergency(dictionary)
         self._profile = profile_of(dictionary, channels, self._emergency)
         claimed = self._profile.sources
-        self._sensors = Sensors(dictionary, channels, self._emergency, claimed)
+        self._sensors = SensorObjects(dictionary, channels, self._emergency, claimed)
         self._set_points = SetPoints(dictionary, commands)
         self._sources = {**self._sensors.sources, **self._set_points.sources, **claimed}
         self._store = ParameterStore(dictionary, storage)

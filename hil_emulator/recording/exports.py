@@ -21,7 +21,7 @@ from hil_emulator.bus import frame_log
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.recording import SUFFIX, journal, messages
-from hil_emulator.recording.journal import Kind
+from hil_emulator.recording.journal import EntryKind
 
 _BATCH = 4096  # rows handled at once
 _EXTRAS = {".parquet": "pyarrow", ".mf4": "asammdf"}
@@ -67,7 +67,7 @@ def export(source: Path, file: Path) -> None:
 def header_of(source: Path) -> dict[str, Any]:
     """Return a journal's header."""
     for kind, payload in journal.entries(source):
-        if kind is Kind.HEADER:
+        if kind is EntryKind.HEADER:
             return dict(json.loads(payload))
     raise UserError(f"{source}: empty; it ended before anything was written")
 
@@ -86,7 +86,7 @@ def _module(file: Path) -> Any:
 def _batches(source: Path) -> Iterator[np.ndarray[Any, np.dtype[np.float64]]]:
     """Yield rows in batches, shape (rows, columns)."""
     width = len(header_of(source)["columns"])
-    rows = (payload for kind, payload in journal.entries(source) if kind is Kind.ROW)
+    rows = (payload for kind, payload in journal.entries(source) if kind is EntryKind.ROW)
     while batch := list(itertools.islice(rows, _BATCH)):
         yield np.frombuffer(b"".join(batch)).reshape(-1, width)
 
@@ -154,7 +154,7 @@ def _export_frames(source: Path, file: Path) -> None:
 
 def _frames(source: Path) -> Iterator[tuple[int, bool, Frame]]:
     for kind, payload in journal.entries(source):
-        if kind is Kind.BUS:
+        if kind is EntryKind.BUS:
             yield from journal.frames_of(payload)
 
 

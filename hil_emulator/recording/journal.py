@@ -36,7 +36,7 @@ _TIME = struct.Struct("<q")
 _REMOTE, _EXTENDED = 1, 2
 
 
-class Kind(IntEnum):
+class EntryKind(IntEnum):
     """What an entry is."""
 
     HEADER = 0
@@ -45,7 +45,7 @@ class Kind(IntEnum):
     EVENT = 3
 
 
-def entry(kind: Kind, payload: bytes) -> bytes:
+def entry(kind: EntryKind, payload: bytes) -> bytes:
     """Return an entry's bytes."""
     return _ENTRY.pack(kind, len(payload)) + payload
 
@@ -56,17 +56,17 @@ def bus_entry(now_ns: int, frames: Iterable[Frame], *, sent: bool) -> bytes:
         _FRAME.pack(f.can_id, _REMOTE * f.remote + _EXTENDED * f.extended, len(f.data), f.data)
         for f in frames
     ]
-    return entry(Kind.BUS, _BUS.pack(now_ns, sent) + b"".join(packed))
+    return entry(EntryKind.BUS, _BUS.pack(now_ns, sent) + b"".join(packed))
 
 
 def event_entry(now_ns: int, what: Mapping[str, Any]) -> bytes:
     """Return the entry of something done to the rig."""
-    return entry(Kind.EVENT, _TIME.pack(now_ns) + json.dumps(what).encode())
+    return entry(EntryKind.EVENT, _TIME.pack(now_ns) + json.dumps(what).encode())
 
 
 def header_entry(header: Mapping[str, Any]) -> bytes:
     """Return the beginning of a journal."""
-    return MAGIC + entry(Kind.HEADER, json.dumps(header).encode())
+    return MAGIC + entry(EntryKind.HEADER, json.dumps(header).encode())
 
 
 @dataclass
@@ -101,7 +101,7 @@ class Recording:
         return {name: self.rows[:, i] for i, name in enumerate(self.units)}
 
 
-def entries(file: Path) -> Iterator[tuple[Kind, bytes]]:
+def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
     """Yield the complete entries of a journal.
 
     Raises:
@@ -117,7 +117,7 @@ def entries(file: Path) -> Iterator[tuple[Kind, bytes]]:
                 payload = stream.read(size)
                 if len(payload) < size:
                     return
-                yield Kind(kind), payload
+                yield EntryKind(kind), payload
     except OSError as error:
         raise UserError(f"{file}: cannot be read: {error.strerror}") from None
 
@@ -143,13 +143,13 @@ def read(file: Path) -> Recording:
     events: list[tuple[int, dict[str, Any]]] = []
     for kind, payload in entries(file):
         match kind:
-            case Kind.HEADER:
+            case EntryKind.HEADER:
                 header = json.loads(payload)
-            case Kind.ROW:
+            case EntryKind.ROW:
                 rows.append(payload)
-            case Kind.BUS:
+            case EntryKind.BUS:
                 found += frames_of(payload)
-            case Kind.EVENT:
+            case EntryKind.EVENT:
                 events.append((_TIME.unpack_from(payload)[0], json.loads(payload[_TIME.size :])))
     if header is None:
         raise UserError(f"{file}: empty; it ended before anything was written")
@@ -173,6 +173,6 @@ def write(recording: Recording, file: Path) -> None:
             for now_ns, sent, frame in recording.frames:
                 stream.write(bus_entry(now_ns, [frame], sent=sent))
             for row in recording.rows:
-                stream.write(entry(Kind.ROW, row.tobytes()))
+                stream.write(entry(EntryKind.ROW, row.tobytes()))
     except OSError as error:
         raise UserError(f"{file}: cannot be written: {error.strerror}") from None

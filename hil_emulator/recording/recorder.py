@@ -17,7 +17,7 @@ from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
 from hil_emulator.recording import journal
 from hil_emulator.recording.exports import check_file
-from hil_emulator.recording.journal import Kind
+from hil_emulator.recording.journal import EntryKind
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.writer_process import READY
 from hil_emulator.signals.columns import columns, fill_row
@@ -74,7 +74,7 @@ class FileRecorder:
     def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
         """Take a tick."""
         fill_row(self._row, now_ns, plant, measured)
-        self._tick += journal.entry(Kind.ROW, self._row.tobytes())
+        self._tick += journal.entry(EntryKind.ROW, self._row.tobytes())
         if self._capture is None:
             self._buffer += self._tick
         else:

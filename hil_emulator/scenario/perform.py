@@ -16,7 +16,7 @@ from hil_emulator.recording import SUFFIX, exports, journal
 from hil_emulator.scenario import schema
 from hil_emulator.scenario.judge import judge
 from hil_emulator.scenario.outcome import Curve, Outcome
-from hil_emulator.scenario.schema import NMT, SET_POINTS, Profile, Scenario, Step
+from hil_emulator.scenario.schema import NMT, SET_POINTS, Scenario, SignalProfile, Step
 from hil_emulator.simulation.emulator import Emulator
 from hil_emulator.simulation.reference_controller import Controller
 
@@ -54,7 +54,7 @@ class Conductor:
         self._waiting = list(scenario.steps)
         self._set_point: tuple[str, float] | None = None
         self._silent = False
-        self._profiles: list[tuple[Profile, float, Curve, Curve]] = []
+        self._profiles: list[tuple[SignalProfile, float, Curve, Curve]] = []
 
     def play(self, duration: float) -> None:
         """Let emulator time pass, and do what is due before each tick."""

@@ -4,8 +4,9 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
+from hil_emulator.config.table import StrictTable
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.signals import condition
@@ -55,20 +56,14 @@ Holds = Annotated[Condition, BeforeValidator(_condition)]
 Values = Annotated[dict[str, float], BeforeValidator(_values)]
 
 
-class Table(BaseModel):
-    """A table of a scenario: frozen, and no key that it does not know."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
-
-
-class Profile(Table):
+class SignalProfile(StrictTable):
     """A setting or a set point over time, from a CSV file: a header, then time [s], value (SI)."""
 
     signal: Literal["supply_pressure", "external_force", "position", "load_force", "valve_current"]
     file: str
 
 
-class Step(Table):
+class Step(StrictTable):
     """Something done at a time, or when a condition first holds.
 
     Attributes:
@@ -88,10 +83,10 @@ class Step(Table):
     fault: Broken | None = None
     nmt: Literal["start", "stop", "pre-operational", "reset", "reset communication"] | None = None
     controller: Literal["on", "off"] | None = None
-    profile: Profile | None = None
+    profile: SignalProfile | None = None
 
 
-class Expect(Table):
+class Expect(StrictTable):
     """What is expected of a signal or of the frames.
 
     Attributes:
@@ -107,9 +102,7 @@ class Expect(Table):
 
     """
 
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, arbitrary_types_allowed=True, populate_by_name=True
-    )
+    model_config = ConfigDict(populate_by_name=True)
     signal: str | None = None
     within: tuple[float, float] | None = None
     start: Seconds = Field(0.0, alias="from")
@@ -139,7 +132,7 @@ class Expect(Table):
         return given
 
 
-class Scenario(Table):
+class Scenario(StrictTable):
     """A scenario.
 
     Attributes:
@@ -152,7 +145,7 @@ class Scenario(Table):
 
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    model_config = ConfigDict(populate_by_name=True)
     title: str
     config: list[str] = Field(min_length=1)
     duration: Seconds

@@ -8,7 +8,7 @@ import pytest
 
 import hil_emulator
 from hil_emulator.characterise.registry import TESTS
-from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.model.kernel import Kernel, build
@@ -43,12 +43,12 @@ def bench(reference: Configuration, kernel: Kernel) -> Callable[..., Bench]:
 
 
 @pytest.fixture(scope="session")
-def results(bench: Callable[..., Bench]) -> Callable[[str], Result]:
+def results(bench: Callable[..., Bench]) -> Callable[[str], BenchResult]:
     """Return a function that gives a procedure's result, performed at most once."""
     procedures = {test.name: test for test in TESTS}
-    done: dict[str, Result] = {}
+    done: dict[str, BenchResult] = {}
 
-    def result(name: str) -> Result:
+    def result(name: str) -> BenchResult:
         if name not in done:
             done[name] = procedures[name].run(bench())
         return done[name]

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import pytest
 
 from hil_emulator.characterise.registry import TESTS
-from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.result import BenchResult
 
-Results = Callable[[str], Result]
+Results = Callable[[str], BenchResult]
 
 # What the documents say, written down here once more: quantity, value, relative tolerance.
 DOCUMENTS = {

@@ -19,13 +19,13 @@ from hil_emulator.characterise import (
     spool_response,
     valve_flow,
 )
-from hil_emulator.characterise.result import Result
+from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
 
 Put = Callable[..., Bench]
 
 
-def measured(result: Result, beginning: str) -> float:
+def measured(result: BenchResult, beginning: str) -> float:
     """Return what was measured of the first quantity whose name begins so."""
     return next(c.measured for c in result.comparisons if c.quantity.startswith(beginning))
 

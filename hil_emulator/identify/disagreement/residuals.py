@@ -16,7 +16,7 @@ from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.probes import PROBES
-from hil_emulator.identify.prediction.static import Measured
+from hil_emulator.identify.prediction.static import MeasuredStates
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Projection
 
@@ -103,7 +103,7 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
 
     """
     residual, _ = predictor.innovations(frozen, par, chan)
-    if isinstance(frozen, Measured):
+    if isinstance(frozen, MeasuredStates):
         return np.asarray(np.where(frozen.present, -residual[:, 0] / frozen.weights[0], np.nan))
     assert isinstance(frozen, Frozen)
     assert isinstance(predictor, Observer)

@@ -62,7 +62,7 @@ CORRELATION = 0.95
 
 
 @dataclass(frozen=True)
-class Machine:
+class SimulatedBench:
     """A plant with its instruments.
 
     Attributes:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fitter, prior_rows
-from hil_emulator.identify.experiment_design.closed_loop import Machine, World
+from hil_emulator.identify.experiment_design.closed_loop import SimulatedBench, World
 from hil_emulator.identify.experiment_design.library import Target
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.noise import noise_levels
@@ -115,7 +115,7 @@ class Forecaster:
     def simulated(self, truth: Explanation, target: Target, seed: int) -> Experiment:
         """Return a recording of the machine as an explanation says it is."""
         par, chan = self._observer.model.memory(truth.coordinates, truth.at)
-        machine = Machine(
+        machine = SimulatedBench(
             self._observer.model, par, chan, self._world(), self._observer.channels,
             self._observer.step(par),
         )  # fmt: skip

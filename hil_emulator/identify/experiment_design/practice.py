@@ -12,7 +12,7 @@ import numpy as np
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.experiment_design.closed_loop import Machine, World
+from hil_emulator.identify.experiment_design.closed_loop import SimulatedBench, World
 from hil_emulator.identify.experiment_design.library import (
     Target,
     limits,
@@ -81,7 +81,7 @@ class Ground:
     seed: int
 
     @property
-    def machine(self) -> Machine:
+    def machine(self) -> SimulatedBench:
         """The machine on its bench."""
         model = self.model
         nuisances = parameters.ordinary(model)
@@ -94,7 +94,7 @@ class Ground:
             NULL_DRIFT * largest_current(model.plant_values), coloured=COLOURED,
             noise=_stated(model, "noise"), resolution=_stated(model, "resolution"),
         )  # fmt: skip
-        return Machine(model, par, chan, world, INSTRUMENTS, TRUTH_STEP)
+        return SimulatedBench(model, par, chan, world, INSTRUMENTS, TRUTH_STEP)
 
     def record(self, made: Target, number: int, name: str) -> Experiment:
         """Play an experiment; the number chooses drift and noise."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from hil_emulator.identify.measured import grid
 from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment
-from hil_emulator.identify.measured.reading import SET_POINT, Recording, read
+from hil_emulator.identify.measured.reading import SET_POINT, MeasuredFile, read
 
 DEAD = 1e-9
 """Change of a channel over its span below which it shows nothing."""
@@ -35,7 +35,7 @@ def load_experiments(
     return [experiment(read(file, names)) for file in files]
 
 
-def experiment(recording: Recording) -> Experiment:
+def experiment(recording: MeasuredFile) -> Experiment:
     """Bring a recording to a uniform grid and report what was found.
 
     Raises:

@@ -12,7 +12,7 @@ import numpy as np
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import formats
 from hil_emulator.identify.measured.experiment import UNITS, Array
-from hil_emulator.identify.measured.formats.table import Column, Table
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
 from hil_emulator.units import factor
 
 MODEL_PREFIX = "model."
@@ -40,14 +40,14 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Recording:
+class MeasuredFile:
     """What a file holds, in SI units.
 
     Attributes:
         file: where it comes from.
         series: by channel, NaN where a value is missing.
         digest: digest of the file.
-        set_point_first: see `formats.table.Table`.
+        set_point_first: see `formats.table.LogTable`.
         ignored: columns that identification does not know.
         notes: what was found while reading.
 
@@ -61,7 +61,7 @@ class Recording:
     notes: tuple[str, ...] = ()
 
 
-def read(file: Path, names: Mapping[str, str] | None = None) -> Recording:
+def read(file: Path, names: Mapping[str, str] | None = None) -> MeasuredFile:
     """Read a recording in one of the formats of `formats`.
 
     Args:
@@ -91,8 +91,8 @@ def digest_of(file: Path) -> str:
 
 
 def recording(
-    file: Path, table: Table, digest: str, names: Mapping[str, str] | None = None
-) -> Recording:
+    file: Path, table: LogTable, digest: str, names: Mapping[str, str] | None = None
+) -> MeasuredFile:
     """Turn a table into channels.
 
     Raises:
@@ -120,12 +120,12 @@ def recording(
     notes = [*table.notes, *_other_clocks(file, columns, common)]
     ignored = [c.name for c in columns if c.name not in KNOWN
                and not c.name.startswith(MODEL_PREFIX)]  # fmt: skip
-    return Recording(file, series, digest, table.set_point_first, tuple(ignored), tuple(notes))
+    return MeasuredFile(file, series, digest, table.set_point_first, tuple(ignored), tuple(notes))
 
 
 def _renamed(
-    file: Path, columns: tuple[Column, ...], names: Mapping[str, str]
-) -> tuple[Column, ...]:
+    file: Path, columns: tuple[LogColumn, ...], names: Mapping[str, str]
+) -> tuple[LogColumn, ...]:
     for theirs, ours in names.items():
         if ours not in KNOWN:
             raise UserError(f"--channel {ours}={theirs}: no channel is called {ours}; known are "
@@ -133,10 +133,10 @@ def _renamed(
         if theirs not in [c.name for c in columns]:
             raise UserError(f"{file}: no column is called {theirs}; its columns are "
                             f"{_listed(columns)}")  # fmt: skip
-    return tuple(Column(names.get(c.name, c.name), c.unit, c.values, c.time) for c in columns)
+    return tuple(LogColumn(names.get(c.name, c.name), c.unit, c.values, c.time) for c in columns)
 
 
-def _factor(file: Path, column: Column) -> float:
+def _factor(file: Path, column: LogColumn) -> float:
     if column.unit is None:
         raise UserError(
             f'{file}: column "{column.name}" has no unit; write it as '
@@ -151,7 +151,7 @@ def _factor(file: Path, column: Column) -> float:
         ) from None
 
 
-def _no_channel(file: Path, columns: tuple[Column, ...]) -> str:
+def _no_channel(file: Path, columns: tuple[LogColumn, ...]) -> str:
     others = [c.name for c in columns if c.name != TIME]
     near = [m for n in others for m in difflib.get_close_matches(n, KNOWN, n=1) if m != TIME]
     hint = f"; did you mean {near[0]}" if near else ""
@@ -161,13 +161,13 @@ def _no_channel(file: Path, columns: tuple[Column, ...]) -> str:
     )
 
 
-def _listed(columns: tuple[Column, ...]) -> str:
+def _listed(columns: tuple[LogColumn, ...]) -> str:
     names = [c.name for c in columns]
     more = f" and {len(names) - 20} more" if len(names) > 20 else ""
     return ", ".join(names[:20]) + more
 
 
-def _other_clocks(file: Path, columns: tuple[Column, ...], common: Array | None) -> list[str]:
+def _other_clocks(file: Path, columns: tuple[LogColumn, ...], common: Array | None) -> list[str]:
     """Refuse a second column of time that does not keep step with the first.
 
     Which channels belong to which clock, the file does not say.
@@ -191,7 +191,7 @@ def _other_clocks(file: Path, columns: tuple[Column, ...], common: Array | None)
     return notes
 
 
-def _tells_time(column: Column) -> bool:
+def _tells_time(column: LogColumn) -> bool:
     if not _CLOCK.search(column.name):
         return False
     try:

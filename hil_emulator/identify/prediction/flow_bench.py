@@ -14,7 +14,7 @@ from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment, n
 from hil_emulator.identify.prediction.balances import FLOW_A, Balance, Regressors, regressors
 from hil_emulator.identify.prediction.filter import INPUT_COUNT
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
-from hil_emulator.identify.prediction.static import Measured
+from hil_emulator.identify.prediction.static import MeasuredStates
 from hil_emulator.identify.prediction.valve_bench import LOCKED
 from hil_emulator.model.layout import fill
 from hil_emulator.model.stages import friction, inertia, stop, transducer
@@ -70,7 +70,7 @@ class FlowBench:
         """Return that every prediction takes as long as any other."""
         return 1.0
 
-    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Measured:
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> MeasuredStates:
         """Turn readings into pressures at the ports."""
         states = np.tile(self.model.start(par, SPOOL_STEP, None), (experiment.samples, 1))
         present = np.isfinite(experiment.readings[FLOW])
@@ -83,19 +83,19 @@ class FlowBench:
                 present &= good
         present[: round(SPOOL_SETTLING / experiment.period)] = False
         measured = experiment.matrix(self.channels)
-        return Measured(
+        return MeasuredStates(
             experiment, self.channels, measured, states, np.zeros(len(states)), present, np.ones(1)
         )
 
     def innovations(
-        self, frozen: Measured, par: Array, chan: Array, track: bool = False
+        self, frozen: MeasuredStates, par: Array, chan: Array, track: bool = False
     ) -> tuple[Array, Array]:
         """Return the weighted residual of the flow, shape (samples, 1), and the signals."""
         path = self._path(frozen, par.copy())
         residual = np.where(frozen.present, frozen.measured[:, 0] - path[:, self._flow], 0.0)
         return residual[:, None] * frozen.weights, path
 
-    def _path(self, frozen: Measured, par: Array) -> Array:
+    def _path(self, frozen: MeasuredStates, par: Array) -> Array:
         """Return the model's signals along the recorded current and pressures."""
         model, e = self.model, frozen.experiment
         tick, count = model.kernel.tick, frozen.states.shape[1]
@@ -115,7 +115,7 @@ class FlowBench:
             path[k] = signals
         return path
 
-    def weigh(self, frozen: Measured, par: Array, chan: Array) -> None:
+    def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
         """Weigh residuals by their spread and by how few of them are independent."""
         frozen.weights = np.ones(1)
         r = self.innovations(frozen, par, chan)[0][frozen.present, 0]
@@ -123,11 +123,11 @@ class FlowBench:
         reach = round(BENCH_CORRELATION_TIME / frozen.experiment.period)
         frozen.weights = np.array([1.0 / (spread * np.sqrt(_together(r, reach)))])
 
-    def regressors(self, frozen: Measured, path: Array) -> Regressors:
+    def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
         """Return what a term may depend on."""
         return regressors(path, self.model.signal_names, frozen.experiment.period)
 
-    def through(self, frozen: Measured, balance: Balance, term: Array) -> Array:
+    def through(self, frozen: MeasuredStates, balance: Balance, term: Array) -> Array:
         """Return the change of the residual that a term makes."""
         return np.asarray(np.where(frozen.present, -term, 0.0) * frozen.weights[0])
 

@@ -29,7 +29,7 @@ BALANCE_CORRELATION_TIME = 2.0
 
 
 @dataclass
-class Measured:
+class MeasuredStates:
     """One experiment as a series of measured states."""
 
     experiment: Experiment
@@ -70,7 +70,7 @@ class StaticObserver:
         """Return that every prediction takes as long as any other."""
         return 1.0
 
-    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Measured:
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> MeasuredStates:
         """Turn readings into states."""
         names = list(self.model.kernel.state.names or ())
         states = np.tile(self.model.start(par, 1e-5, None), (experiment.samples, 1))
@@ -85,13 +85,13 @@ class StaticObserver:
         present = np.isfinite(states).all(axis=1) & np.isfinite(measured[:, 0])
         present &= _sliding(position, velocity)
         states[~present] = 0.0
-        return Measured(
+        return MeasuredStates(
             experiment, self.channels, measured, states, np.nan_to_num(acceleration), present,
             np.ones(1),
         )  # fmt: skip
 
     def innovations(
-        self, frozen: Measured, par: Array, chan: Array, track: bool = False
+        self, frozen: MeasuredStates, par: Array, chan: Array, track: bool = False
     ) -> tuple[Array, Array]:
         """Return the weighted residual of the load force, shape (samples, 1), and the signals."""
         model = self.model
@@ -104,7 +104,7 @@ class StaticObserver:
         residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
         return residual[:, None] * frozen.weights, path
 
-    def weigh(self, frozen: Measured, par: Array, chan: Array) -> None:
+    def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
         """Weigh residuals by their spread and by how few of them are independent."""
         frozen.weights = np.ones(1)
         r = self.innovations(frozen, par, chan)[0][frozen.present, 0]
@@ -112,11 +112,11 @@ class StaticObserver:
         independent = max(1.0, CORRELATED / frozen.experiment.period)
         frozen.weights = np.array([1.0 / (max(spread, 1e-9) * np.sqrt(independent))])
 
-    def regressors(self, frozen: Measured, path: Array) -> Regressors:
+    def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
         """Return what a term may depend on."""
         return regressors(path, self.model.signal_names, frozen.experiment.period)
 
-    def through(self, frozen: Measured, balance: Balance, term: Array) -> Array:
+    def through(self, frozen: MeasuredStates, balance: Balance, term: Array) -> Array:
         """Return the change of the residual that a term makes."""
         sign = 1.0 if balance is PISTON else -1.0
         return np.asarray(np.where(frozen.present, sign * term, 0.0) * frozen.weights[0])

@@ -18,9 +18,9 @@ from hil_emulator.identify.measured.formats import (
     numpy_archive,
     parquet,
 )
-from hil_emulator.identify.measured.formats.table import Table
+from hil_emulator.identify.measured.formats.table import LogTable
 
-READERS: dict[str, Callable[[Path], Table]] = {
+READERS: dict[str, Callable[[Path], LogTable]] = {
     ".csv": comma_separated.read,
     ".txt": comma_separated.read,
     ".npz": numpy_archive.read,
@@ -32,7 +32,7 @@ READERS: dict[str, Callable[[Path], Table]] = {
 """What reads each ending, in lower case."""
 
 
-def read(file: Path) -> Table:
+def read(file: Path) -> LogTable:
     """Read a file in the format of its ending.
 
     Raises:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.formats.table import Column, Table, label
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label
 
 OWN_MARK = "# hil-emulator"
 """How a table begins that the emulator has written."""
@@ -14,7 +14,7 @@ OWN_MARK = "# hil-emulator"
 _COMMENTS = 20  # lines in which that mark may stand
 
 
-def read(file: Path) -> Table:
+def read(file: Path) -> LogTable:
     """Read a table; lines that begin with # are remarks.
 
     Raises:
@@ -39,8 +39,8 @@ def read(file: Path) -> Table:
                 f"{file}: row {i + 2} has {len(row)} cells, the header has {len(heads)}"
             )
         values[i, : len(row)] = [_number(cell) for cell in row]
-    columns = (Column(n, u, values[:, i].copy()) for i, (n, u) in enumerate(heads))
-    return Table(tuple(columns), set_point_first=own)
+    columns = (LogColumn(n, u, values[:, i].copy()) for i, (n, u) in enumerate(heads))
+    return LogTable(tuple(columns), set_point_first=own)
 
 
 def _number(cell: str) -> float:

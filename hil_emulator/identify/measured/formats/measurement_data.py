@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.formats.table import Column, Table, label, module
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
 
 OWN_MARK = '"hil-emulator"'
 """What stands in the header of a file that the emulator has written."""
@@ -20,7 +20,7 @@ _BEGINNINGS = (b"MDF     ", b"UnFinMF ")
 _SMALLEST = 168  # bytes of identification and header block of version 4
 
 
-def read(file: Path) -> Table:
+def read(file: Path) -> LogTable:
     """Read every channel of one number per sample.
 
     Values are physical ones, after the file's own conversions; samples that the file marks as
@@ -47,7 +47,7 @@ def read(file: Path) -> Table:
             gc.collect()  # while nobody hears it
     if trouble:
         raise UserError(f"{file}: is not a readable MDF file: {trouble}")
-    return Table(columns, set_point_first=own)
+    return LogTable(columns, set_point_first=own)
 
 
 @contextlib.contextmanager
@@ -60,7 +60,7 @@ def _silent_ends() -> Iterator[None]:
         sys.unraisablehook = usual
 
 
-def _group(mdf: Any, group: int) -> list[Column]:
+def _group(mdf: Any, group: int) -> list[LogColumn]:
     found = []
     master = mdf.masters_db.get(group)
     time: Any = None
@@ -76,5 +76,5 @@ def _group(mdf: Any, group: int) -> list[Column]:
         if time is None:  # one object for the group: its channels share their clock
             time = np.asarray(signal.timestamps, np.float64)
         name, unit = label(channel.name)
-        found.append(Column(name, str(signal.unit or "").strip() or unit, values, time))
+        found.append(LogColumn(name, str(signal.unit or "").strip() or unit, values, time))
     return found

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.formats.table import Column, Table
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
 
 
-def read(file: Path) -> Table:
+def read(file: Path) -> LogTable:
     """Read a recording that `run --record` or `convert` has written.
 
     Raises:
@@ -19,10 +19,10 @@ def read(file: Path) -> Table:
         with np.load(file, allow_pickle=False) as archive:
             units = dict(archive["units"].tolist())
             columns = tuple(
-                Column(name, unit or "1", archive[name].astype(np.float64))
+                LogColumn(name, unit or "1", archive[name].astype(np.float64))
                 for name, unit in units.items()
                 if name in archive.files
             )
     except (OSError, ValueError, KeyError, EOFError) as error:
         raise UserError(f"{file}: is not a recording of the emulator: {error}") from None
-    return Table(columns, set_point_first=True)
+    return LogTable(columns, set_point_first=True)

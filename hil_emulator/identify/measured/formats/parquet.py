@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.formats.table import Column, Table, label, module
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
 
 OWN_MARK = b"hil-emulator"
 """Metadata of a table that the emulator has written."""
 
 
-def read(file: Path) -> Table:
+def read(file: Path) -> LogTable:
     """Read all columns that hold numbers or times.
 
     Raises:
@@ -27,10 +27,10 @@ def read(file: Path) -> Table:
         raise UserError(f"{file}: is not a readable Parquet file: {error}") from None
     found = [_column(arrow, field, table.column(i)) for i, field in enumerate(table.schema)]
     own = OWN_MARK in (table.schema.metadata or {})
-    return Table(tuple(c for c in found if c is not None), set_point_first=own)
+    return LogTable(tuple(c for c in found if c is not None), set_point_first=own)
 
 
-def _column(arrow: Any, field: Any, data: Any) -> Column | None:
+def _column(arrow: Any, field: Any, data: Any) -> LogColumn | None:
     """Return a column, or None for one that holds neither numbers nor times."""
     name, unit = label(field.name)
     stated = (field.metadata or {}).get(b"unit")
@@ -41,7 +41,7 @@ def _column(arrow: Any, field: Any, data: Any) -> Column | None:
                           else arrow.duration("ns")).cast(arrow.int64())  # fmt: skip
         whole = clock.to_numpy()
         first = float(np.nanmin(whole)) if len(whole) else 0.0
-        return Column(name, "s", np.asarray(whole - first, np.float64) * 1e-9)
+        return LogColumn(name, "s", np.asarray(whole - first, np.float64) * 1e-9)
     if arrow.types.is_integer(field.type) or arrow.types.is_floating(field.type):
-        return Column(name, unit, np.asarray(data.to_numpy(), np.float64))
+        return LogColumn(name, unit, np.asarray(data.to_numpy(), np.float64))
     return None

@@ -13,7 +13,7 @@ _LABEL = re.compile(r"^\s*(?P<name>[^\[\]]+?)\s*\[\s*(?P<unit>[^\[\]]*)\s*\]\s*$
 
 
 @dataclass(frozen=True)
-class Column:
+class LogColumn:
     """One recorded quantity.
 
     Attributes:
@@ -31,7 +31,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class LogTable:
     """The columns of a file.
 
     Attributes:
@@ -42,7 +42,7 @@ class Table:
 
     """
 
-    columns: tuple[Column, ...]
+    columns: tuple[LogColumn, ...]
     set_point_first: bool = False
     notes: tuple[str, ...] = ()
 
