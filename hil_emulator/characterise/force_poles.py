@@ -41,7 +41,9 @@ def rest_point(rest: linearise.Linearisation) -> linear.OperatingPoint:
     )
 
 
-def _worst_pole(bench: Bench, values: Mapping[str, float], machine: linear.Machine) -> float:
+def _worst_pole(
+    bench: Bench, values: Mapping[str, float], machine: linear.LinearisedMachine
+) -> float:
     """Return the largest relative distance of an analytic pole from the exact one nearest to it.
 
     In steady motion at five positions and three openings, every pole of the complete form.
@@ -64,7 +66,7 @@ def _resonance(poles: Poles) -> complex:
 
 def _along_the_stroke(bench: Bench, values: Mapping[str, float]) -> dict[str, Poles]:
     """Return the resonance of every form at rest at each position."""
-    machine = linear.Machine.of(values)
+    machine = linear.LinearisedMachine.of(values)
     wet = {**bench.values, **bench.off("friction", keep=("viscous_friction",))}
     found: dict[str, list[complex]] = {form: [] for form in _FORMS}
     for position in _PARTS * machine.stroke:
@@ -100,7 +102,7 @@ def _comparisons(found: Mapping[str, Poles], position: Series, worst: float) -> 
 def run(bench: Bench) -> BenchResult:
     """Linearise at rest along the stroke."""
     values = {**bench.values, **bench.off(*_TABLES, keep=_LINEAR)}
-    machine = linear.Machine.of(values)
+    machine = linear.LinearisedMachine.of(values)
     found = _along_the_stroke(bench, values)
     position = _PARTS * machine.stroke
     middle = len(position) // 2

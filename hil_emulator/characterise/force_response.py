@@ -68,7 +68,7 @@ def run(bench: Bench) -> BenchResult:
     position = 0.5 * bench.value("cylinder_stroke")
     values = {**bench.values, **bench.off("friction", keep=("viscous_friction",))}
     rest = linearise.rest(bench.kernel, values, position)
-    analytic = linear.reduced(linear.Machine.of(values), rest_point(rest))
+    analytic = linear.reduced(linear.LinearisedMachine.of(values), rest_point(rest))
     seen = np.array([_responses(bench, f, rest) for f in _HERTZ]).T
     omega = 2.0 * math.pi * _HERTZ
     columns, comparisons = {"frequency": column("Hz", _HERTZ)}, []

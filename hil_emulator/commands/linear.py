@@ -93,7 +93,7 @@ def linearise(config: Configuration, position: float | None, current: float) -> 
             if current
             else rest(kernel, config.plant, where)
         )
-        machine = s1.Machine.of(config.plant)
+        machine = s1.LinearisedMachine.of(config.plant)
         at = exact.signals
         point = s1.OperatingPoint(
             at["spool_position"], at["position"], at["pressure_a"], at["pressure_b"]

@@ -29,7 +29,7 @@ Polynomial = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Machine:
+class LinearisedMachine:
     """What the linear model knows of an actuator; SI, symbols of S1 in brackets."""
 
     gain: float
@@ -57,7 +57,7 @@ class Machine:
     damping_ratio: float
 
     @classmethod
-    def of(cls, values: Mapping[str, float]) -> "Machine":
+    def of(cls, values: Mapping[str, float]) -> "LinearisedMachine":
         """Take what S1 knows from parameters by field name; other effects are left out."""
         fields = ((f"{table}_{p.name}", p) for table, ps in actuator.PARAMS.items() for p in ps)
         known = {name: p.default for name, p in fields if p.default is not None} | dict(values)
@@ -98,7 +98,7 @@ class OperatingPoint:
 
 
 def operating_point(
-    machine: Machine, spool: float, position: float, force: float = 0.0
+    machine: LinearisedMachine, spool: float, position: float, force: float = 0.0
 ) -> OperatingPoint:
     """Return the pressures of a steady motion against a hydraulic force [N].
 
@@ -139,7 +139,7 @@ class ValveCoefficients:
         return self.k_qb / self.k_cb if self.k_cb else -math.inf
 
 
-def valve_coefficients(machine: Machine, point: OperatingPoint) -> ValveCoefficients:
+def valve_coefficients(machine: LinearisedMachine, point: OperatingPoint) -> ValveCoefficients:
     """Differentiate the flow through the four edges (S1 eq. 3.9, 3.10, widened by underlap).
 
     At null with zero lap the flow has a kink: the coefficients are those of extension.
@@ -175,7 +175,7 @@ class ForceCoefficients:
     """[N/m], the negative of the hydraulic stiffness."""
 
 
-def force_coefficients(machine: Machine, point: OperatingPoint) -> ForceCoefficients:
+def force_coefficients(machine: LinearisedMachine, point: OperatingPoint) -> ForceCoefficients:
     """Return the coefficients of the linear force rate (S1 eq. 3.35-3.37)."""
     c = valve_coefficients(machine, point)
     v_a, v_b = machine.volumes(point.position)
@@ -198,7 +198,7 @@ class ForceResponse:
 
 
 def _response(
-    machine: Machine, drive: Polynomial, motion: Polynomial, pressure: Polynomial
+    machine: LinearisedMachine, drive: Polynomial, motion: Polynomial, pressure: Polynomial
 ) -> ForceResponse:
     """Close pressure(s) f_h = drive(s) u_v - motion(s) v with load and spool; rising powers."""
     load = np.array([machine.load_friction, machine.mass])
@@ -212,7 +212,7 @@ def _response(
     )
 
 
-def reduced(machine: Machine, point: OperatingPoint) -> ForceResponse:
+def reduced(machine: LinearisedMachine, point: OperatingPoint) -> ForceResponse:
     """Return S1 eq. 3.38 and 3.40, with the spool of eq. 3.4."""
     k = force_coefficients(machine, point)
     return _response(
@@ -220,7 +220,7 @@ def reduced(machine: Machine, point: OperatingPoint) -> ForceResponse:
     )  # fmt: skip
 
 
-def complete(machine: Machine, point: OperatingPoint) -> ForceResponse:
+def complete(machine: LinearisedMachine, point: OperatingPoint) -> ForceResponse:
     """Return the same transfer functions with both pressures free (S1 eq. 3.11, 3.12, 3.21, 3.22).
 
     One pole more than `reduced`: the common mode of both pressures.

@@ -50,7 +50,7 @@ def test_no_load_pressures_are_those_of_the_area_ratio(
 ) -> None:
     """An unloaded rod moves at alpha³, alpha² (or alpha, 1) times p_s/(1 + alpha³), 160 bar."""
     free = MACHINE | {"viscous_friction_coefficient": 0.0, "load_viscous_friction_coefficient": 0.0}
-    closed_form = linear.operating_point(linear.Machine.of(free), current, 0.04)
+    closed_form = linear.operating_point(linear.LinearisedMachine.of(free), current, 0.04)
     assert (closed_form.pressure_a, closed_form.pressure_b) == pytest.approx(
         (bar_a * 1e5, bar_b * 1e5), rel=5e-3
     )
@@ -76,7 +76,7 @@ def test_reduced_poles_are_exact_where_both_pressures_share_one_mode(
     kernel: Kernel, position: float, current: float
 ) -> None:
     """With v_a = alpha v_b, S1 eq. 3.29-3.32 hold in motion: the printed poles within 1 %."""
-    machine = linear.Machine.of(MACHINE)
+    machine = linear.LinearisedMachine.of(MACHINE)
     v_a, v_b = machine.volumes(position)
     bigger = max(v_a, machine.ratio * v_b)
     values = MACHINE | {
@@ -84,7 +84,7 @@ def test_reduced_poles_are_exact_where_both_pressures_share_one_mode(
         "cylinder_dead_volume_b": machine.dead_volume_b + bigger / machine.ratio - v_b,
     }
     found = linearise.steady_motion(kernel, values, current, position)
-    response = linear.reduced(linear.Machine.of(values), point_of(found))
+    response = linear.reduced(linear.LinearisedMachine.of(values), point_of(found))
     for pole in response.hydraulic_force.poles:
         assert abs(nearest(found.poles, pole) - pole) < 0.01 * abs(pole)
 
@@ -96,7 +96,7 @@ def test_complete_poles_are_exact_everywhere(
 ) -> None:
     """With both pressures free every pole but the position's own is met within 1 %."""
     found = linearise.steady_motion(kernel, MACHINE, current, position)
-    poles = linear.complete(linear.Machine.of(MACHINE), point_of(found)).load_force.poles
+    poles = linear.complete(linear.LinearisedMachine.of(MACHINE), point_of(found)).load_force.poles
     assert abs(found.poles[0]) < 1e-6
     assert len(poles) == len(found.poles) - 1
     for pole in poles:
@@ -111,7 +111,7 @@ def test_reduced_poles_err_by_the_tied_pressures(
 ) -> None:
     """With null leakage at mid-stroke, eq. 3.29-3.32 cost 1 % and 4 % of the damping."""
     values = MACHINE | {"underlap_lap": lap}
-    machine = linear.Machine.of(values)
+    machine = linear.LinearisedMachine.of(values)
     pole = linear.reduced(machine, linear.operating_point(machine, 0.0, 0.04)).load_force.poles
     assert nearest(pole, -40 + 380j).real == pytest.approx(printed, rel=5e-3)
     found = linearise.rest(kernel, values, 0.04)
@@ -124,7 +124,7 @@ def test_reduced_poles_err_by_the_tied_pressures(
 def test_resonance_follows_the_oil_columns(kernel: Kernel, position: float, hertz: float) -> None:
     """A closed valve leaves 50 kg on A_p² beta (1/v_a + alpha²/v_b)."""
     found = linearise.rest(kernel, MACHINE, position)
-    machine = linear.Machine.of(MACHINE)
+    machine = linear.LinearisedMachine.of(MACHINE)
     k = linear.force_coefficients(machine, linear.operating_point(machine, 0.0, position))
     stiffness = math.sqrt(-k.k_xp / machine.mass)
     pole = nearest(found.poles, 1j * stiffness)
@@ -135,7 +135,7 @@ def test_resonance_follows_the_oil_columns(kernel: Kernel, position: float, hert
 @pytest.mark.parametrize(("output", "zero"), [("hydraulic_force", -30.0), ("load_force", -10.0)])
 def test_zeros_are_the_load_alone(kernel: Kernel, output: str, zero: float) -> None:
     """The rod force vanishes where load (and piston) move freely: S1 Fig. 3.14, within 1 %."""
-    machine = linear.Machine.of(MACHINE)
+    machine = linear.LinearisedMachine.of(MACHINE)
     for current in OPENINGS:
         found = linearise.steady_motion(kernel, MACHINE, current, 0.04)
         assert nearest(found.zeros("valve_current", output), zero) == pytest.approx(zero, rel=0.01)
@@ -146,7 +146,7 @@ def test_zeros_are_the_load_alone(kernel: Kernel, output: str, zero: float) -> N
 
 def test_the_printed_sign_of_k_fh_is_unstable() -> None:
     """At 5 mA S1 eq. 3.37 as printed puts poles at +322 ± j143; corrected, -352 ± j202."""
-    machine = linear.Machine.of(MACHINE)
+    machine = linear.LinearisedMachine.of(MACHINE)
     point = linear.operating_point(machine, 5e-3, 0.04)
     k = linear.force_coefficients(machine, point)
     assert k.k_fh < 0.0
@@ -160,7 +160,7 @@ def test_the_printed_sign_of_k_fh_is_unstable() -> None:
 @pytest.mark.parametrize("current", [2e-3, -2e-3])
 def test_pressure_sensitivity_is_twice_the_drop_over_the_opening(current: float) -> None:
     """S1 eq. 3.27 and 3.28 lose their K_v: K_pa = 2 dp_a/u_v, and K_pb is negative."""
-    machine = linear.Machine.of(MACHINE)
+    machine = linear.LinearisedMachine.of(MACHINE)
     point = linear.operating_point(machine, current, 0.04)
     drop_a = 160e5 - point.pressure_a if current > 0 else point.pressure_a
     drop_b = point.pressure_b if current > 0 else 160e5 - point.pressure_b
@@ -172,7 +172,7 @@ def test_pressure_sensitivity_is_twice_the_drop_over_the_opening(current: float)
 
 def test_null_sensitivity_is_supply_over_underlap() -> None:
     """28 uA of underlap give the 5.7e11 Pa/A of S1 3.5.1 at 160 bar."""
-    machine = linear.Machine.of(MACHINE | {"underlap_lap": 28e-6})
+    machine = linear.LinearisedMachine.of(MACHINE | {"underlap_lap": 28e-6})
     c = linear.valve_coefficients(machine, linear.OperatingPoint(0.0, 0.04, 80e5, 80e5))
     assert c.k_pa == pytest.approx(160e5 / 28e-6)
     assert c.k_pa == pytest.approx(5.7e11, rel=5e-3)
@@ -182,7 +182,7 @@ def test_null_sensitivity_is_supply_over_underlap() -> None:
 def test_valve_coefficients_are_the_slopes_of_the_compiled_flow(kernel: Kernel) -> None:
     """q_a and q_b of the model change with current and pressure as K_q and K_c say."""
     values = MACHINE | {"underlap_lap": 28e-6}
-    machine = linear.Machine.of(values)
+    machine = linear.LinearisedMachine.of(values)
     found = linearise.steady_motion(kernel, values, 1e-3, 0.04, outputs=("flow_a", "flow_b"))
     c = linear.valve_coefficients(machine, point_of(found))
     column = {name: found.c[:, i] for i, name in enumerate(found.states)}
@@ -193,7 +193,7 @@ def test_valve_coefficients_are_the_slopes_of_the_compiled_flow(kernel: Kernel) 
 
 def test_static_gain_is_the_document_s() -> None:
     """At zero frequency f_h/u = K_uv D/(-K_fh D - K_xp) with D = B + B_l."""
-    machine = linear.Machine.of(MACHINE)
+    machine = linear.LinearisedMachine.of(MACHINE)
     point = linear.operating_point(machine, 1e-3, 0.04)
     k = linear.force_coefficients(machine, point)
     expected = k.k_uv * 1500.0 / (-k.k_fh * 1500.0 - k.k_xp)
@@ -229,7 +229,7 @@ def test_an_effect_that_is_on_brings_its_own_pole(kernel: Kernel) -> None:
 def test_bristles_are_a_spring_at_rest_and_a_force_in_motion(kernel: Kernel) -> None:
     """Pre-sliding holds the rod at sqrt((k_h + s_0)/M); moving, the bristles are bent to F_c."""
     values = MACHINE | {"presliding_force": 100.0, "presliding_stiffness": 2e6}
-    machine = linear.Machine.of(MACHINE)
+    machine = linear.LinearisedMachine.of(MACHINE)
     k = linear.force_coefficients(machine, linear.operating_point(machine, 0.0, 0.04))
     stuck = math.sqrt((2e6 - k.k_xp) / machine.mass)
     found = linearise.rest(kernel, values, 0.04)
@@ -257,7 +257,7 @@ def test_an_impossible_rest_is_refused(kernel: Kernel) -> None:
     """160 bar on 2 cm² cannot hold 5 kN through a leaking valve."""
     with pytest.raises(NoEquilibriumError):
         linearise.rest(kernel, MACHINE | {"underlap_lap": 28e-6, "gravity_force": 5e3}, 0.04)
-    machine = linear.Machine.of(MACHINE)
+    machine = linear.LinearisedMachine.of(MACHINE)
     beyond = replace(linear.operating_point(machine, 0.0, 0.04), pressure_a=161e5)
     with pytest.raises(ValueError, match="between tank and supply"):
         linear.valve_coefficients(machine, beyond)

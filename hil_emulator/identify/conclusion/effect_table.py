@@ -21,7 +21,7 @@ TURN = 1e-3
 
 
 @dataclass(frozen=True)
-class Place:
+class TermPlace:
     """Where a term goes into the model.
 
     Attributes:
@@ -43,28 +43,28 @@ class Place:
 _SIGN = f"math.tanh(velocity / {TURN!r})"
 
 PLACES = {
-    (PISTON.name, "velocity"): Place(friction, ("velocity",), "velocity", "term", "F = T(v)"),
-    (PISTON.name, "position"): Place(friction, ("position",), "position", "term", "F = T(x)"),
-    (PISTON.name, "position with the sign of velocity"): Place(
+    (PISTON.name, "velocity"): TermPlace(friction, ("velocity",), "velocity", "term", "F = T(v)"),
+    (PISTON.name, "position"): TermPlace(friction, ("position",), "position", "term", "F = T(x)"),
+    (PISTON.name, "position with the sign of velocity"): TermPlace(
         friction, ("velocity", "position"), f"position * {_SIGN}", "term", "F = T(x sign(v))"
     ),
-    (PISTON.name, "pressure difference with the sign of velocity"): Place(
+    (PISTON.name, "pressure difference with the sign of velocity"): TermPlace(
         dry_friction, ("velocity", "pressure_a", "pressure_b"),
         "abs(pressure_a - pressure_b) * math.copysign(1.0, velocity)",
         "term * math.copysign(1.0, velocity)", "F = T(|p_a - p_b| sign(v))",
     ),
-    (PISTON.name, "pressure sum with the sign of velocity"): Place(
+    (PISTON.name, "pressure sum with the sign of velocity"): TermPlace(
         dry_friction, ("velocity", "pressure_a", "pressure_b"),
         "(pressure_a + pressure_b) * math.copysign(1.0, velocity)",
         "term * math.copysign(1.0, velocity)", "F = T((p_a + p_b) sign(v))",
     ),
-    (LOAD.name, "velocity"): Place(load, ("velocity",), "velocity", "term", "F = T(v)"),
-    (LOAD.name, "position"): Place(load, ("position",), "position", "term", "F = T(x)"),
-    (LEAKAGE.name, "pressure difference"): Place(
+    (LOAD.name, "velocity"): TermPlace(load, ("velocity",), "velocity", "term", "F = T(v)"),
+    (LOAD.name, "position"): TermPlace(load, ("position",), "position", "term", "F = T(x)"),
+    (LEAKAGE.name, "pressure difference"): TermPlace(
         cross_leakage, ("pressure_a", "pressure_b"), "pressure_a - pressure_b", "term",
         "q = T(p_a - p_b)",
     ),
-    (SPOOL.name, "valve current"): Place(
+    (SPOOL.name, "valve current"): TermPlace(
         command, ("current",), "current", "current + term", "u = i + T(i)"
     ),
 }  # fmt: skip
@@ -136,7 +136,7 @@ class EffectTable:
     words: str
 
 
-def place_of(term: Unexplained) -> Place | None:
+def place_of(term: Unexplained) -> TermPlace | None:
     """Return where a term can be added to the model; None where it cannot."""
     return PLACES.get((term.balance, term.regressor))
 
