@@ -105,6 +105,8 @@ class Stage:
             values another stage has handed out before.
         repeated: whether the balances call it several times at one state, as for each chamber:
             no place for states.
+        balances: names of those in which a term may be what its effects do; none for a stage that
+            only reads, or reaches them only through other stages.
 
     """
 
@@ -115,6 +117,7 @@ class Stage:
     unit: str
     compose: Compose
     repeated: bool = False
+    balances: tuple[str, ...] = field(kw_only=True)
 
     def __call__(self, par: Any, x: Any, dx: Any, *takes: float) -> float:
         """Stand for the compiled stage where the balances call it."""

@@ -2,120 +2,166 @@
 
 from hil_emulator.model.declare import Acts, Stage
 
+SPOOL = "spool"
+FLOW_A = "flow into chamber a"
+FLOW_B = "flow out of chamber b"
+FLOWS = (FLOW_A, FLOW_B)
+LEAKAGE = "leakage from a to b"
+PISTON = "force on the piston"
+LOAD = "force on the load"
+RETURN = "return pressure"
+SUPPLY = "supply pressure"
+"""Names of the balances, of the position of the spool, of flows, forces and pressures."""
+
 # once per tick
 set_point = Stage(
-    "set_point", "valve", ("set_point", "period"), "set point that reaches the driver", "A", "chain"
-)
+    "set_point", "valve", ("set_point", "period"), "set point that reaches the driver", "A",
+    "chain", balances=(SPOOL,),
+)  # fmt: skip
 # once per call of the integrator
 viscosity = Stage(
     "viscosity", "oil", ("viscosity",), "viscosity over that at the reference temperature", "1",
-    "chain",
+    "chain", balances=(),
 )  # fmt: skip
 gas_pressure = Stage(
     "gas_pressure", "oil", (), "pressure below which gas makes a chamber softer than oil does",
-    "Pa", "sum",
+    "Pa", "sum", balances=FLOWS,
 )  # fmt: skip
 
 # supply and tank
 supply = Stage(
-    "supply", "supply", ("pump_pressure",), "pressure at the valve's port s", "Pa", "chain"
-)
-tank = Stage("tank", "tank", ("port_pressure",), "pressure at the valve's port t", "Pa", "chain")
+    "supply", "supply", ("pump_pressure",), "pressure at the valve's port s", "Pa", "chain",
+    balances=(SUPPLY,),
+)  # fmt: skip
+tank = Stage(
+    "tank", "tank", ("port_pressure",), "pressure at the valve's port t", "Pa", "chain",
+    balances=(*FLOWS, RETURN),
+)  # fmt: skip
 pilot_flow = Stage(
     "pilot_flow", "supply", ("port_s", "port_t"), "flow from s to t beside the edges", "m^3/s",
-    "sum",
+    "sum", balances=(),
 )  # fmt: skip
 line_flow = Stage(
-    "line_flow", "supply", ("drawn",), "flow out of the pump's node", "m^3/s", "chain"
-)
+    "line_flow", "supply", ("drawn",), "flow out of the pump's node", "m^3/s", "chain",
+    balances=(SUPPLY,),
+)  # fmt: skip
 line_rates = Stage(
     "line_rates", "supply", ("pump_pressure", "drawn", "viscosity"), "rates of the supply line", "",
-    "rates",
+    "rates", balances=(SUPPLY,),
 )  # fmt: skip
-source = Stage("source", "supply", ("pump_pressure",), "flow that pumps displace", "m^3/s", "sum")
+source = Stage(
+    "source", "supply", ("pump_pressure",), "flow that pumps displace", "m^3/s", "sum",
+    balances=(SUPPLY,),
+)  # fmt: skip
 source_acts = Acts(source)
-relief = Stage("relief", "supply", ("pump_pressure",), "flow of relief valves", "m^3/s", "sum")
-pump_loss = Stage("pump_loss", "supply", ("pump_pressure",), "leakage of pumps", "m^3/s", "sum")
+relief = Stage(
+    "relief", "supply", ("pump_pressure",), "flow of relief valves", "m^3/s", "sum",
+    balances=(SUPPLY,),
+)  # fmt: skip
+pump_loss = Stage(
+    "pump_loss", "supply", ("pump_pressure",), "leakage of pumps", "m^3/s", "sum",
+    balances=(SUPPLY,),
+)  # fmt: skip
 capacity = Stage(
-    "capacity", "supply", ("pump_pressure",), "capacity of accumulators", "m^3/Pa", "sum"
-)
-return_rates = Stage("return_rates", "tank", ("returned",), "rates of the return line", "", "rates")
+    "capacity", "supply", ("pump_pressure",), "capacity of accumulators", "m^3/Pa", "sum",
+    balances=(SUPPLY,),
+)  # fmt: skip
+return_rates = Stage(
+    "return_rates", "tank", ("returned",), "rates of the return line", "", "rates",
+    balances=(RETURN,),
+)  # fmt: skip
 
 # valve
 command = Stage(
-    "command", "valve", ("current", "port_s"), "current that drives the spool", "A", "chain"
-)
-pilot = Stage("pilot", "valve", ("vigour", "port_s"), "relative speed of the spool", "1", "chain")
+    "command", "valve", ("current", "port_s"), "current that drives the spool", "A", "chain",
+    balances=(SPOOL,),
+)  # fmt: skip
+pilot = Stage(
+    "pilot", "valve", ("vigour", "port_s"), "relative speed of the spool", "1", "chain",
+    balances=(SPOOL,),
+)  # fmt: skip
 spool_force = Stage(
     "spool_force", "valve", ("deviation", "spool_position", "valve_drop"),
-    "what drives the spool, as a deviation of current", "A", "chain",
+    "what drives the spool, as a deviation of current", "A", "chain", balances=(SPOOL,),
 )  # fmt: skip
-spool = Stage("spool", "valve", ("spool_speed", "vigour"), "speed of the spool", "A/s", "chain")
+spool = Stage(
+    "spool", "valve", ("spool_speed", "vigour"), "speed of the spool", "A/s", "chain",
+    balances=(SPOOL,),
+)  # fmt: skip
 travel = Stage(
-    "travel", "valve", ("travel", "spool_speed"), "spool travel that the edges see", "A", "chain"
-)
+    "travel", "valve", ("travel", "spool_speed"), "spool travel that the edges see", "A", "chain",
+    balances=(SPOOL,),
+)  # fmt: skip
 metering = Stage(
     "metering", "valve", ("opening", "travel"), "opening of one metering edge", "A", "chain",
-    repeated=True,
+    repeated=True, balances=(SPOOL, *FLOWS),
 )  # fmt: skip
 discharge = Stage(
     "discharge", "valve", ("coefficient", "opening", "drop", "viscosity"),
     "discharge coefficient of one edge over its turbulent value", "1", "chain", repeated=True,
+    balances=FLOWS,
 )  # fmt: skip
 
 # chambers
 vapour = Stage(
-    "vapour", "oil", ("pressure",), "pressure in a chamber", "Pa", "chain", repeated=True
-)
+    "vapour", "oil", ("pressure",), "pressure in a chamber", "Pa", "chain", repeated=True,
+    balances=FLOWS,
+)  # fmt: skip
 oil = Stage(
     "oil", "oil", ("bulk_modulus", "pressure", "volume"), "effective bulk modulus in a chamber",
-    "Pa", "chain", repeated=True,
+    "Pa", "chain", repeated=True, balances=FLOWS,
 )  # fmt: skip
 cross_leakage = Stage(
     "cross_leakage", "cylinder", ("pressure_a", "pressure_b", "viscosity"),
-    "flow from chamber a to b", "m^3/s", "sum",
+    "flow from chamber a to b", "m^3/s", "sum", balances=(LEAKAGE,),
 )  # fmt: skip
 outward_leakage = Stage(
     "outward_leakage", "cylinder", ("pressure", "viscosity"), "flow from one chamber outwards",
-    "m^3/s", "sum", repeated=True,
+    "m^3/s", "sum", repeated=True, balances=FLOWS,
 )  # fmt: skip
 
 # rod and load
 friction = Stage(
     "friction", "friction", ("velocity", "position", "viscosity", "scale"),
-    "friction force of the seals that is continuous in velocity", "N", "sum",
+    "friction force of the seals that is continuous in velocity", "N", "sum", balances=(PISTON,),
 )  # fmt: skip
 dry_friction = Stage(
     "dry_friction", "friction", ("velocity", "position", "pressure_a", "pressure_b"),
     "level of the friction force that only knows the direction of motion", "N", "sum",
+    balances=(PISTON,),
 )  # fmt: skip
 friction_scale = Stage(
-    "friction_scale", "friction", ("scale", "velocity", "position"),
-    "factor on the friction force", "1", "chain",
+    "friction_scale", "friction", ("scale", "velocity", "position"), "factor on the friction force",
+    "1", "chain", balances=(PISTON,),
 )  # fmt: skip
 stop = Stage(
     "stop", "cylinder", ("position", "velocity"), "force of the cylinder's ends on the rod", "N",
-    "sum",
+    "sum", balances=(PISTON,),
 )  # fmt: skip
 inertia = Stage(
-    "inertia", "cylinder", ("position",), "mass that moves ahead of the load cell", "kg", "sum"
-)
-coupling = Stage("coupling", "load", (), "compliance between rod and load", "m/N", "sum")
+    "inertia", "cylinder", ("position",), "mass that moves ahead of the load cell", "kg", "sum",
+    balances=(PISTON,),
+)  # fmt: skip
+coupling = Stage(
+    "coupling", "load", (), "compliance between rod and load", "m/N", "sum", balances=(LOAD,),
+)  # fmt: skip
 coupling_acts = Acts(coupling)
-play = Stage("play", "load", ("stretch",), "stretch that carries force", "m", "chain")
+play = Stage(
+    "play", "load", ("stretch",), "stretch that carries force", "m", "chain", balances=(LOAD,),
+)  # fmt: skip
 load = Stage(
     "load", "load", ("position", "velocity"), "force of the surroundings against the load", "N",
-    "sum",
+    "sum", balances=(LOAD,),
 )  # fmt: skip
 load_inertia = Stage(
-    "load_inertia", "load", ("position",), "mass moved beside the constant one", "kg", "sum"
-)
+    "load_inertia", "load", ("position",), "mass moved beside the constant one", "kg", "sum",
+    balances=(LOAD,),
+)  # fmt: skip
 
 # sensors
 transducer = Stage(
-    "transducer", "sensors",
-    ("reading", "span", "neighbour", "differenced", "period", "normal"),
-    "reading of one channel", "span", "chain",
+    "transducer", "sensors", ("reading", "span", "neighbour", "differenced", "period", "normal"),
+    "reading of one channel", "span", "chain", balances=(),
 )  # fmt: skip
 
 CONTINUOUS = (

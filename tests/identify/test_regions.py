@@ -11,8 +11,9 @@ from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.balances import LEAKAGE, Regressors, regressors
+from hil_emulator.identify.prediction.balances import LEAKAGE
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.progress import NOTICEABLE
 from hil_emulator.identify.selection.scan import Projection

@@ -132,7 +132,7 @@ def test_an_effect_known_twice_is_refused() -> None:
 
 def test_an_effect_at_an_unknown_stage_is_refused() -> None:
     """Nobody would call it."""
-    nowhere = Stage("nowhere", "load", ("position",), "nothing", "N", "sum")
+    nowhere = Stage("nowhere", "load", ("position",), "nothing", "N", "sum", balances=())
 
     @effect(nowhere, knob=knob(), source="none", signature="none")
     def lost(strength: float) -> float:

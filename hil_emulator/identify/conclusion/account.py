@@ -13,8 +13,8 @@ from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
 from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import regressors
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.regressors import regressors
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.judgement import standing
 from hil_emulator.identify.selection.progress import NOTICEABLE, Round, Search

@@ -16,6 +16,7 @@ from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.probes import PROBES
+from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.prediction.static import MeasuredStates
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Projection
@@ -40,15 +41,6 @@ FEWEST_IN_BIN = 10
 SHOWN = {"m^3/s": (6e4, "l/min"), "m/s": (1e3, "mm/s"), "m": (1e3, "mm"), "Pa": (1e-5, "bar"),
          "A": (1e3, "mA"), "N": (1.0, "N"), "s": (1.0, "s")}  # fmt: skip
 """Factor and unit for people, by SI unit."""
-
-REGRESSOR_UNITS = {
-    "valve current": "A", "spool position": "A", "time": "s", "pressure a": "Pa",
-    "pressure b": "Pa", "pressure difference": "Pa", "position": "m", "velocity": "m/s",
-    "position with the sign of velocity": "m", "supply flow": "m^3/s",
-    "pressure difference with the sign of velocity": "Pa",
-    "pressure sum with the sign of velocity": "Pa",
-}  # fmt: skip
-"""SI unit of the regressors that are shown in a unit."""
 
 
 @dataclass(frozen=True)
@@ -220,7 +212,7 @@ def _map(
 ) -> Map:
     balance, regressor = term.balance, term.regressor
     factor, unit = SHOWN[balance.unit]
-    regressor_factor, regressor_unit = SHOWN.get(REGRESSOR_UNITS.get(regressor, ""), (1.0, "SI"))
+    regressor_factor, regressor_unit = SHOWN.get(REGRESSORS[regressor].unit, (1.0, "SI"))
     ends = np.quantile(before[0], (0.005, 0.995))
     edges = np.linspace(ends[0], ends[1], BINS + 1)
     centres = 0.5 * (edges[:-1] + edges[1:]) * regressor_factor

@@ -3,11 +3,12 @@
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import SUPPLY, TERMS, Balance, Regressors, regressors
+from hil_emulator.identify.prediction.balances import SUPPLY, TERMS, Balance
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
+from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.tuning import tuning
 
 LARGEST_STEP = 2.5e-4

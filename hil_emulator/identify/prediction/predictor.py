@@ -3,8 +3,9 @@
 from typing import Any, Protocol
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import Balance, Regressors
+from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.regressors import Regressors
 
 
 class Predictor(Protocol):

@@ -11,8 +11,9 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance, Regressors, regressors
+from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.model.stages import friction, inertia, stop, transducer
 
 VELOCITY_WINDOW = 0.15

@@ -7,8 +7,9 @@ import numpy as np
 
 from hil_emulator.identify.conclusion.findings import Unexplained
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.disagreement.residuals import REGRESSOR_UNITS, SHOWN, Binned, Map
+from hil_emulator.identify.disagreement.residuals import SHOWN, Binned, Map
 from hil_emulator.identify.measured.experiment import UNITS, Array
+from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.reporting.canvas import (
     AFTER,
     BEFORE,
@@ -122,7 +123,7 @@ def term(unexplained: Unexplained) -> str:
     factor, unit = SHOWN[unexplained.unit]
     drawn, axes = figure(2.4)
     knots = np.array(unexplained.knots)
-    scale, regressor_unit = SHOWN.get(REGRESSOR_UNITS.get(unexplained.regressor, ""), (1.0, "SI"))
+    scale, regressor_unit = SHOWN.get(REGRESSORS[unexplained.regressor].unit, (1.0, "SI"))
     axes.plot(scale * knots, factor * np.array(unexplained.curve), "o-", color=BEFORE)
     axes.axhline(0.0, color=MEASURED, lw=0.5)
     axes.set_xlabel(f"{unexplained.regressor} [{regressor_unit}]", fontsize=9)

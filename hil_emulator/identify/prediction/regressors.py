@@ -1,0 +1,123 @@
+"""What a discrepancy term may depend on: regressors along a predicted trajectory."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+
+Regressors = dict[str, Array]
+"""Values along a trajectory, by name, each of shape (samples,)."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Signals along a predicted trajectory.
+
+    Attributes:
+        signals: values by name.
+        period: between samples [s].
+
+    """
+
+    signals: Regressors
+    period: float
+
+    def __getitem__(self, name: str) -> Array:
+        """Return the values of a signal."""
+        return self.signals[name]
+
+    @property
+    def direction(self) -> Array:
+        """The sign of the velocity, smooth where the rod turns round."""
+        v = self["velocity"]
+        return np.asarray(np.tanh(v / max(0.02 * float(np.max(np.abs(v))), 1e-4)))
+
+    @property
+    def drop(self) -> Array:
+        """Pressure difference over the piston [Pa]."""
+        return np.asarray(self["pressure_a"] - self["pressure_b"])
+
+    @property
+    def total(self) -> Array:
+        """Sum of both pressures [Pa]."""
+        return np.asarray(self["pressure_a"] + self["pressure_b"])
+
+    def rate(self, name: str) -> Array:
+        """Return the derivative of a signal by time."""
+        return np.asarray(np.gradient(self[name], self.period))
+
+    @property
+    def time(self) -> Array:
+        """Time since the first sample [s]."""
+        return np.arange(len(self["velocity"]), dtype=np.float64) * self.period
+
+
+@dataclass(frozen=True)
+class Regressor:
+    """One quantity over which a term is drawn.
+
+    Attributes:
+        name: in words.
+        unit: SI unit; "" where people have no other for it.
+        arguments: names of a law's arguments by which it depends on this.
+        along: computes it.
+
+    """
+
+    name: str
+    unit: str
+    arguments: frozenset[str]
+    along: Callable[[Trajectory], Array]
+
+
+def _regressor(
+    name: str, unit: str, arguments: str, along: Callable[[Trajectory], Array]
+) -> Regressor:
+    return Regressor(name, unit, frozenset(arguments.split()), along)
+
+
+REGRESSORS = {r.name: r for r in (
+    _regressor(
+        "valve current", "A", "set_point current opening travel", lambda t: t["valve_current"]
+    ),
+    _regressor(
+        "rate of the current", "", "set_point current deviation spool_speed",
+        lambda t: t.rate("valve_current"),
+    ),
+    _regressor("time", "s", "", lambda t: t.time),
+    _regressor("spool position", "A", "spool_position travel opening",
+               lambda t: t["spool_position"]),
+    _regressor("pressure a", "Pa", "pressure", lambda t: t["pressure_a"]),
+    _regressor("pressure b", "Pa", "pressure", lambda t: t["pressure_b"]),
+    _regressor("position", "m", "position", lambda t: t["position"]),
+    _regressor("pressure difference", "Pa", "pressure_a", lambda t: t.drop),
+    _regressor("position times pressure difference", "", "pressure_a",
+               lambda t: t["position"] * t.drop),
+    _regressor("velocity", "m/s", "velocity", lambda t: t["velocity"]),
+    _regressor("acceleration", "", "", lambda t: t.rate("velocity")),
+    _regressor("position with the sign of velocity", "m", "position",
+               lambda t: t["position"] * t.direction),
+    _regressor("pressure difference with the sign of velocity", "Pa", "pressure_a",
+               lambda t: np.abs(t.drop) * t.direction),
+    _regressor("pressure sum with the sign of velocity", "Pa", "pressure_a",
+               lambda t: t.total * t.direction),
+    _regressor("pressure sum", "", "", lambda t: t.total),
+    _regressor("supply flow", "m^3/s", "flow", lambda t: t["supply_flow"]),
+    _regressor("return flow", "", "flow", lambda t: t["tank_flow"]),
+)}  # fmt: skip
+"""Everything a term may depend on, by name."""
+
+
+def regressors(track: Array, names: Sequence[str], period: float) -> Regressors:
+    """Return the regressors along a predicted trajectory.
+
+    Args:
+        track: signals, shape (samples, signals).
+        names: of the signals.
+        period: between samples [s].
+
+    """
+    trajectory = Trajectory({name: track[:, i] for i, name in enumerate(names)}, period)
+    return {name: regressor.along(trajectory) for name, regressor in REGRESSORS.items()}
