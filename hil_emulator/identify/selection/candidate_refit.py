@@ -80,7 +80,7 @@ class CandidateRefits:
         self._fitter, self._base, self._held = fitter, base, held
         self._needed = needed_delta_chi2(len(base.residual))
 
-    def enter(self, likely: Sequence[Score]) -> list[Trial]:
+    def refit(self, likely: Sequence[Score]) -> list[Trial]:
         """Refit candidates, all roughly and the better ones to the end; the best comes first."""
         fits = [self._rough(score) for score in likely]
         self._improve(fits, PROMISING, lambda i: self._complete(fits[i], likely[i].coordinate))

@@ -41,20 +41,20 @@ class Completion:
 
 
 def completions(
-    candidate_refits: Iterable[Sequence[Trial]], trials: Sequence[Trial]
+    selections: Iterable[Sequence[Trial]], trials: Sequence[Trial]
 ) -> Mapping[str, Completion]:  # fmt: skip
     """Return which candidates only complete a law, by name, those that explain the most first.
 
     Where a near rival does, others at its place that do the same work and no more of it do too.
 
     Args:
-        candidate_refits: the trials in which each effect in the model was named, itself first.
+        selections: the trials in which each effect in the model was named, itself first.
         trials: of the round.
 
     """
     found: dict[str, Completion] = {}
     completing: list[tuple[Trial, Trial]] = []
-    rivalled = {_name(rival): best for best, rival in near(candidate_refits)}
+    rivalled = {_name(rival): best for best, rival in near(selections)}
     for trial in sorted(trials, key=lambda t: -t.evidence.delta_chi2):
         likely = [best for best, rival in completing if _same_work(trial, rival)]
         best = rivalled.get(_name(trial)) or (likely[0] if likely else None)
@@ -75,9 +75,9 @@ def _same_work(trial: Trial, rival: Trial) -> bool:
     return alike and place(one.coordinate) == place(other.coordinate)
 
 
-def near(candidate_refits: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, Trial]]:
+def near(selections: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, Trial]]:
     """Yield effects with the rivals at the same place that explained nearly as much."""
-    for best, *rivals in candidate_refits:
+    for best, *rivals in selections:
         for rival in rivals:
             here = place(rival.score.coordinate) == place(best.score.coordinate)
             if here and rival.evidence.delta_chi2 > RIVALLED * best.evidence.delta_chi2:

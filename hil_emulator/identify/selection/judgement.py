@@ -32,7 +32,7 @@ def judge(search: Search, found: Round) -> None:
     sensor reads over anything counts as such a shape of an error of it. None is that only completes
     the law of one in the model.
     """
-    completing = completions(search.candidate_refits, found.trials)
+    completing = completions(search.selections, found.trials)
     found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
     owners = own_terms(found.base, [c.name for c in search.effects], found.significant)
     sensors = {c.channel for c in search.effects if c.channel}
@@ -92,4 +92,4 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
 
 def _named_for(search: Search) -> float:
     """Return the most that an effect in the model gained when it was named."""
-    return max((trials[0].evidence.delta_chi2 for trials in search.candidate_refits), default=0.0)
+    return max((trials[0].evidence.delta_chi2 for trials in search.selections), default=0.0)

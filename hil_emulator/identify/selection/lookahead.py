@@ -95,7 +95,7 @@ class Lookahead:
             [*free, second.coordinate], np.append(model.at, 0.0), model.residual, len(free)
         )
         score = score_of(second.coordinate, sensitivity, Projection(model))
-        trial = CandidateRefits(self._fitter, model, self._held).enter([score])[0]
+        trial = CandidateRefits(self._fitter, model, self._held).refit([score])[0]
         return replace(trial, score=second.lean(), beside=first.coordinate.name)
 
 

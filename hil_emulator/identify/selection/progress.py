@@ -119,7 +119,7 @@ class Search:
         return [*self.nuisances, *self.shapes]
 
     @property
-    def candidate_refits(self) -> list[list[Trial]]:
+    def selections(self) -> list[list[Trial]]:
         """The trials in which each effect in the model was named, itself first."""
         names = {c.name for c in self.effects}
         return [r.trials for r in self.rounds

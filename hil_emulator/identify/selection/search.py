@@ -84,7 +84,7 @@ class Searcher:
             search.rounds.append(found)
             judge(search, found)
             if found.accepted:
-                self._name(search, found)
+                self._accept(search, found)
             found.slim()
             if found.accepted:
                 re_examine(self.fitter, search, self.tell)
@@ -93,7 +93,7 @@ class Searcher:
         self._conclude(search)
         return search
 
-    def _name(self, search: Search, found: Round) -> None:
+    def _accept(self, search: Search, found: Round) -> None:
         """Take the best candidate of a round into the model."""
         named = found.trials[0]
         found.alike, found.separating = rivals_of(
@@ -153,7 +153,7 @@ class Searcher:
         likely = look.returning(scores, likely, before)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
         held = self._held_out(base)
-        trials = CandidateRefits(self.fitter, base, held).enter(likely)
+        trials = CandidateRefits(self.fitter, base, held).refit(likely)
         alone = max((t.evidence.delta_chi2 for t in trials), default=0.0)
         leader = Lookahead(self.fitter, base, held).leader(pairs, alone)
         if leader is not None:
