@@ -3,6 +3,7 @@
 Each is a function of the strength s that changes the sample in place: value + s (wrong - value).
 """
 
+import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -124,6 +125,16 @@ def noise(place: Place, deviation: float) -> Act:
     return _blended(place, lambda s, v: v + s.random.gauss(0.0, deviation))
 
 
+@sensor_fault(
+    FaultParam("amplitude", SPAN, "half of its height", 0.02, 0.0),
+    FaultParam("frequency", "Hz", "of the mains", 50.0, 0.1, 10e3),
+)
+def hum(place: Place, amplitude: float, frequency: float) -> Act:
+    """The cable picks up the mains: a sine on top of its reading."""
+    turning = 2.0 * math.pi * frequency * 1e-9  # [rad/ns]
+    return _blended(place, lambda s, v: v + amplitude * math.sin(turning * s.elapsed_ns))
+
+
 @sensor_fault(FaultParam("height", SPAN, "by how much", 0.3), probability=0.02)
 def spike(place: Place, height: float) -> Act:
     """Single samples read too much."""
@@ -183,5 +194,5 @@ def swapped(place: Place, channel: str) -> Act:
 
 
 KINDS = (
-    off, stuck, offset, gain, drift, noise, spike, delay, dropout, over_range, swapped,
+    off, stuck, offset, gain, drift, noise, hum, spike, delay, dropout, over_range, swapped,
 )  # fmt: skip

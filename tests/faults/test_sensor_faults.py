@@ -15,6 +15,7 @@ CASES: list[tuple[str, str, dict[str, Any]]] = [
     ("position", "gain", {"factor": 1.5}),
     ("pressure_b", "drift", {"rate": "20 bar/s"}),
     ("load_force", "noise", {"deviation": "200 N"}),
+    ("pressure_b", "hum", {"amplitude": "2 bar", "frequency": "60 Hz"}),
     ("position", "spike", {"height": "10 mm", "probability": 0.2}),
     ("position", "delay", {"time": "20 ms"}),
     ("pressure_a", "dropout", {}),
@@ -84,6 +85,15 @@ def test_noise_has_its_deviation() -> None:
     target, heard = faulty("noise")
     difference = np.subtract(values(heard, target), values(sound(), target))
     assert 150 < statistics.pstdev(difference) < 260
+
+
+def test_hum_has_one_line_in_the_spectrum() -> None:
+    """Six periods in 100 ms: the Fourier sum has the amplitude at 60 Hz, and nothing elsewhere."""
+    target, heard = faulty("hum")
+    difference = np.subtract(values(heard, target), values(sound(), target))
+    amplitudes = np.abs(np.fft.rfft(difference)) / 50
+    assert amplitudes[6] == pytest.approx(2e5, rel=1e-2)
+    assert np.delete(amplitudes, 6).max() < 1e3  # half a count of the PDO
 
 
 def test_spikes_befall_single_samples() -> None:
