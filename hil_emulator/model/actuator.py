@@ -123,14 +123,14 @@ def ports(x: Any, dx: Any, par: Any, held: Any, y: Any) -> tuple[float, float]:
 def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Move a second-order spool with unity gain (S1 eq. 3.4)."""
     current = command(par, x, dx, held.valve_current, y.supply_pressure)
-    vigour = pilot(par, x, dx, 1.0, y.supply_pressure)
+    bandwidth_factor = pilot(par, x, dx, 1.0, y.supply_pressure)
     u_v = x.spool_position
     speed = x.spool_speed
     difference = y.pressure_a - y.pressure_b if u_v > 0.0 else y.pressure_b - y.pressure_a
     drop = y.supply_pressure - y.tank_pressure - difference
     deviation = spool_force(par, x, dx, current - u_v, u_v, drop)
-    w = 2.0 * math.pi * par.valve_natural_frequency * vigour
-    dx.spool_position = spool(par, x, dx, speed, vigour)
+    w = 2.0 * math.pi * par.valve_natural_frequency * bandwidth_factor
+    dx.spool_position = spool(par, x, dx, speed, bandwidth_factor)
     dx.spool_speed = w * w * deviation - 2.0 * par.valve_damping_ratio * w * speed
     y.valve_current = current
     y.spool_position = u_v

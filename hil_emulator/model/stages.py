@@ -77,7 +77,7 @@ command = Stage(
     balances=(SPOOL,),
 )  # fmt: skip
 pilot = Stage(
-    "pilot", "valve", ("vigour", "port_s"), "relative speed of the spool", "1", "chain",
+    "pilot", "valve", ("bandwidth_factor", "port_s"), "relative speed of the spool", "1", "chain",
     balances=(SPOOL,),
 )  # fmt: skip
 spool_force = Stage(
@@ -85,7 +85,7 @@ spool_force = Stage(
     "what drives the spool, as a deviation of current", "A", "chain", balances=(SPOOL,),
 )  # fmt: skip
 spool = Stage(
-    "spool", "valve", ("spool_speed", "vigour"), "speed of the spool", "A/s", "chain",
+    "spool", "valve", ("spool_speed", "bandwidth_factor"), "speed of the spool", "A/s", "chain",
     balances=(SPOOL,),
 )  # fmt: skip
 travel = Stage(

@@ -91,9 +91,11 @@ def null_shift(current: float, port_s: float, shift: float, rated_pressure: floa
     source="pilot flow grows as the square root of pressure (Merritt 1967); S1 3.3.1 for 210 bar",
     signature="bandwidth and rate limit of the spool fall with supply pressure",
 )  # fmt: skip
-def pilot_supply(vigour: float, port_s: float, share: float, rated_pressure: float) -> float:
+def pilot_supply(
+    bandwidth_factor: float, port_s: float, share: float, rated_pressure: float
+) -> float:
     """w_v, R = (w_v, R) (1 + k (sqrt(p_s/p_n) - 1))."""
-    return vigour * (1.0 + share * (math.sqrt(port_s / rated_pressure) - 1.0))
+    return bandwidth_factor * (1.0 + share * (math.sqrt(port_s / rated_pressure) - 1.0))
 
 
 @effect(
@@ -135,9 +137,9 @@ def threshold(deviation: float, current: float) -> float:
     source="S1 3.3.1: 250 Hz at ±25 %, 100 Hz at ±100 %; this one number gives both",
     signature="large, fast commands only: flow lags and turns triangular",
 )
-def spool_rate_limit(spool_speed: float, vigour: float, rate: float) -> float:
+def spool_rate_limit(spool_speed: float, bandwidth_factor: float, rate: float) -> float:
     """du_v/dt = max(-R, min(R, du_v/dt))."""
-    return max(-rate * vigour, min(rate * vigour, spool_speed))
+    return max(-rate * bandwidth_factor, min(rate * bandwidth_factor, spool_speed))
 
 
 @effect(
