@@ -37,7 +37,7 @@ def main() -> None:
     "--record",
     type=click.Path(path_type=Path),
     multiple=True,
-    help="Write .rec (replay), .csv .npz .parquet .mf4 (signals), .blf .asc .log (frames).",
+    help="File to write; its ending says the format: .rec .csv .blf ..., an unknown one lists all.",
 )
 @click.option("--trigger", help='Record only around a condition, such as "position > 60 mm".')
 @click.option("--before", type=Duration(), default="5 s", help="How long before the trigger.")

@@ -1,0 +1,41 @@
+"""What a format of another tool *is*; each is declared in its file of the folder `formats`."""
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from hil_emulator.errors import UserError
+
+_EXTRA = "hil-emulator[recording]"
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format that a journal can be written in.
+
+    Attributes:
+        endings: of its files, such as ".csv".
+        write: writes a journal (first argument) into a file.
+        needs: the module without which it cannot be written, of the extra `recording`.
+
+    """
+
+    endings: tuple[str, ...]
+    write: Callable[[Path, Path], None]
+    needs: str = ""
+
+    def check(self, file: Path) -> None:
+        """Refuse a file where what the format needs is not installed.
+
+        Raises:
+            UserError: says what to install.
+
+        """
+        try:
+            if self.needs:
+                importlib.import_module(self.needs)
+        except ImportError:
+            raise UserError(
+                f"{file}: needs {self.needs}, which is not installed; pip install '{_EXTRA}'"
+            ) from None

@@ -1,0 +1,1 @@
+"""Formats of other tools: each file here declares one, as `FORMAT`."""

@@ -1,0 +1,27 @@
+"""BLF, ASC, candump's log: the frames, and a DBC beside them; for Vector's tools and cantools."""
+
+import json
+from pathlib import Path
+
+from hil_emulator.bus import frame_log
+from hil_emulator.recording import messages
+from hil_emulator.recording.format import Format
+from hil_emulator.recording.streaming import frames, header_of
+
+
+def write(source: Path, file: Path) -> None:
+    """Write the frames, and what they mean."""
+    # cantools takes half a second, and a run only asks whether its files can be written
+    from hil_emulator.export.can_database import dbc
+
+    header = header_of(source)
+    remarks = [f"{key}: {value}" for key, value in header["provenance"].items()]
+    frame_log.write(file, frames(source), remarks)
+    database = dbc(messages.from_json(header["messages"]), header["sync_ms"])
+    file.with_suffix(".dbc").write_text(database, encoding="latin-1", newline="\r\n")
+    if file.suffix == ".log":  # candump's format has no room for remarks
+        beside = file.with_name(file.name + ".json")
+        beside.write_text(json.dumps(header["provenance"], indent=2), encoding="utf-8")
+
+
+FORMAT = Format(frame_log.SUFFIXES, write)
