@@ -24,7 +24,7 @@ ROOMS = {
     "bus": {"can"},
     "export": {"cantools", "device"},
     "faults": {"signals", "device", "model"},
-    "recording": {"numpy", "bus", "config", "device", "export", "model", "signals"},
+    "recording": {"numpy", "scipy", "bus", "config", "device", "export", "model", "signals"},
     "remote": {"faults", "signals"},
     "identify/measured": {"numpy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import cantools
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.io import loadmat
 
 from hil_emulator.commands.export import contents
 from hil_emulator.config.machine import load_machine
@@ -68,6 +70,33 @@ def test_numpy_reads_the_same_values_from_npz(
         for name, values in recording.table().items():
             assert data[name].tobytes() == values.tobytes()
         assert dict(data["provenance"].tolist()) == recording.provenance
+
+
+def test_scipy_reads_the_same_values_from_mat(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """Every signal is a column, bit for bit; those of the model are fields, as are all units."""
+    data = loadmat(written(journal, tmp_path, ".mat"), simplify_cells=False)
+    flat = loadmat(written(journal, tmp_path, ".mat"), simplify_cells=True)
+    ticks = len(recording.rows)
+    for name, values in recording.table().items():
+        place, _, last = name.rpartition(".")
+        found, units = (flat[place], flat["units"][place]) if place else (flat, flat["units"])
+        assert found[last].tobytes() == values.tobytes()
+        assert units[last] == recording.units[name]
+    assert data["position"].shape == (ticks, 1)
+    assert data["model"]["position"][0, 0].shape == (ticks, 1)
+    assert flat["provenance"]["digest"] == recording.provenance["digest"]
+
+
+def test_names_in_mat_are_names_in_matlab(journal: Path, tmp_path: Path) -> None:
+    """MATLAB allows letters, digits and underscores, at most 63 of them (namelengthmax)."""
+    flat = loadmat(written(journal, tmp_path, ".mat"), simplify_cells=True)
+    inner = [name for value in flat.values() if isinstance(value, dict) for name in value]
+    outer = [name for name in flat if not name.startswith("__")]  # of the file, not in it
+    wrong = [n for n in [*outer, *inner] if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", n)]
+    assert {"time", "model", "units", "provenance"} <= set(outer)
+    assert wrong == []
 
 
 def test_csv_has_nine_digits_units_and_origin(
