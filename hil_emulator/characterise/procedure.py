@@ -2,11 +2,23 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum
 
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
+
+
+class Chapter(IntEnum):
+    """What a bench test is about, in the order of the page."""
+
+    VALVE = 1
+    OIL = 2
+    CYLINDER = 3
+    DYNAMICS = 4
+    PUMP = 5
+    SENSORS = 6
 
 
 @dataclass(frozen=True)
@@ -18,6 +30,8 @@ class Procedure:
         title: one line.
         run: performs it.
         draw: draws its result into an empty figure.
+        chapter: of the page.
+        place: in the chapter, from 1.
 
     """
 
@@ -25,3 +39,5 @@ class Procedure:
     title: str
     run: Callable[[Bench], BenchResult]
     draw: Callable[[BenchResult, Figure], None]
+    chapter: Chapter
+    place: int

@@ -1,24 +1,15 @@
-"""Every bench test, and the function that performs some of them."""
+"""Every bench test, and the function that performs some of them.
 
+Each file of the folder `procedures` declares one: the folder is the list.
+"""
+
+import functools
+import importlib
+import pkgutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from hil_emulator.characterise import (
-    bulk_modulus,
-    discharge,
-    force_poles,
-    force_response,
-    force_zeros,
-    friction,
-    friction_steady,
-    leakage,
-    no_load,
-    pressure_gain,
-    pump,
-    sensors,
-    spool_response,
-    valve_flow,
-)
+from hil_emulator.characterise import procedures
 from hil_emulator.characterise.page import write_page
 from hil_emulator.characterise.procedure import Procedure
 from hil_emulator.characterise.result import BenchResult
@@ -30,23 +21,14 @@ from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.equilibrium import NoEquilibriumError
 from hil_emulator.model.kernel import build
 
-TESTS: tuple[Procedure, ...] = (
-    valve_flow.TEST,
-    pressure_gain.TEST,
-    leakage.TEST,
-    spool_response.TEST,
-    discharge.TEST,
-    bulk_modulus.TEST,
-    no_load.TEST,
-    friction.TEST,
-    friction_steady.TEST,
-    force_response.TEST,
-    force_zeros.TEST,
-    force_poles.TEST,
-    pump.TEST,
-    sensors.TEST,
-)
-"""In the order of the page: valve, oil, cylinder, dynamics, pump, sensors."""
+
+@functools.cache
+def known() -> tuple[Procedure, ...]:
+    """Return every bench test, in the order of the page."""
+    names = (module.name for module in pkgutil.iter_modules(procedures.__path__))
+    modules = [importlib.import_module(f"{procedures.__name__}.{name}") for name in names]
+    found: list[Procedure] = [module.TEST for module in modules]
+    return tuple(sorted(found, key=lambda test: (test.chapter, test.place)))
 
 
 def chosen(names: Sequence[str]) -> tuple[Procedure, ...]:
@@ -56,14 +38,14 @@ def chosen(names: Sequence[str]) -> tuple[Procedure, ...]:
         UserError: if a test is not known.
 
     """
-    known = {test.name for test in TESTS}
+    there = [test.name for test in known()]
     for name in names:
-        if name != "all" and name not in known:
+        if name != "all" and name not in there:
             raise UserError(
-                f"there is no bench test '{name}'; there are: {', '.join(t.name for t in TESTS)}, "
+                f"there is no bench test '{name}'; there are: {', '.join(there)}, "
                 "and 'all' for every one"
             )
-    return tuple(test for test in TESTS if "all" in names or test.name in names)
+    return tuple(test for test in known() if "all" in names or test.name in names)
 
 
 def characterise(

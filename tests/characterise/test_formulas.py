@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from hil_emulator.characterise.bulk_modulus import mixture
-from hil_emulator.characterise.force_zeros import fit_zeros
 from hil_emulator.characterise.friction_force import fit
-from hil_emulator.characterise.no_load import expected_pressures
+from hil_emulator.characterise.procedures.bulk_modulus import mixture
+from hil_emulator.characterise.procedures.force_zeros import fit_zeros
+from hil_emulator.characterise.procedures.no_load import expected_pressures
 from hil_emulator.characterise.result import Series
 from hil_emulator.characterise.sine import crossing, fundamental
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil_emulator.characterise import (
+from hil_emulator.characterise.procedures import (
     bulk_modulus,
     discharge,
     friction,

@@ -12,8 +12,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.pressure_gain import find_null
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
+from hil_emulator.characterise.procedures.pressure_gain import find_null
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
@@ -96,4 +96,4 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.label(piston, "p_a - p_b [bar]", "", "Into chamber a")
 
 
-TEST = Procedure("leakage", "Leakage of valve and cylinder", run, draw)
+TEST = Procedure("leakage", "Leakage of valve and cylinder", run, draw, Chapter.VALVE, 3)

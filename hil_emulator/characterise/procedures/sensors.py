@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.motion import Mover, sine
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench, BenchRecord
@@ -151,4 +151,6 @@ def draw(result: BenchResult, figure: Figure) -> None:
         )
 
 
-TEST = Procedure("sensors", "Noise, resolution and delay of the sensors", run, draw)
+TEST = Procedure(
+    "sensors", "Noise, resolution and delay of the sensors", run, draw, Chapter.SENSORS, 1
+)

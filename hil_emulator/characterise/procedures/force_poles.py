@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model import linear, linearise
@@ -144,4 +144,4 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(along)
 
 
-TEST = Procedure("force-poles", "Poles along the stroke", run, draw)
+TEST = Procedure("force-poles", "Poles along the stroke", run, draw, Chapter.DYNAMICS, 3)

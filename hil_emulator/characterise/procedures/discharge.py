@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 
@@ -122,4 +122,6 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(axes)
 
 
-TEST = Procedure("discharge", "Discharge coefficient against Reynolds number", run, draw)
+TEST = Procedure(
+    "discharge", "Discharge coefficient against Reynolds number", run, draw, Chapter.OIL, 1
+)

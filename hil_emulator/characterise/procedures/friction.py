@@ -12,7 +12,7 @@ from hil_emulator.characterise.friction_force import (
     speed_and_friction,
 )
 from hil_emulator.characterise.motion import Mover, sine
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, column
 from hil_emulator.characterise.stand import Bench
 
@@ -67,4 +67,6 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(axes)
 
 
-TEST = Procedure("friction", "Friction under sines of several speeds", run, draw)
+TEST = Procedure(
+    "friction", "Friction under sines of several speeds", run, draw, Chapter.CYLINDER, 2
+)

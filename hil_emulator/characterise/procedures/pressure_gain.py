@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 
@@ -110,4 +110,6 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(axes)
 
 
-TEST = Procedure("pressure-gain", "Pressure sensitivity with blocked ports", run, draw)
+TEST = Procedure(
+    "pressure-gain", "Pressure sensitivity with blocked ports", run, draw, Chapter.VALVE, 2
+)

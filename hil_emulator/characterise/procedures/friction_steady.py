@@ -16,7 +16,7 @@ from hil_emulator.characterise.friction_force import (
     speed_and_friction,
 )
 from hil_emulator.characterise.motion import Mover, stroke
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
 
@@ -67,4 +67,4 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(axes)
 
 
-TEST = Procedure("friction-steady", "Friction at constant speeds", run, draw)
+TEST = Procedure("friction-steady", "Friction at constant speeds", run, draw, Chapter.CYLINDER, 3)

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import crossing, fundamental
 from hil_emulator.characterise.stand import Bench
@@ -107,4 +107,4 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(gain)
 
 
-TEST = Procedure("spool-response", "Frequency response of the spool", run, draw)
+TEST = Procedure("spool-response", "Frequency response of the spool", run, draw, Chapter.VALVE, 4)

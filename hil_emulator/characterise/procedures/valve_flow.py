@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 
@@ -87,4 +87,4 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(axes)
 
 
-TEST = Procedure("valve-flow", "Flow of the valve against current", run, draw)
+TEST = Procedure("valve-flow", "Flow of the valve against current", run, draw, Chapter.VALVE, 1)

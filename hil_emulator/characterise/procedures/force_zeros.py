@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.motion import Mover, sine
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench
@@ -111,4 +111,6 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.decade_axis(phase)
 
 
-TEST = Procedure("force-zeros", "Zeros of hydraulic force and load force", run, draw)
+TEST = Procedure(
+    "force-zeros", "Zeros of hydraulic force and load force", run, draw, Chapter.DYNAMICS, 2
+)

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench, Stand
 
@@ -110,4 +110,4 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.label(fixed, "flow drawn [l/min]", "power lost [kW]", "Fixed displacement, relief valve")
 
 
-TEST = Procedure("pump", "Efficiency of the pump", run, draw)
+TEST = Procedure("pump", "Efficiency of the pump", run, draw, Chapter.PUMP, 1)

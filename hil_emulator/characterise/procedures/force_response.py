@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.force_poles import rest_point
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
+from hil_emulator.characterise.procedures.force_poles import rest_point
 from hil_emulator.characterise.result import BenchResult, Column, Comparison, column
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench
@@ -114,4 +114,11 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(grid[0, 0])
 
 
-TEST = Procedure("force-response", "Frequency response of hydraulic and load force", run, draw)
+TEST = Procedure(
+    "force-response",
+    "Frequency response of hydraulic and load force",
+    run,
+    draw,
+    Chapter.DYNAMICS,
+    1,
+)

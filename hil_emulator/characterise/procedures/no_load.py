@@ -12,8 +12,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.pressure_gain import find_null
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
+from hil_emulator.characterise.procedures.pressure_gain import find_null
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench, BenchRecord
 
@@ -102,4 +102,4 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(axes)
 
 
-TEST = Procedure("no-load", "Pressures of a free rod", run, draw)
+TEST = Procedure("no-load", "Pressures of a free rod", run, draw, Chapter.CYLINDER, 1)

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
-from hil_emulator.characterise.procedure import Procedure
+from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
@@ -98,4 +98,6 @@ def draw(result: BenchResult, figure: Figure) -> None:
     look.legend(axes)
 
 
-TEST = Procedure("bulk-modulus", "Effective bulk modulus against pressure", run, draw)
+TEST = Procedure(
+    "bulk-modulus", "Effective bulk modulus against pressure", run, draw, Chapter.OIL, 2
+)

@@ -1,0 +1,1 @@
+"""The bench tests: each file here is one, as `TEST`."""
