@@ -13,6 +13,7 @@ from hil_emulator.characterise.procedures import (
     friction,
     friction_steady,
     leakage,
+    natural_frequency,
     pressure_gain,
     pump,
     sensors,
@@ -146,3 +147,25 @@ def test_friction_is_seen_through_the_sensors(bench: Put) -> None:
         friction_steady.run(honest), "viscous"
     )
     assert added == pytest.approx(0.04 * 500.0, rel=0.3)
+
+
+def test_four_times_the_mass_halves_the_natural_frequency(bench: Put) -> None:
+    """The springs stay; the damping ratio halves too."""
+    light, heavy = (natural_frequency.run(bench(load_mass=mass)) for mass in (50.0, 200.0))
+    for quantity in ("natural frequency at 40 mm", "damping ratio at 40 mm"):
+        halved = measured(light, quantity) / measured(heavy, quantity)
+        assert halved == pytest.approx(2.0, rel=0.02)
+
+
+def test_the_oil_columns_are_derivatives_of_the_chambers_force(bench: Put) -> None:
+    """K is -dF/dx of two closed chambers whose oil obeys p = p_0 - E ln(V/V_0), without air."""
+    area, alpha, modulus, dead, x, dx = 201.06e-6, 0.61, 1.3e9, 3e-6, 0.02, 1e-7
+
+    def force(to: float) -> float:
+        volumes = [(dead + area * at, dead + alpha * area * (0.08 - at)) for at in (x, to)]
+        p_a, p_b = (-modulus * math.log(new / old) for old, new in zip(*volumes, strict=True))
+        return area * (p_a - alpha * p_b)
+
+    slope = (force(x + dx) - force(x - dx)) / (2.0 * dx)
+    pure = bench(entrained_air_fraction=0.0)
+    assert natural_frequency.stiffness(pure, x, 60e5, 99e5) == pytest.approx(-slope, rel=1e-5)
