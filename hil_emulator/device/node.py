@@ -32,6 +32,7 @@ from hil_emulator.device.node_guarding import NodeGuarding
 from hil_emulator.device.pdo import PdoParameters
 from hil_emulator.device.process_data import Handler, ProcessData
 from hil_emulator.device.profiles.choice import profile_of
+from hil_emulator.device.program_download import ProgramDownload
 from hil_emulator.device.sdo_channels import SdoChannels
 from hil_emulator.device.storage import MemoryStorage, ParameterStore, Storage
 from hil_emulator.device.sync import SyncConsumer, SyncProducer
@@ -98,6 +99,7 @@ class Node:
         self._sync_producer = SyncProducer(dictionary)
         self._time = TimeStamp(dictionary, self._route)
         VerifyConfiguration(dictionary)
+        self._programs = ProgramDownload(dictionary)
         triggers = [Trigger(entry, delta=entry.delta) for entry in dictionary if entry.delta]
         self._pdos = ProcessData(
             dictionary,
@@ -296,6 +298,7 @@ class Node:
         self._sdo.reset()
         self._sync_producer.reset()
         self._time.reset()
+        self._programs.reset()
         self._pdos.reload()
         self._guarding.reset()
         self._consumer.reset()

@@ -2,7 +2,8 @@
 
 Sub-index 1 concerns all parameters, 2 those from 0x1000 to 0x1FFF, 3 those above. Stored values
 stand in for the defaults at power-up and at an NMT reset; restoring forgets them, which shows
-after the next reset. Process data, the error history and the two objects here are not stored.
+after the next reset. Process data, the error history, programs and the two objects here are not
+stored.
 """
 
 from collections.abc import Mapping
@@ -27,7 +28,10 @@ RANGES = {
     2: COMMUNICATION_OBJECTS,
     3: range(COMMUNICATION_OBJECTS.stop, ALL_OBJECTS.stop),
 }
-NOT_STORED = frozenset({0x1003, STORE_PARAMETERS, RESTORE_PARAMETERS})
+PROGRAMS = range(0x1F50, 0x1F58)
+"""Programs and their state (CiA 302-3), which have a memory of their own."""
+
+NOT_STORED = frozenset({0x1003, STORE_PARAMETERS, RESTORE_PARAMETERS, *PROGRAMS})
 
 Values = Mapping[tuple[int, int], bytes]
 """Encoded values by (index, sub-index)."""

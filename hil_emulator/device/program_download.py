@@ -1,0 +1,110 @@
+"""Program download: 0x1F50, 0x1F51, 0x1F56 and 0x1F57 (CiA 302-3).
+
+A master stops a program, clears it, writes another one and starts it; each sub-index is a program.
+The programs here do nothing but have a checksum, so that a master can be tried against a device
+that takes one: the emulated device goes on as before. Like flash memory they outlast every reset,
+and like a bootloader the device starts without one. Only objects that the EDS has exist.
+"""
+
+import zlib
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.entry import Entry
+
+PROGRAM_DATA = 0x1F50
+PROGRAM_CONTROL = 0x1F51
+PROGRAM_IDENTIFICATION = 0x1F56
+FLASH_STATUS = 0x1F57
+
+
+class Control(IntEnum):
+    """What a master may write into 0x1F51; it reads as STOP or START."""
+
+    STOP = 0
+    START = 1
+    RESET = 2
+    CLEAR = 3
+
+
+class FlashError(IntEnum):
+    """What 0x1F57 reports in bits 1 to 7; bit 0, an operation in progress, is never seen set."""
+
+    NONE = 0
+    NO_VALID_PROGRAM = 1
+
+
+@dataclass
+class Program:
+    """One program in the flash memory.
+
+    Attributes:
+        data: its bytes, none where there is no program.
+        runs: whether it has been started.
+
+    """
+
+    data: bytes = b""
+    runs: bool = False
+
+
+class ProgramDownload:
+    """The flash memory behind the objects.
+
+    Args:
+        dictionary: the node's dictionary.
+
+    """
+
+    def __init__(self, dictionary: Dictionary) -> None:
+        self._dictionary = dictionary
+        owned = (PROGRAM_DATA, PROGRAM_CONTROL)
+        self._programs = {e.subindex: Program() for e in dictionary if e.index in owned}
+        self._programs.pop(0, None)  # how many there are
+        for index in owned:
+            dictionary.watch(index, self)
+        self.reset()
+
+    def reset(self) -> None:
+        """Show the programs again, which a reset leaves as they are."""
+        for number in self._programs:
+            self._show(number)
+
+    def check(self, entry: Entry, value: Any) -> None:
+        """Refuse what the state forbids (0800 0022, 0800 0024) and unknown commands (0609 0030)."""
+        program = self._programs[entry.subindex]
+        if entry.index == PROGRAM_CONTROL and value not in list(Control):
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        if entry.index == PROGRAM_CONTROL and value in (Control.START, Control.RESET):
+            if not program.data:
+                raise SdoAbort(AbortCode.NO_DATA)
+        elif program.runs and (entry.index == PROGRAM_DATA or value == Control.CLEAR):
+            raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
+
+    def changed(self, entry: Entry) -> None:
+        """Keep a program, or obey a command."""
+        program = self._programs[entry.subindex]
+        if entry.index == PROGRAM_DATA:
+            program.data = entry.value
+        else:
+            program.runs = entry.value in (Control.START, Control.RESET)
+            if entry.value == Control.CLEAR:
+                program.data = b""
+        self._show(entry.subindex)
+
+    def _show(self, number: int) -> None:
+        """Let the objects of a program tell its bytes, its state and its CRC-32 (IEEE 802.3)."""
+        program = self._programs[number]
+        error = FlashError.NONE if program.data else FlashError.NO_VALID_PROGRAM
+        for index, value in (
+            (PROGRAM_DATA, program.data),
+            (PROGRAM_CONTROL, Control.START if program.runs else Control.STOP),
+            (PROGRAM_IDENTIFICATION, zlib.crc32(program.data)),
+            (FLASH_STATUS, error << 1),
+        ):
+            entry = self._dictionary.get(index, number)
+            if entry is not None:
+                entry.value = value
