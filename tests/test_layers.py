@@ -18,6 +18,7 @@ GROUND = {"errors", "frame", "units", "__version__"}
 ROOMS = {
     "model": {"numpy", "numba", "scipy"},
     "platform": {"platformdirs", "distributed"},
+    "pages": {"jinja2"},
     "signals": {"numpy", "model"},
     "config": {"pydantic", "model"},
     "device": {"canopen"},
@@ -34,10 +35,10 @@ ROOMS = {
     "identify/disagreement": {"numpy", "scipy"},
     "identify/experiment_design": {"numpy", "model"},
     "identify/conclusion": {"numpy", "scipy", "model"},
-    "identify/reporting": {"numpy", "matplotlib", "model"},
+    "identify/reporting": {"numpy", "matplotlib", "model", "pages"},
     "identify": {"scipy", "threadpoolctl", "config", "platform"},
     "captures": {"numpy", "cantools", "bus", "device", "identify/measured"},
-    "characterise": {"numpy", "matplotlib", "model"},
+    "characterise": {"numpy", "matplotlib", "model", "pages"},
     "conformance": {"canopen", "pytest", "bus"},
     "simulation": {
         "numpy", "bus", "config", "device", "faults", "model", "platform", "recording", "signals",
@@ -49,8 +50,8 @@ ROOMS = {
         "numpy", "bus", "config", "model", "platform", "recording", "simulation",
     },
     "scenario": {
-        "matplotlib", "numpy", "pydantic", "bus", "config", "faults", "platform", "recording",
-        "signals", "simulation",
+        "matplotlib", "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",
+        "recording", "signals", "simulation",
     },
     "testing": {
         "canopen", "pytest", "bus", "config", "faults", "platform", "recording",

@@ -1,13 +1,12 @@
 """Outcomes for people and for continuous integration: a table, JUnit XML, one HTML page."""
 
-import base64
-import html
 import io
 from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
 from hil_emulator import __version__
+from hil_emulator.pages.render import render
 from hil_emulator.scenario.outcome import Outcome
 
 _PANELS = (
@@ -16,12 +15,6 @@ _PANELS = (
     ("pressure [bar]", 1e-5, ("pressure_a", "pressure_b", "supply_pressure")),
     ("valve current [mA]", 1e3, ("valve_current",)),
 )
-_STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto }
-table { border-collapse: collapse; width: 100% } td, th { text-align: left; padding: .25rem .6rem;
-border-bottom: 1px solid #ccc } .pass { color: #176b3a } .fail { color: #b3261e }
-img { width: 100% }
-"""
 
 
 def rows(outcomes: Sequence[Outcome]) -> list[tuple[str, str, str, str, str]]:
@@ -73,38 +66,18 @@ def junit(outcomes: Sequence[Outcome], file: Path) -> None:
 
 def page(outcomes: Sequence[Outcome], file: Path) -> None:
     """Write one HTML page with everything in it, pictures too."""
-    parts = [
-        "<!doctype html><html lang=en><meta charset=utf-8><title>Scenarios</title>",
-        f"<style>{_STYLE}</style><h1>Scenarios</h1><p>hil-emulator {__version__}</p><table>",
-        "<tr><th>verdict<th>scenario<th>expectations met<th>time<th>digest",
-    ]
-    for i, row in enumerate(rows(outcomes)):
-        kind = "pass" if outcomes[i].passed else "fail"
-        cells = "".join(f"<td>{html.escape(cell)}" for cell in row[2:])
-        link = f'<a href="#s{i}">{html.escape(row[1])}</a>'
-        parts.append(f"<tr><td class={kind}>{row[0]}<td>{link}{cells}")
-    parts.append("</table>")
-    for i, o in enumerate(outcomes):
-        parts.append(_section(i, o))
-    file.write_text("\n".join(parts), encoding="utf-8")
+    text = render(
+        "scenario.html",
+        title="Scenarios",
+        version=__version__,
+        summary=rows(outcomes),
+        scenarios=[(o, b"" if o.error else _picture(o)) for o in outcomes],
+    )
+    file.write_text(text, encoding="utf-8")
 
 
-def _section(number: int, o: Outcome) -> str:
-    lines = [f'<h2 id="s{number}">{html.escape(o.title)}</h2>']
-    if o.error:
-        return "\n".join([*lines, f"<p class=fail>{html.escape(o.error)}</p>"])
-    lines.append("<table>")
-    for c in o.checks:
-        kind, word = ("pass", "met") if c.passed else ("fail", "NOT MET")
-        lines.append(
-            f"<tr><td class={kind}>{word}<td>{html.escape(c.text)}<td>{html.escape(c.found)}"
-        )
-    lines += ["</table>", f'<img alt="signals over time" src="{_picture(o)}">']
-    return "\n".join(lines)
-
-
-def _picture(o: Outcome) -> str:
-    """Return the signals over time as a data URL."""
+def _picture(o: Outcome) -> bytes:
+    """Return the signals over time as PNG."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -126,4 +99,4 @@ def _picture(o: Outcome) -> str:
     out = io.BytesIO()
     figure.savefig(out, format="png", dpi=90)
     pyplot.close(figure)
-    return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode()
+    return out.getvalue()

@@ -1,6 +1,5 @@
 """What all pictures share: size, colours, and the way into a page."""
 
-import base64
 import io
 from typing import Any
 
@@ -29,11 +28,11 @@ def figure(height: float, columns: int = 1, rows: int = 1, **options: Any) -> tu
     return drawn, axes
 
 
-def png(drawn: Any) -> str:
-    """Return a picture as text for a page."""
+def png(drawn: Any) -> bytes:
+    """Return a picture as PNG."""
     memory = io.BytesIO()
     drawn.savefig(memory, format="png", dpi=150)
-    return base64.b64encode(memory.getvalue()).decode()
+    return memory.getvalue()
 
 
 def logarithmic(axis: Any, many: float = 100.0) -> None:

@@ -11,7 +11,7 @@ RANKED = 12
 """Candidates that a ranking shows."""
 
 
-def gap(result: Result) -> str:
+def gap(result: Result) -> bytes:
     """Draw the gap per channel before and after over its floor, one step ahead and free."""
     channels = list(result.gap)[::-1]
     entries = [_held_out(result.gap[c]) for c in channels]
@@ -47,7 +47,7 @@ def _held_out(parts: Mapping[str, Mapping[str, float]]) -> Mapping[str, float]:
     return parts.get("validation") or parts["training"]
 
 
-def ranking(result: Result) -> str:
+def ranking(result: Result) -> bytes:
     """Draw what the likeliest effects gain in the first round."""
     scores = result.search.rounds[0].scores[:RANKED][::-1] if result.search else []
     found = {f.name for f in result.effects}
@@ -62,7 +62,7 @@ def ranking(result: Result) -> str:
     return png(drawn)
 
 
-def ladder(result: Result) -> str:
+def ladder(result: Result) -> bytes:
     """Draw what every accepted effect gained, on training and on held-out data."""
     steps = result.ladder[::-1]
     drawn, axes = figure(1.1 + 0.42 * len(steps))
@@ -80,7 +80,7 @@ def ladder(result: Result) -> str:
     return png(drawn)
 
 
-def correlations(result: Result) -> str:
+def correlations(result: Result) -> bytes:
     """Draw how the fitted parameters depend on each other."""
     final = result.search.final if result.search else None
     assert final is not None

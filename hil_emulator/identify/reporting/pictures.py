@@ -42,7 +42,7 @@ def _free(trace: dict[str, Array]) -> bool:
     return bool(np.isfinite(trace["free_before"]).any())
 
 
-def trace(result: Result, name: str) -> str:
+def trace(result: Result, name: str) -> bytes:
     """Draw measurement and both models where one channel disagrees most, and below the errors."""
     t = result.traces[name]
     free = _free(t)
@@ -68,7 +68,7 @@ def trace(result: Result, name: str) -> str:
     bottom.set_ylabel(f"error [{unit}]", fontsize=9)
     bottom.set_xlabel("time [s]", fontsize=9)
     run = "free run, restarted every 0.5 s" if free else "force balance"
-    top.set_title(f"{experiment}: {run}", fontsize=9, loc="left")
+    top.set_title(f"{experiment}: {run}", fontsize=9, loc="left", parse_math=False)
     top.legend(fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return png(drawn)
 
@@ -81,7 +81,7 @@ def _stretch(time: Array, error: Array) -> Any:
     return slice(first, first + count)
 
 
-def balance(drawn_map: Map, both: bool) -> str:
+def balance(drawn_map: Map, both: bool) -> bytes:
     """Draw what a balance lacks over its regressor, before and after, and over frequency."""
     wide = len(drawn_map.frequency) > 0
     widths = [1.0, 1.0, 0.9] if both else [1.2, 1.0]
@@ -118,7 +118,7 @@ def _band(axes: Any, drawn_map: Map, binned: Binned, colour: str) -> None:
     axes.axhline(0.0, color=MEASURED, lw=0.5)
 
 
-def term(unexplained: Unexplained) -> str:
+def term(unexplained: Unexplained) -> bytes:
     """Draw an unexplained term over its regressor."""
     factor, unit = SHOWN[unexplained.unit]
     drawn, axes = figure(2.4)

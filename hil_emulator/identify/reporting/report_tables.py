@@ -1,41 +1,17 @@
 """The tables of the page of a result."""
 
-from collections.abc import Mapping, Sequence
-from html import escape
+from collections.abc import Mapping
 
 from hil_emulator.identify.conclusion.findings import rounded
 from hil_emulator.identify.conclusion.result import Result
-
-Row = tuple[object, ...]
+from hil_emulator.pages.render import Table
 
 TIMES = ("before", "after", "floor")
 
 
-def table(head: Row, rows: Sequence[Row], groups: Sequence[tuple[str, int]] = ()) -> str:
-    """Return a table; numbers to the right.
-
-    Args:
-        head: titles of the columns.
-        rows: the cells.
-        groups: titles over several columns each, with how many.
-
-    """
-
-    def cell(value: object) -> str:
-        number = isinstance(value, int | float)
-        text = f"{value:.4g}" if isinstance(value, float) else escape(str(value))
-        right = number or (isinstance(value, str) and value[:1].isdigit() and "%" in value)
-        return f'<td class="n">{text}</td>' if right else f"<td>{text}</td>"
-
-    over = "".join(f'<th class="g" colspan={n}>{escape(g)}</th>' for g, n in groups)
-    top = "".join(f"<th>{escape(str(h))}</th>" for h in head)
-    body = "".join(f"<tr>{''.join(cell(v) for v in row)}</tr>" for row in rows)
-    return f"<table>{f'<tr>{over}</tr>' if over else ''}<tr>{top}</tr>{body}</table>"
-
-
-def effects(result: Result) -> str:
+def effects(result: Result) -> Table:
     """Return the named effects."""
-    rows: list[Row] = []
+    rows: list[tuple[object, ...]] = []
     for f in result.effects:
         low, high = (rounded(v, f.unit, f.shown) for v in f.interval)
         flags = [f"its form differs: {f.form}"] if f.form_differs else []
@@ -46,24 +22,24 @@ def effects(result: Result) -> str:
              _held_out(f.held_out), "; ".join(flags))
         )  # fmt: skip
     head = ("effect", "knob", "value", "95 % interval", "share", "gain", "held-out gain", "caution")
-    return table(head, rows)
+    return Table(head, rows)
 
 
-def gap(result: Result) -> str:
+def gap(result: Result) -> Table:
     """Return the gap by channel and part of the data."""
     free = any("free_before" in v for parts in result.gap.values() for v in parts.values())
     known = {k for parts in result.gap.values() for v in parts.values() for k in v}
-    times = [t for t in TIMES if t in known and (t != "after" or result.effects)]
+    times = tuple(t for t in TIMES if t in known and (t != "after" or result.effects))
     kinds = ("", "free_") if free else ("",)
-    rows: list[Row] = [
+    rows: list[tuple[object, ...]] = [
         (channel.replace("_", " "), _PARTS[part],
          *(_amount(values, f"{k}{t}") for k in kinds for t in times))
         for channel, parts in result.gap.items()
         for part, values in parts.items()
     ]  # fmt: skip
     titles = ("one step ahead", "free run") if free else ("root mean square",)
-    groups = [("", 2), *((title, len(times)) for title in titles)]
-    return table(("channel", "data", *(list(times) * len(kinds))), rows, groups)
+    groups = (("", 2), *((title, len(times)) for title in titles))
+    return Table(("channel", "data", *(times * len(kinds))), rows, groups)
 
 
 _PARTS = {"training": "training", "validation": "held out"}
@@ -75,25 +51,25 @@ def _amount(values: Mapping[str, float], name: str) -> str:
     return f"{values[name]:.3g} ({values.get(f'{name}_percent', float('nan')):.3g} %)"
 
 
-def motion(result: Result) -> str:
+def motion(result: Result) -> Table:
     """Return the free run by region of motion: one row per region, channels side by side."""
     times = TIMES if result.effects else ("before", "floor")
     channels = [c for c in result.motion if c != "supply_pressure"]
     regions = list(dict.fromkeys(r for c in channels for r in result.motion[c]))
-    rows: list[Row] = []
+    rows: list[tuple[object, ...]] = []
     for region in regions:
         cells = [result.motion[c].get(region, {}) for c in channels]
         rows.append(
             (region, *(f"{e[t]:.3g}" if t in e else "" for e in cells for t in times))
         )  # fmt: skip
-    groups = [("", 1), *((c.replace("_", " "), len(times)) for c in channels)]
-    return table(("region", *(times * len(channels))), rows, groups)
+    groups = (("", 1), *((c.replace("_", " "), len(times)) for c in channels))
+    return Table(("region", *(times * len(channels))), rows, groups)
 
 
-def ranking(result: Result) -> str:
+def ranking(result: Result) -> Table:
     """Return what was weighed in every round, and why it was named or not."""
     assert result.search is not None
-    rows: list[Row] = []
+    rows: list[tuple[object, ...]] = []
     named = {f.name for f in result.effects}
     for i, found in enumerate(result.search.rounds):
         best = found.trials[0].score.coordinate.name if found.trials else ""
@@ -107,20 +83,18 @@ def ranking(result: Result) -> str:
                     why = "; ".join(e.objections) or "a term of no catalogued form explains more"
             held = None if e.held_out != e.held_out else e.held_out
             rows.append((i + 1, name, f"{e.delta_chi2:.0f}", f"{e.wald:.0f}", _held_out(held), why))
-    if not rows:
-        return "<p>No effect gained enough to be refitted.</p>"
     head = ("round", "effect", "gain", "robust Wald", "held-out gain", "why")
-    return table(head, rows)
+    return Table(head, rows)
 
 
-def parameters(result: Result) -> str:
+def parameters(result: Result) -> Table:
     """Return the ordinary parameters, configured and refitted."""
-    rows: list[Row] = []
+    rows: list[tuple[object, ...]] = []
     for name, v in result.parameters.items():
         change = f"{100 * (v['refitted'] / v['configured'] - 1):+.1f} %" if v["configured"] else ""
         interval = f"{v['low']:.4g} ... {v['high']:.4g}" if "low" in v else ""
         rows.append((name, v["configured"], v["refitted"], interval, change))
-    return table(("parameter [SI]", "configured", "refitted", "95 % interval", "change"), rows)
+    return Table(("parameter [SI]", "configured", "refitted", "95 % interval", "change"), rows)
 
 
 def _held_out(delta_chi2: float | None) -> str:
