@@ -44,7 +44,8 @@ ROOMS = {
         "numpy", "bus", "config", "device", "faults", "model", "platform", "recording", "signals",
     },
     "demo": {
-        "matplotlib", "numpy", "bus", "config", "platform", "recording", "signals", "simulation",
+        "matplotlib", "numpy", "bus", "config", "pages", "platform", "recording", "signals",
+        "simulation",
     },
     "bench": {
         "numpy", "bus", "config", "model", "platform", "recording", "simulation",

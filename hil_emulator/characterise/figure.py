@@ -4,10 +4,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-BLUE, ORANGE, GREEN, PINK, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000"
-SKY = "#56B4E9"
-"""Distinct for colour-blind readers (Okabe and Ito 2008)."""
-
 
 def new_figure() -> Figure:
     """Return an empty figure, 8 by 4.5 inches."""

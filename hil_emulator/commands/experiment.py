@@ -18,6 +18,7 @@ from hil_emulator.identify.experiment_design.library import (
     stimulus,
     target,
 )
+from hil_emulator.pages.palette import BLUE
 from hil_emulator.platform.paths import near, shipped
 from hil_emulator.units import show
 
@@ -133,7 +134,7 @@ def _draw(made: Target, file: Path) -> None:
     from matplotlib import pyplot
 
     figure, axis = pyplot.subplots(figsize=(8, 3), layout="constrained")
-    axis.plot(made.time, 1e3 * made.position, lw=1.0, color="#4c72b0")
+    axis.plot(made.time, 1e3 * made.position, lw=1.0, color=BLUE)
     axis.set_xlabel("time [s]")
     axis.set_ylabel("wanted position [mm]")
     axis.set_title(f"{made.stimulus.name}: {made.stimulus.summary}", loc="left", fontsize=10)

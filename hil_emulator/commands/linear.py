@@ -16,6 +16,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.model import linear as s1
 from hil_emulator.model.equilibrium import NoEquilibriumError
 from hil_emulator.model.linearise import Linearisation, rest, steady_motion
+from hil_emulator.pages.palette import BLUE, GREEN, VERMILION
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.simulation.rig import compiled
 
@@ -181,7 +182,7 @@ def _draw(forms: Forms, picture: Path) -> None:
 
     figure, axes = pyplot.subplots(2, 2, sharex=True, figsize=(10, 6), layout="constrained")
     styles = {"S1": "--", "complete": "-.", "exact": "-"}
-    colours = {"S1": "#D55E00", "complete": "#009E73", "exact": "#0072B2"}
+    colours = {"S1": VERMILION, "complete": GREEN, "exact": BLUE}
     for name, responses in forms.responses.items():
         for column, (output, response) in enumerate(responses.items()):
             _, values = response.freqresp(2.0 * math.pi * _DECADES)

@@ -4,10 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from hil_emulator.demo.script import Demonstration, set_point
+from hil_emulator.pages.palette import BLUE, GREEN, GREY, VERMILION
 from hil_emulator.signals.columns import MODEL
-
-# Okabe and Ito's palette, which colour-blind readers can tell apart.
-_BLUE, _ORANGE, _GREEN, _GREY = "#0072B2", "#D55E00", "#009E73", "#999999"
 
 
 def draw(outcome: Demonstration, file: Path) -> None:
@@ -24,13 +22,13 @@ def draw(outcome: Demonstration, file: Path) -> None:
     _controlled(axes[0], outcome, "position", "position [mm]", 1e3)
     _controlled(axes[1], outcome, "load_force", "load force [N]", 1.0)
     for name, colour, label in (
-        ("pressure_a", _BLUE, "a, cap side"),
-        ("pressure_b", _ORANGE, "b, rod side"),
-        ("supply_pressure", _GREY, "supply"),
+        ("pressure_a", BLUE, "a, cap side"),
+        ("pressure_b", VERMILION, "b, rod side"),
+        ("supply_pressure", GREY, "supply"),
     ):
         axes[2].plot(t, outcome.table[name] * 1e-5, colour, lw=0.8, label=label)
     axes[2].set_ylabel("measured pressure [bar]")
-    axes[3].step(t, outcome.table["valve_current"] * 1e3, _GREEN, lw=0.8, where="post")
+    axes[3].step(t, outcome.table["valve_current"] * 1e3, GREEN, lw=0.8, where="post")
     axes[3].set_ylabel("valve current [mA]")
     axes[3].set_xlabel("emulator time [s]")
     for axis in axes:
@@ -45,10 +43,11 @@ def _controlled(axis: Any, outcome: Demonstration, quantity: str, label: str, sc
     """Draw one controlled quantity: as measured, as it is, and its set point where it has one."""
     t = outcome.table["time"]
     measured, actual = outcome.table[quantity], outcome.table[MODEL + quantity]
-    axis.plot(t, measured * scale, color=_GREY, lw=0.5, label="measured")
-    axis.plot(t, actual * scale, _BLUE, lw=1.2, label="model")
+    axis.plot(t, measured * scale, color=GREY, lw=0.5, label="measured")
+    axis.plot(t, actual * scale, BLUE, lw=1.2, label="model")
     wanted = [target * scale if kind == quantity else None for kind, target in map(set_point, t)]
-    axis.plot(t, [float("nan") if w is None else w for w in wanted], _ORANGE, ls="--", label="set")
+    shown = [float("nan") if w is None else w for w in wanted]
+    axis.plot(t, shown, VERMILION, ls="--", label="set")
     for response in outcome.responses:
         if response.step.quantity == quantity:
             axis.annotate(

@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from hil_emulator import __version__
+from hil_emulator.pages.palette import BLUE, GREEN, VERMILION
 from hil_emulator.pages.render import render
 from hil_emulator.scenario.outcome import Outcome
 
@@ -15,6 +16,7 @@ _PANELS = (
     ("pressure [bar]", 1e-5, ("pressure_a", "pressure_b", "supply_pressure")),
     ("valve current [mA]", 1e3, ("valve_current",)),
 )
+_COLOURS = (BLUE, VERMILION, GREEN)
 
 
 def rows(outcomes: Sequence[Outcome]) -> list[tuple[str, str, str, str, str]]:
@@ -87,16 +89,18 @@ def _picture(o: Outcome) -> bytes:
         len(_PANELS), 1, sharex=True, figsize=(9, 7), layout="constrained"
     )
     for axis, (label, scale, names) in zip(axes, _PANELS, strict=True):
-        for name in names:
-            dashed = "--" if name.startswith("model.") else "-"
-            axis.plot(o.curves["time"], o.curves[name] * scale, dashed, lw=0.9, label=name)
+        for name, colour in zip(names, _COLOURS, strict=False):
+            line = "--" if name.startswith("model.") else "-"
+            axis.plot(o.curves["time"], o.curves[name] * scale, line, color=colour, lw=0.9,
+                      label=name)  # fmt: skip
         for moment in o.events:
             axis.axvline(moment, color="0.6", lw=0.6, ls=":")
         axis.set_ylabel(label)
         axis.grid(alpha=0.3)
-        axis.legend(loc="upper left", fontsize=8, ncols=3)
+        axis.legend(fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.97),
+                    frameon=False)  # fmt: skip
     axes[-1].set_xlabel("emulator time [s]")
     out = io.BytesIO()
-    figure.savefig(out, format="png", dpi=90)
+    figure.savefig(out, format="png", dpi=120)
     pyplot.close(figure)
     return out.getvalue()

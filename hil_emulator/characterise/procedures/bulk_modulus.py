@@ -15,6 +15,7 @@ from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
+from hil_emulator.pages.palette import BLACK, BLUE
 
 _LOWEST, _HIGHEST = (
     1.5e5,
@@ -87,9 +88,9 @@ def run(bench: Bench) -> BenchResult:
 def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the bulk modulus against pressure."""
     axes = figure.add_subplot()
-    axes.semilogx(result["pressure"], result["bulk modulus"], color=look.BLUE, linewidth=3,
+    axes.semilogx(result["pressure"], result["bulk modulus"], color=BLUE, linewidth=3,
               label="emulated compression")  # fmt: skip
-    axes.plot(result["pressure"], result["exact expression"], "--", color=look.BLACK, linewidth=1,
+    axes.plot(result["pressure"], result["exact expression"], "--", color=BLACK, linewidth=1,
               label="oil with entrained air, exact")  # fmt: skip
     axes.set_ylim(bottom=0)
     look.decade_axis(axes)

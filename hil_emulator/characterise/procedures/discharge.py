@@ -18,6 +18,7 @@ from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.pages.palette import BLACK, BLUE, SKY, VERMILION
 
 TURBULENT = 0.6
 """Discharge coefficient C_d (S1 3.3.2)."""
@@ -111,12 +112,12 @@ def run(bench: Bench) -> BenchResult:
 def draw(result: BenchResult, figure: Figure) -> None:
     """Draw C_d against the Reynolds number."""
     axes = figure.add_subplot()
-    for part, colour in zip(_OPENINGS, (look.SKY, look.ORANGE, look.BLUE), strict=True):
+    for part, colour in zip(_OPENINGS, (SKY, VERMILION, BLUE), strict=True):
         reynolds, coefficient = (
             result.where("opening", part * 100.0, name) for name in ("Reynolds number", "C_d")
         )
         axes.semilogx(reynolds, coefficient, ".-", color=colour, label=f"{part:.0%} opening")
-    axes.axhline(TURBULENT, color=look.BLACK, linewidth=0.8, linestyle=":")
+    axes.axhline(TURBULENT, color=BLACK, linewidth=0.8, linestyle=":")
     axes.set_ylim(bottom=0)
     look.label(axes, "Reynolds number", "discharge coefficient", "One metering edge")
     look.legend(axes)

@@ -19,6 +19,7 @@ from hil_emulator.characterise.result import BenchResult, Comparison, Series, co
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model import linear, linearise
 from hil_emulator.model.equilibrium import NoEquilibriumError
+from hil_emulator.pages.palette import BLACK, BLUE, GREEN, VERMILION
 
 _PARTS = np.linspace(0.05, 0.95, 19)  # positions, parts of the stroke
 _OPENINGS = (-0.2, 0.1, 0.5)  # parts of the rated current
@@ -132,7 +133,7 @@ def run(bench: Bench) -> BenchResult:
 def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the resonance along the stroke, and the poles in the complex plane."""
     along, plane = figure.subplots(1, 2)
-    marks = zip(_FORMS, "os+x", (look.BLUE, look.GREEN, look.ORANGE, look.BLACK), strict=True)
+    marks = zip(_FORMS, "os+x", (BLUE, GREEN, VERMILION, BLACK), strict=True)
     for form, mark, colour in marks:
         real, imaginary = result[f"real, {form}"], result[f"imaginary, {form}"]
         along.plot(result["position"], np.hypot(real, imaginary) / 2 / math.pi, mark, color=colour,

@@ -18,6 +18,7 @@ from hil_emulator.characterise.result import BenchResult, Column, Comparison, co
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model import linear, linearise
+from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 
 Response = NDArray[np.complex128]
 
@@ -99,11 +100,11 @@ def draw(result: BenchResult, figure: Figure) -> None:
     for (gain, phase), symbol in zip(grid.T, _FORCES, strict=True):
         for axes, kind in ((gain, "gain"), (phase, "phase")):
             plot = axes.loglog if kind == "gain" else axes.semilogx
-            plot(result["frequency"], result[f"{kind} {symbol}, exact"], color=look.BLUE,
+            plot(result["frequency"], result[f"{kind} {symbol}, exact"], color=BLUE,
                  linewidth=3, label="exact linearisation")  # fmt: skip
-            plot(result["frequency"], result[f"{kind} {symbol}, S1"], "--", color=look.BLACK,
+            plot(result["frequency"], result[f"{kind} {symbol}, S1"], "--", color=BLACK,
                  linewidth=1, label="S1 eq. 3.38, 3.40")  # fmt: skip
-            plot(result["frequency"], result[f"{kind} {symbol}, sensors"], "o", color=look.ORANGE,
+            plot(result["frequency"], result[f"{kind} {symbol}, sensors"], "o", color=VERMILION,
                  markersize=3, label="from the sensors")  # fmt: skip
         look.label(
             gain, "", f"{symbol} / u [N/mA]", _FORCES[symbol].replace("_", " ") + " over current"

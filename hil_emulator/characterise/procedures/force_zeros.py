@@ -19,6 +19,7 @@ from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 
 DOCUMENT_ZEROS = (-10.0, -30.0)
 """Zeros of load force and hydraulic force [rad/s] (S1 Fig. 3.14)."""
@@ -100,8 +101,8 @@ def run(bench: Bench) -> BenchResult:
 def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the Bode plot of f over f_h."""
     gain, phase = figure.subplots(2, 1, sharex=True)
-    for axes, kind, colour in ((gain, "gain", look.BLUE), (phase, "phase", look.ORANGE)):
-        axes.semilogx(result["frequency"], result[f"{kind}, linear model"], color=look.BLACK,
+    for axes, kind, colour in ((gain, "gain", BLUE), (phase, "phase", VERMILION)):
+        axes.semilogx(result["frequency"], result[f"{kind}, linear model"], color=BLACK,
                       linewidth=1, label="linear model")  # fmt: skip
         axes.semilogx(result["frequency"], result[f"{kind} f/f_h"], "o", color=colour,
                       label="from the sensors")  # fmt: skip

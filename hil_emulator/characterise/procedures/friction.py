@@ -15,6 +15,7 @@ from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, column
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.pages.palette import BLACK, BLUE, GREEN, SKY, VERMILION
 
 _HERTZ = (0.1, 0.5, 1.0, 2.0)
 _PART = 0.3  # amplitude, part of the stroke: 0.3 m/s at 2 Hz and 80 mm
@@ -54,12 +55,12 @@ def run(bench: Bench) -> BenchResult:
 def draw(result: BenchResult, figure: Figure) -> None:
     """Draw friction against velocity."""
     axes = figure.add_subplot()
-    for hertz, colour in zip(_HERTZ, (look.SKY, look.GREEN, look.ORANGE, look.BLUE), strict=True):
+    for hertz, colour in zip(_HERTZ, (SKY, GREEN, VERMILION, BLUE), strict=True):
         v, f = (result.where("frequency", hertz, name) for name in ("velocity", "friction"))
         axes.plot(v, f, ".", markersize=2, color=colour)
         axes.plot([], [], "o", color=colour, label=f"{hertz:g} Hz")
     order = np.argsort(result["velocity"])
-    axes.plot(result["velocity"][order], result["fit of S1 eq. 3.18"][order], color=look.BLACK,
+    axes.plot(result["velocity"][order], result["fit of S1 eq. 3.18"][order], color=BLACK,
               linewidth=1, label="S1 eq. 3.18 fitted")  # fmt: skip
     look.label(
         axes, "velocity [m/s]", "friction [N]", "Friction from pressure sensors and load cell"

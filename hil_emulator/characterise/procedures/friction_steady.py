@@ -19,6 +19,7 @@ from hil_emulator.characterise.motion import Mover, stroke
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.pages.palette import BLACK, VERMILION
 
 _SPEEDS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)  # [m/s]
 _FROM, _LENGTH = 0.15, 0.7  # start and length of a stroke, parts of the whole one
@@ -58,11 +59,11 @@ def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the mean friction at each speed."""
     axes = figure.add_subplot()
     axes.plot(
-        result["velocity"], result["friction"], "o", color=look.ORANGE, label="mean of a stroke"
+        result["velocity"], result["friction"], "o", color=VERMILION, label="mean of a stroke"
     )
     v, fitted = result["velocity"], result["fit of S1 eq. 3.18"]
     for side, text in ((v > 0.0, "S1 eq. 3.18 fitted"), (v < 0.0, None)):
-        axes.plot(v[side], fitted[side], color=look.BLACK, linewidth=1, label=text)
+        axes.plot(v[side], fitted[side], color=BLACK, linewidth=1, label=text)
     look.label(axes, "velocity [m/s]", "friction [N]", "Friction at constant speed")
     look.legend(axes)
 

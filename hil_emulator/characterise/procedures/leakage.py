@@ -17,6 +17,7 @@ from hil_emulator.characterise.procedures.pressure_gain import find_null
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
+from hil_emulator.pages.palette import BLUE, VERMILION
 
 _STEPS = np.linspace(-3.0, 3.0, 41)  # currents around null, in underlaps
 _HELD, _AVERAGED = 1.5, 0.3  # each step, and its end that counts [s]
@@ -90,9 +91,9 @@ def run(bench: Bench) -> BenchResult:
 def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the leakage of the valve and that of the piston."""
     valve, piston = figure.subplots(1, 2, sharey=True)
-    valve.plot(result["current"], result["valve flow"], ".-", color=look.BLUE)
+    valve.plot(result["current"], result["valve flow"], ".-", color=BLUE)
     look.label(valve, "current [uA]", "flow [l/min]", "Through the valve, rod clamped")
-    piston.plot(result["pressure difference"], result["flow a"], ".-", color=look.ORANGE)
+    piston.plot(result["pressure difference"], result["flow a"], ".-", color=VERMILION)
     look.label(piston, "p_a - p_b [bar]", "", "Into chamber a")
 
 

@@ -21,6 +21,7 @@ from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.procedures.bulk_modulus import mixture
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.pages.palette import BLACK, VERMILION
 
 _PARTS = np.linspace(0.1, 0.9, 9)  # positions, parts of the stroke
 _COMPARED = (0, 4, 8)  # three of them
@@ -147,11 +148,9 @@ def draw(result: BenchResult, figure: Figure) -> None:
         ("damping ratio", "damping ratio [%]"),
     )
     for axes, (name, title) in zip(plots, names, strict=True):
-        axes.plot(result["position"], result[f"{name}, formula"], color=look.BLACK, linewidth=1,
+        axes.plot(result["position"], result[f"{name}, formula"], color=BLACK, linewidth=1,
                   label="stiffness of the oil columns")  # fmt: skip
-        axes.plot(
-            result["position"], result[name], "o", color=look.ORANGE, label="from the sensors"
-        )
+        axes.plot(result["position"], result[name], "o", color=VERMILION, label="from the sensors")
         axes.set_ylim(bottom=0)
         look.label(axes, "position [mm]", title, "Ringing of the rod, ports closed")
     look.legend(plots[0])

@@ -16,6 +16,7 @@ from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.procedures.pressure_gain import find_null
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench, BenchRecord
+from hil_emulator.pages.palette import BLUE, VERMILION
 
 _PART = 0.1  # current, part of the rated one
 _TRAVEL = 0.6  # part of the stroke
@@ -94,7 +95,7 @@ def draw(result: BenchResult, figure: Figure) -> None:
     for axes, sign, name in zip(
         figure.subplots(1, 2, sharey=True), (1.0, -1.0), ("Extension", "Retraction"), strict=True
     ):
-        for channel, colour in (("pressure a", look.BLUE), ("pressure b", look.ORANGE)):
+        for channel, colour in (("pressure a", BLUE), ("pressure b", VERMILION)):
             time, pressure = (result.where("direction", sign, n) for n in ("time", channel))
             axes.plot(time, pressure, color=colour, linewidth=1, label=channel)
         look.label(axes, "time [s]", "pressure [bar]" if sign > 0.0 else "", name)

@@ -17,6 +17,7 @@ from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.pages.palette import BLUE, VERMILION
 
 DOCUMENT_SENSITIVITY = 5.7e11
 """K_pa, about the magnitude of K_pb [Pa/A] (S1 3.5.1)."""
@@ -103,7 +104,7 @@ def run(bench: Bench) -> BenchResult:
 def draw(result: BenchResult, figure: Figure) -> None:
     """Draw both port pressures against the current."""
     axes = figure.add_subplot()
-    for name, colour in (("pressure a", look.BLUE), ("pressure b", look.ORANGE)):
+    for name, colour in (("pressure a", BLUE), ("pressure b", VERMILION)):
         axes.plot(result["current"], result[name], ".", markersize=2, color=colour)
         axes.plot([], [], color=colour, label=name)
     look.label(axes, "current [uA]", "pressure [bar]", "Pressure sensitivity, blocked ports")

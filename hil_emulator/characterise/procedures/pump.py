@@ -16,6 +16,7 @@ from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench, Stand
+from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 
 DOCUMENT_EFFICIENCY = {100e5: 0.99, 250e5: 0.90}
 """Of a variable-displacement pump, by pressure [Pa] (S1 3.2)."""
@@ -99,14 +100,14 @@ def draw(result: BenchResult, figure: Figure) -> None:
     """Draw efficiency against pressure, and the relief loss against flow."""
     variable, fixed = figure.subplots(1, 2)
     variable.plot(result["pressure, variable pump"], result["efficiency, variable pump"], ".-",
-                  color=look.BLUE, label="emulated")  # fmt: skip
+                  color=BLUE, label="emulated")  # fmt: skip
     points = np.array(list(DOCUMENT_EFFICIENCY.items())).T
-    variable.plot(points[0] * 1e-5, points[1] * 100.0, "s", color=look.BLACK, label="S1 3.2")
+    variable.plot(points[0] * 1e-5, points[1] * 100.0, "s", color=BLACK, label="S1 3.2")
     variable.set_ylim(80.0, 101.0)
     look.label(variable, "pressure [bar]", "efficiency [%]", "Variable displacement, full stroke")
     look.legend(variable)
     fixed.plot(result["flow through the valve"], result["loss over the relief valve"], ".-",
-               color=look.ORANGE)  # fmt: skip
+               color=VERMILION)  # fmt: skip
     look.label(fixed, "flow drawn [l/min]", "power lost [kW]", "Fixed displacement, relief valve")
 
 

@@ -18,6 +18,7 @@ from hil_emulator.characterise.result import BenchResult, Comparison, Series, co
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench, BenchRecord
 from hil_emulator.model.sensors import CHANNELS, Channel
+from hil_emulator.pages.palette import BLUE, GREEN, PINK, SKY, VERMILION
 
 DOCUMENT_LOAD_CELL_NOISE = 50.0
 """±50 N of the load cell (S1 3.4.3), taken as three standard deviations [N]."""
@@ -143,7 +144,7 @@ def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the error of every channel at rest."""
     names = [name for name in result.columns if name != "time"]
     rows = figure.subplots(len(names), 1, sharex=True)
-    colours = (look.BLUE, look.ORANGE, look.GREEN, look.PINK, look.SKY)
+    colours = (BLUE, VERMILION, GREEN, PINK, SKY)
     for i, (axes, name) in enumerate(zip(rows, names, strict=True)):
         axes.plot(result["time"], result[name], linewidth=0.6, color=colours[i % len(colours)])
         look.label(

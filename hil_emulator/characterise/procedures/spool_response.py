@@ -15,6 +15,7 @@ from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import crossing, fundamental
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.pages.palette import BLACK, BLUE, PINK, SKY, VERMILION
 
 DOCUMENT_BANDWIDTH = {0.25: 250.0, 1.0: 100.0}
 """-3 dB in Hz by amplitude in rated currents, at 210 bar (S1 3.3.1)."""
@@ -88,7 +89,7 @@ def run(bench: Bench) -> BenchResult:
 def draw(result: BenchResult, figure: Figure) -> None:
     """Draw the Bode plot."""
     gain, phase = figure.subplots(2, 1, sharex=True)
-    styles = zip((look.BLUE, look.ORANGE, look.SKY, look.PINK), ("-", "-", "--", "--"), strict=True)
+    styles = zip((BLUE, VERMILION, SKY, PINK), ("-", "-", "--", "--"), strict=True)
     for (pressure, part), (colour, line) in zip(
         product(_PRESSURES, DOCUMENT_BANDWIDTH), styles, strict=True
     ):
@@ -98,8 +99,8 @@ def draw(result: BenchResult, figure: Figure) -> None:
             result["frequency"][rows], result["gain"][rows], line, color=colour, label=text
         )
         phase.semilogx(result["frequency"][rows], result["phase"][rows], line, color=colour)
-    gain.axhline(-3.0103, color=look.BLACK, linewidth=0.8, linestyle=":")
-    phase.axhline(-90.0, color=look.BLACK, linewidth=0.8, linestyle=":")
+    gain.axhline(-3.0103, color=BLACK, linewidth=0.8, linestyle=":")
+    phase.axhline(-90.0, color=BLACK, linewidth=0.8, linestyle=":")
     gain.set_ylim(-15, 3)
     look.label(gain, "", "gain [dB]", "Spool position over current")
     look.label(phase, "frequency [Hz]", "phase [degree]")

@@ -12,6 +12,7 @@ from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.pages.palette import BLACK, BLUE
 
 NOMINAL_DROP = 70e5
 """Supply minus tank pressure of the data sheet [Pa] (public HyQ bench scripts)."""
@@ -77,10 +78,8 @@ def _rising(current: Series, flow: Series) -> tuple[Series, Series]:
 def draw(result: BenchResult, figure: Figure) -> None:
     """Draw flow against current."""
     axes = figure.add_subplot()
-    axes.plot(
-        result["current"], result["flow"], color=look.BLUE, linewidth=3, label="emulated valve"
-    )
-    axes.plot(result["current"], result["gain law"], "--", color=look.BLACK, linewidth=1,
+    axes.plot(result["current"], result["flow"], color=BLUE, linewidth=3, label="emulated valve")
+    axes.plot(result["current"], result["gain law"], "--", color=BLACK, linewidth=1,
               label="K_v u √(Δp/2)")  # fmt: skip
     look.label(axes, "spool position as current [mA]", "flow a to b [l/min]",
                "Flow curve at 70 bar valve pressure drop")  # fmt: skip

@@ -1,10 +1,11 @@
-"""What all pictures share: size, colours, and the way into a page."""
+"""What all pictures share: size, colours, and the way into a file."""
 
 import io
 from typing import Any
 
-BEFORE, AFTER, FLOOR, MEASURED = "#d55e00", "#0072b2", "#999999", "#000000"
-"""Colours that people with any colour vision tell apart (Okabe and Ito), also in print."""
+from hil_emulator.pages.palette import BLACK, BLUE, GREY, VERMILION
+
+BEFORE, AFTER, FLOOR, MEASURED = VERMILION, BLUE, GREY, BLACK
 
 WIDTH = 8.6
 """Width of a page's picture [inch]."""

@@ -1,8 +1,10 @@
 """One self-contained HTML page of a result: the verdict first, then what supports it."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.disagreement.regions import Disagreement, Region
 from hil_emulator.identify.reporting import charts, pictures, report_tables
 from hil_emulator.pages.render import render
 
@@ -64,13 +66,21 @@ def _shrunk(result: Result) -> str:
 
 
 def _where(result: Result) -> dict[str, Any]:
-    """Return where the gap is: the widest trace and the maps of the balances."""
+    """Return where the gap is: the widest trace, balances and regions, maps of the balances."""
     if not result.traces:
-        return {"trace": b"", "maps": []}
+        return {"trace": b""}
+    both = bool(result.effects)
     return {
         "trace": pictures.trace(result, pictures.widest_trace(result)),
-        "maps": [(m, pictures.balance(m, bool(result.effects))) for m in result.maps],
+        "where": _places(result.where),
+        "remaining": _places(result.remaining) if both else [],
+        "maps": [(m.balance, m.regressor, pictures.balance(m, both)) for m in result.maps],
     }
+
+
+def _places(found: Sequence[Disagreement]) -> list[tuple[str, str, str, tuple[Region, ...]]]:
+    """Return balance, regressor, share of the gap and regions of each."""
+    return [(d.balance, d.regressor, f"{100 * d.share:.0f} %", d.regions) for d in found]
 
 
 def _found(result: Result) -> dict[str, Any]:
@@ -79,7 +89,7 @@ def _found(result: Result) -> dict[str, Any]:
     unknown = sorted(result.unknown, key=lambda u: -u.statistic) if searched else []
     return {
         "effects": report_tables.effects(result),
-        "unknown": unknown,
+        "unknown": [(u.balance, u.regressor, u.shape, f"{u.statistic:.0f}") for u in unknown],
         "term": pictures.term(unknown[0]) if unknown else b"",
     }
 
