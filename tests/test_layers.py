@@ -18,7 +18,7 @@ GROUND = {"errors", "frame", "units", "__version__"}
 ROOMS = {
     "model": {"numpy", "numba", "scipy"},
     "platform": {"platformdirs", "distributed"},
-    "pages": {"jinja2"},
+    "pages": {"jinja2", "matplotlib"},
     "signals": {"numpy", "model"},
     "config": {"pydantic", "model"},
     "device": {"canopen"},
@@ -44,14 +44,13 @@ ROOMS = {
         "numpy", "bus", "config", "device", "faults", "model", "platform", "recording", "signals",
     },
     "demo": {
-        "matplotlib", "numpy", "bus", "config", "pages", "platform", "recording", "signals",
-        "simulation",
+        "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",
     },
     "bench": {
         "numpy", "bus", "config", "model", "platform", "recording", "simulation",
     },
     "scenario": {
-        "matplotlib", "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",
+        "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",
         "recording", "signals", "simulation",
     },
     "testing": {

@@ -18,6 +18,7 @@ from hil_emulator.identify.experiment_design.library import (
     stimulus,
     target,
 )
+from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE
 from hil_emulator.platform.paths import near, shipped
 from hil_emulator.units import show
@@ -128,20 +129,10 @@ def _save(file: Path, text: str) -> None:
 
 def _draw(made: Target, file: Path) -> None:
     """Draw the target over time."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axis = pyplot.subplots(figsize=(8, 3), layout="constrained")
+    figure, axis = drawing.subplots((8, 3))
     axis.plot(made.time, 1e3 * made.position, lw=1.0, color=BLUE)
     axis.set_xlabel("time [s]")
     axis.set_ylabel("wanted position [mm]")
     axis.set_title(f"{made.stimulus.name}: {made.stimulus.summary}", loc="left", fontsize=10)
     axis.grid(alpha=0.3)
-    try:
-        figure.savefig(file, dpi=130)
-    except (OSError, ValueError) as error:
-        raise UserError(f"{file}: cannot be written: {error}") from None
-    finally:
-        pyplot.close(figure)
+    drawing.save(figure, file, 130)

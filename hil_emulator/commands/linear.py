@@ -16,6 +16,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.model import linear as s1
 from hil_emulator.model.equilibrium import NoEquilibriumError
 from hil_emulator.model.linearise import Linearisation, rest, steady_motion
+from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE, GREEN, VERMILION
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.simulation.rig import compiled
@@ -173,14 +174,9 @@ def _content(forms: Forms) -> dict[str, Any]:
     }
 
 
-def _draw(forms: Forms, picture: Path) -> None:
+def _draw(forms: Forms, file: Path) -> None:
     """Draw the frequency responses of every form."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(2, 2, sharex=True, figsize=(10, 6), layout="constrained")
+    figure, axes = drawing.subplots((10, 6), 2, 2, sharex=True)
     styles = {"S1": "--", "complete": "-.", "exact": "-"}
     colours = {"S1": VERMILION, "complete": GREEN, "exact": BLUE}
     for name, responses in forms.responses.items():
@@ -197,5 +193,4 @@ def _draw(forms: Forms, picture: Path) -> None:
     axes[0, 0].legend()
     for axis in axes.flat:
         axis.grid(alpha=0.3)
-    figure.savefig(picture, dpi=110)
-    pyplot.close(figure)
+    drawing.save(figure, file)

@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from hil_emulator.errors import UserError
+from hil_emulator.pages import drawing
 from hil_emulator.platform.paths import near
 from hil_emulator.recording import journal
 from hil_emulator.recording.journal import Recording
@@ -31,22 +32,15 @@ def plot(file: Path, names: Sequence[str], picture: Path | None) -> None:
     click.echo(f"picture: {near(target)}")
 
 
-def draw(recording: Recording, names: Sequence[str], picture: Path) -> None:
+def draw(recording: Recording, names: Sequence[str], file: Path) -> None:
     """Write the picture; dots mark what was done to the rig."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot
-
     units, table = recording.units, recording.table()
     for name in names:
         if name not in units:
             raise UserError(f"no signal '{name}'; there are {', '.join(units)}")
     chosen = list(dict.fromkeys(units[name] for name in names))
-    figure, axes = pyplot.subplots(
-        len(chosen), 1, sharex=True, squeeze=False, figsize=(9, 2.4 * len(chosen) + 0.6),
-        layout="constrained",
-    )  # fmt: skip
+    size = (9, 2.4 * len(chosen) + 0.6)
+    figure, axes = drawing.subplots(size, len(chosen), sharex=True, squeeze=False)
     for axis, unit in zip(axes[:, 0], chosen, strict=True):
         shown = _SHOWN.get(unit, unit)
         for name in [n for n in names if units[n] == unit]:
@@ -60,9 +54,4 @@ def draw(recording: Recording, names: Sequence[str], picture: Path) -> None:
     axes[-1, 0].set_xlabel("emulator time [s]")
     origin = recording.provenance
     figure.suptitle(f"{origin['configuration']} (digest {origin['digest']})", fontsize=10)
-    try:
-        figure.savefig(picture, dpi=110)
-    except (OSError, ValueError) as error:
-        raise UserError(f"{picture}: cannot be written: {error}") from None
-    finally:
-        pyplot.close(figure)
+    drawing.save(figure, file)

@@ -4,18 +4,14 @@ from pathlib import Path
 from typing import Any
 
 from hil_emulator.demo.script import Demonstration, set_point
+from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE, GREEN, GREY, VERMILION
 from hil_emulator.signals.columns import MODEL
 
 
 def draw(outcome: Demonstration, file: Path) -> None:
     """Draw set points, responses, pressures and current over time."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(4, 1, sharex=True, figsize=(9, 10), layout="constrained")
+    figure, axes = drawing.subplots((9, 10), 4, sharex=True)
     verdict = "PASS" if outcome.passed else "FAIL"
     figure.suptitle(f"Emulated HyQ knee under a controller on CAN: {verdict}")
     t = outcome.table["time"]
@@ -35,8 +31,7 @@ def draw(outcome: Demonstration, file: Path) -> None:
         axis.grid(alpha=0.3)
     for axis in axes[:3]:
         axis.legend(loc="upper left", fontsize=8, ncols=3)
-    figure.savefig(file, dpi=110)
-    pyplot.close(figure)
+    drawing.save(figure, file)
 
 
 def _controlled(axis: Any, outcome: Demonstration, quantity: str, label: str, scale: float) -> None:

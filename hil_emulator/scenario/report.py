@@ -1,11 +1,11 @@
 """Outcomes for people and for continuous integration: a table, JUnit XML, one HTML page."""
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
 from hil_emulator import __version__
+from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE, GREEN, VERMILION
 from hil_emulator.pages.render import render
 from hil_emulator.scenario.outcome import Outcome
@@ -80,14 +80,7 @@ def page(outcomes: Sequence[Outcome], file: Path) -> None:
 
 def _picture(o: Outcome) -> bytes:
     """Return the signals over time as PNG."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(
-        len(_PANELS), 1, sharex=True, figsize=(9, 7), layout="constrained"
-    )
+    figure, axes = drawing.subplots((9, 7), len(_PANELS), sharex=True)
     for axis, (label, scale, names) in zip(axes, _PANELS, strict=True):
         for name, colour in zip(names, _COLOURS, strict=False):
             line = "--" if name.startswith("model.") else "-"
@@ -100,7 +93,4 @@ def _picture(o: Outcome) -> bytes:
         axis.legend(fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.97),
                     frameon=False)  # fmt: skip
     axes[-1].set_xlabel("emulator time [s]")
-    out = io.BytesIO()
-    figure.savefig(out, format="png", dpi=120)
-    pyplot.close(figure)
-    return out.getvalue()
+    return drawing.png(figure, 120)

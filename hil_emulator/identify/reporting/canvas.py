@@ -1,8 +1,8 @@
 """What all pictures share: size, colours, and the way into a file."""
 
-import io
 from typing import Any
 
+from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLACK, BLUE, GREY, VERMILION
 
 BEFORE, AFTER, FLOOR, MEASURED = VERMILION, BLUE, GREY, BLACK
@@ -17,12 +17,7 @@ NARROW = 4.0
 
 def figure(height: float, columns: int = 1, rows: int = 1, **options: Any) -> tuple[Any, Any]:
     """Return a picture of the page's width and its axes."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(WIDTH, height), layout="constrained")
-    FigureCanvasAgg(drawn)
-    axes = drawn.subplots(rows, columns, **options)
+    drawn, axes = drawing.subplots((WIDTH, height), rows, columns, **options)
     for one in axes.flat if hasattr(axes, "flat") else [axes]:
         one.spines[["top", "right"]].set_visible(False)
         one.tick_params(labelsize=8)
@@ -31,9 +26,7 @@ def figure(height: float, columns: int = 1, rows: int = 1, **options: Any) -> tu
 
 def png(drawn: Any) -> bytes:
     """Return a picture as PNG."""
-    memory = io.BytesIO()
-    drawn.savefig(memory, format="png", dpi=150)
-    return memory.getvalue()
+    return drawing.png(drawn, 150)
 
 
 def logarithmic(axis: Any, many: float = 100.0) -> None:

@@ -1,0 +1,49 @@
+"""Pictures for a page or a file, drawn without a screen; matplotlib is imported on first use."""
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hil_emulator.errors import UserError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def subplots(
+    size: tuple[float, float], rows: int = 1, columns: int = 1, **options: Any
+) -> tuple["Figure", Any]:
+    """Return a picture and its axes, as `Figure.subplots` does.
+
+    Args:
+        size: width and height [inch].
+        rows: of axes.
+        columns: of axes.
+        options: of `Figure.subplots`.
+
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(rows, columns, **options)
+
+
+def png(figure: "Figure", dpi: float) -> bytes:
+    """Return a picture as PNG, with so many dots per inch."""
+    memory = io.BytesIO()
+    figure.savefig(memory, format="png", dpi=dpi)
+    return memory.getvalue()
+
+
+def save(figure: "Figure", file: Path, dpi: float = 110.0) -> None:
+    """Write a picture in the format of the file's ending.
+
+    Raises:
+        UserError: if it cannot be written, or no format has this ending.
+
+    """
+    try:
+        figure.savefig(file, dpi=dpi)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise UserError(f"{file}: cannot be written: {reason}") from None
