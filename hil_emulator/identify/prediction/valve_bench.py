@@ -20,6 +20,7 @@ from hil_emulator.identify.prediction.balances import (
     Balance,
 )
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.parameters import PRIORS
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.layout import fill
 from hil_emulator.model.sensors import CHANNELS
@@ -29,15 +30,9 @@ LOCKED = 1e12
 
 CHANNELS_OF_A_VALVE = ("pressure_a", "pressure_b", "supply_pressure", "spool_position")
 
-VOLUME_PRIORS = {
-    "valve_gain": 0.10,
-    "valve_natural_frequency": 0.10,
-    "valve_damping_ratio": 0.15,
-    "oil_bulk_modulus": 0.15,
-    "cylinder_dead_volume_a": 0.10,
-    "cylinder_dead_volume_b": 0.10,
-}
-"""Relative standard deviations of ordinary parameters (assumed; volumes are those of the bench)."""
+VOLUME_PRIORS = {name: spread for name, spread in PRIORS.items() if name != "load_mass"}
+"""Relative standard deviations of ordinary parameters: the volumes are those of the bench, and no
+load moves."""
 
 CLOSED_CORRELATION = 0.5
 """Correlation of pressure rates with flow into a closed volume that tells it is closed."""
