@@ -27,7 +27,8 @@ from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.recording import SUFFIX
 
-MAGIC = b"HILREC2\n"
+_NAME = b"HILREC"
+MAGIC = _NAME + b"2\n"
 
 _ENTRY = struct.Struct("<BI")
 _BUS = struct.Struct("<qB")
@@ -110,7 +111,10 @@ def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
     """
     try:
         with file.open("rb") as stream:
-            if stream.read(len(MAGIC)) != MAGIC:
+            begins = stream.read(len(MAGIC))
+            if begins != MAGIC and begins.startswith(_NAME):
+                raise UserError(f"{file}: of another version of this program; export it with that")
+            if begins != MAGIC:
                 raise UserError(f"{file}: not a recording of this program; name a {SUFFIX} file")
             while len(head := stream.read(_ENTRY.size)) == _ENTRY.size:
                 kind, size = _ENTRY.unpack(head)
