@@ -49,6 +49,15 @@ def test_wall_resists_on_one_side_alone(make_plant: MakePlant) -> None:
     assert plant.signals.position - 0.05 == pytest.approx(300.0 / 1e6, rel=1e-3)
 
 
+def test_quadratic_drag_slows_a_free_load_hyperbolically(make_plant: MakePlant) -> None:
+    """M v' = -c v² from v_0 is v_0/(1 + c v_0 t/M): half the speed after M/(c v_0)."""
+    for v_0 in (0.2, -0.2):
+        plant = make_plant(ballistic(quadratic_drag_coefficient=1000.0))
+        plant.state.velocity = v_0
+        settle(plant, 50.0 / (1000.0 * 0.2))
+        assert plant.signals.velocity == pytest.approx(v_0 / 2.0, rel=1e-4)
+
+
 def test_harmonic_force_has_its_amplitude_and_frequency(make_plant: MakePlant) -> None:
     """A free mass answers a force F sin(wt) with an amplitude F/(M w²)."""
     plant = make_plant(ballistic(harmonic_force_amplitude=200.0, harmonic_force_frequency=5.0))

@@ -73,6 +73,17 @@ def wall(
 
 @effect(
     load,
+    knob=Param("coefficient", "N*s^2/m^2", "drag of the load", 200.0, 0.0, 1e5),
+    source="turbulent drag of a body in a fluid",
+    signature="load force grows with the square of the speed, against the motion",
+)
+def quadratic_drag(velocity: float, coefficient: float) -> float:
+    """F = c v |v|."""
+    return coefficient * velocity * abs(velocity)
+
+
+@effect(
+    load,
     knob=Param("amplitude", "N", "amplitude of the force", 200.0, 0.0, 1e5),
     shape=(Param("frequency", "Hz", "frequency", 2.0, 0.0, 100.0, default=2.0),),
     states=(Quantity("phase", "1", "phase in radian"),),
@@ -139,5 +150,5 @@ def rotary_joint(
 
 
 EFFECTS = (
-    load_viscous_friction, gravity, load_spring, wall, harmonic_force, rotary_joint,
+    load_viscous_friction, gravity, load_spring, wall, quadratic_drag, harmonic_force, rotary_joint,
 )  # fmt: skip
