@@ -43,6 +43,7 @@ CHANNELS = (
     Channel("load_force", "load_force", "N", "N", 10000.0, "transverse_force", 10000.0),
     Channel("velocity", "velocity", "m/s", "m/s", 2.0, "load_force", 10000.0, "position"),
     Channel("spool_position", "spool_position", "A", "mA", 0.02, "supply_pressure", 250e5),
+    Channel("tank_pressure", "tank_pressure", "Pa", "bar", 25e5, "supply_pressure", 250e5),
 )
 
 
