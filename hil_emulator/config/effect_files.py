@@ -24,8 +24,8 @@ def read_effects(path: Path) -> list[Effect]:
     """Import an effect file.
 
     Raises:
-        OSError: if it cannot be read.
-        ImportError, SyntaxError, AttributeError, DeclarationError: if it is not an effect file.
+        Exception, SystemExit: whatever ends it, as it is anybody's Python; TypeError where EFFECTS
+            is no list of effects.
 
     """
     spec = importlib.util.spec_from_file_location(module_name(path.read_bytes()), path)
@@ -34,7 +34,11 @@ def read_effects(path: Path) -> list[Effect]:
     module = importlib.util.module_from_spec(spec)
     sys.modules[module.__name__] = module
     spec.loader.exec_module(module)
-    return list(module.EFFECTS)
+    effects = list(module.EFFECTS)
+    for effect in effects:
+        if not isinstance(effect, Effect):
+            raise TypeError(f"{effect!r} in EFFECTS is no effect")
+    return effects
 
 
 def effect_files(effects: Sequence[Effect]) -> tuple[EffectFile, ...]:

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +14,10 @@ from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.schema import plant_tables, schema
 from hil_emulator.config.table import StrictTable
+from hil_emulator.config.toml_file import read_toml
 from hil_emulator.errors import UserError
 from hil_emulator.model.actuator import PARAMS
-from hil_emulator.model.declare import DeclarationError, Effect
+from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.stages import transducer
 
@@ -96,7 +96,7 @@ def load(files: Sequence[Path]) -> Configuration:
         UserError: with every mistake found, each with its place.
 
     """
-    layers = [(file, _read(file)) for file in files]
+    layers = [(file, read_toml(file, "configuration")) for file in files]
     effects = (*CATALOGUE, *(e for file, layer in layers for e in _own_effects(file, layer)))
     merged: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
@@ -134,17 +134,6 @@ def on_bus(config: Configuration) -> Configuration:
     return config
 
 
-def _read(file: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise UserError(f"{file}: no such file; name an existing configuration (TOML)") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{file}: cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{file}: not valid TOML: {error}") from None
-
-
 def _own_effects(file: Path, layer: dict[str, Any]) -> list[Effect]:
     """Import the effect files that a layer names; each defines a tuple EFFECTS."""
     table = layer.get("model")
@@ -154,10 +143,10 @@ def _own_effects(file: Path, layer: dict[str, Any]) -> list[Effect]:
         path = file.parent / str(name)
         try:
             found += read_effects(path)
-        except (OSError, ImportError, SyntaxError, AttributeError, DeclarationError) as error:
+        except (Exception, SystemExit) as error:  # it is anybody's Python
             raise UserError(
-                f"{file}: model.effects: {path}: {error}; an effect file is Python that declares "
-                "effects and lists them in EFFECTS"
+                f"{file}: model.effects: {path}: {type(error).__name__}: {error}; an effect file "
+                "is Python that declares effects and lists them in EFFECTS"
             ) from None
     return found
 

@@ -12,7 +12,6 @@ node_offset = 10        # added to every node-ID in its files
 """
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +22,7 @@ from pydantic import Field, ValidationError
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.table import StrictTable
+from hil_emulator.config.toml_file import read_toml
 from hil_emulator.errors import UserError
 
 ONLY_BUS = "bus"
@@ -92,13 +92,13 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
 
 def _has_actuators(file: Path) -> bool:
     try:
-        return "actuator" in tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return "actuator" in read_toml(file, "configuration")
+    except UserError:
         return False  # `load` says what is wrong with it
 
 
 def _checked(file: Path) -> MachineTable:
-    content = tomllib.loads(file.read_text(encoding="utf-8"))
+    content = read_toml(file, "machine")
     try:
         return MachineTable.model_validate(content)
     except ValidationError as error:

@@ -8,6 +8,7 @@ from typing import Any, get_args
 from pydantic import ValidationError
 
 from hil_emulator.config.table import StrictTable
+from hil_emulator.errors import brief
 
 
 def describe(
@@ -60,9 +61,13 @@ def _reason(mistake: Any, names: tuple[str, ...], model: type[StrictTable]) -> s
     if kind == "value_error":
         return str(mistake["ctx"]["error"])
     if kind == "model_type":
-        return f"{mistake['input']!r} is not a table"
+        return f"{_quoted(mistake['input'])} is not a table"
     text = str(mistake["msg"])
-    return f"{mistake['input']!r}: {text[0].lower()}{text[1:]}"
+    return f"{_quoted(mistake['input'])}: {text[0].lower()}{text[1:]}"
+
+
+def _quoted(given: object) -> str:
+    return repr(brief(given)) if isinstance(given, str) else brief(given)
 
 
 def _keys(model: type[StrictTable], names: tuple[str, ...]) -> list[str]:

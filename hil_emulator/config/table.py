@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
+from hil_emulator.errors import brief
 from hil_emulator.model.declare import Param
 from hil_emulator.units import show, to_si
 
@@ -25,8 +26,8 @@ def reader(param: Param, off: float | None = None) -> Callable[[object], float]:
         if off is not None and text == "off":
             return off
         value = to_si(text, unit, example)
-        if value != off and not param.low <= value <= param.high:
-            raise ValueError(f'"{text}" is outside the allowed {allowed}')
+        if value != off and not param.allows(value):
+            raise ValueError(f'"{brief(text)}" is outside the allowed {allowed}')
         return value
 
     return read

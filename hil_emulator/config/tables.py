@@ -1,5 +1,6 @@
 """The tables written by hand: loop, node, and what data sheets of valve and cylinder print."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -42,11 +43,14 @@ class RigTable(StrictTable):
     @model_validator(mode="after")
     def _whole_steps(self) -> "RigTable":
         for name in ("tick", "sync_period"):
-            part = self.step if name == "tick" else self.tick
-            if abs(getattr(self, name) / part - round(getattr(self, name) / part)) > 1e-6:
+            part, of = (self.step, "step") if name == "tick" else (self.tick, "tick")
+            count = getattr(self, name) / part
+            if abs(count - round(count)) > 1e-6 or count < 0.5:
+                fit = [n * part for n in (math.floor(count), math.ceil(count)) if n > 0]
+                nearest = " and ".join(show(time, "s", "us") for time in fit)
                 raise ValueError(
                     f"{name} {show(getattr(self, name), 's', 'us')} is not a whole number of "
-                    f"{show(part, 's', 'us')}; choose a multiple"
+                    f"{show(part, 's', 'us')}, the {of}; the nearest that fit: {nearest}"
                 )
         return self
 

@@ -19,6 +19,9 @@ import numpy as np
 
 Compose = Literal["sum", "chain", "rates"]
 
+ROUNDING = 1e-12
+"""Relative error that converting units may leave: some thousand roundings of a float64."""
+
 # Attribute access on a record would find numpy's member instead of the field.
 _RESERVED = frozenset(dir(np.record))
 
@@ -85,6 +88,14 @@ class Param(Quantity):
     def display_unit(self) -> str:
         """The unit for people."""
         return self.shown or self.unit
+
+    def allows(self, value: float) -> bool:
+        """Tell whether a value is within the bounds; NaN is not.
+
+        A value on a bound may be beyond it by what converting units has rounded.
+        """
+        slack = ROUNDING * abs(self.low), ROUNDING * abs(self.high)
+        return self.low - slack[0] <= value <= self.high + slack[1]
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,8 @@ def test_all_mistakes_are_reported_at_once_each_with_its_remedy(layer: Layer) ->
     [
         ('[valve]\ngain = "1e-6 m^3/(s*A*Pa^0.5)"\nrated_current = "1 mA"', "give either gain, or"),
         ('[cylinder]\nbore = "10 mm"\nrod = "12 mm"', "the rod must be thinner than the bore"),
-        ('[rig]\ntick = "1 ms"\nstep = "30 us"', "is not a whole number of 30 us"),
+        ('[rig]\ntick = "1 ms"\nstep = "30 us"', "the nearest that fit: 990 us and 1020 us"),
+        ('[rig]\ntick = "1 ms"\nsync_period = "0.2 ms"', "the nearest that fit: 1000 us"),
         ('[[node]]\nid = 0\neds = "x"', "node.0.id: 0: input should be greater than"),
         ('[[node]]\nid = 3\neds = "x"\n[[node]]\nid = 3\neds = "x"', "two nodes have the ID 3"),
         ("[frction]\n", 'frction: unknown key; did you mean "friction"?'),
@@ -141,6 +142,10 @@ def test_all_mistakes_are_reported_at_once_each_with_its_remedy(layer: Layer) ->
         ('valve = "wide"', "'wide' is not a table"),
         ('[friction]\ncoulomb_friction = { froce = "1 N" }', 'did you mean "force"?'),
         ('[model]\neffects = ["nowhere.py"]', "model.effects"),
+        ('[supply]\npressure = "inf bar"', '"inf bar" is outside the allowed'),
+        ("[rig]\nseed = " + "9" * 5000, "cannot be read: Exceeds the limit"),
+        ("[rig]\nseed = " + "[" * 3000 + "]" * 3000, "nested more than 16 levels deep"),
+        ("a." * 3000 + "b = 1", "nested more than 16 levels deep"),
     ],
 )
 def test_a_mistake_is_named_with_its_remedy(layer: Layer, text: str, message: str) -> None:
@@ -172,6 +177,32 @@ def test_an_effect_of_the_users_own_joins_the_catalogue(layer: Layer, tmp_path: 
     config = load([REFERENCE, over])
     assert config.effects[-1].name == "quadratic"
     assert config.plant["quadratic_strength"] == 80.0
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("raise RuntimeError('out of oil')", "RuntimeError: out of oil"),
+        ("1 / 0", "ZeroDivisionError"),
+        ("import sys; sys.exit(0)", "SystemExit: 0"),
+        ("EFFECTS = 5", "TypeError: 'int' object is not iterable"),
+        ("EFFECTS = (5,)", "TypeError: 5 in EFFECTS is no effect"),
+        ("", "AttributeError"),
+    ],
+)
+def test_an_effect_file_that_fails_is_one_message(
+    layer: Layer, tmp_path: Path, content: str, message: str
+) -> None:
+    """Whatever somebody's Python raises, it ends with the file, the reason and what is wanted."""
+    (tmp_path / "mine.py").write_text(content)
+    (line,) = mistakes(REFERENCE, layer('[model]\neffects = ["mine.py"]'))
+    assert f"mine.py: {message}" in line
+    assert "lists them in EFFECTS" in line
+
+
+def test_a_value_on_its_bound_is_allowed(layer: Layer) -> None:
+    """100 us are 9.999999999999999e-5 s after the conversion; the bound is 1e-4 s."""
+    assert load([REFERENCE, layer('[rig]\ntick = "100 us"')]).tick_ns == 100_000
 
 
 def test_the_bus_table_goes_to_python_can_as_it_stands(layer: Layer) -> None:

@@ -1,0 +1,49 @@
+"""A TOML file as a table, or one message about what is wrong with it."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from hil_emulator.errors import UserError
+
+DEEPEST = 16
+"""Levels of tables and arrays; those of this program need 5 (assumed)."""
+
+
+def read_toml(file: Path, what: str) -> dict[str, Any]:
+    """Return what a file says.
+
+    Args:
+        file: the file.
+        what: it should be, for the message.
+
+    Raises:
+        UserError: if it cannot be read, is not TOML, or nests deeper than `DEEPEST`.
+
+    """
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UserError(f"{file}: no such file; name an existing {what} (TOML)") from None
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{file}: not valid TOML: {error}") from None
+    except RecursionError:
+        raise UserError(_too_deep(file)) from None
+    except (OSError, ValueError) as error:  # no text, a path or a number that Python refuses
+        raise UserError(f"{file}: cannot be read: {error}") from None
+    level: list[Any] = [content]
+    for _ in range(DEEPEST):
+        level = [inner for outer in level for inner in _inside(outer)]
+    if level:
+        raise UserError(_too_deep(file))
+    return content
+
+
+def _inside(value: Any) -> list[Any]:
+    if isinstance(value, dict):
+        return list(value.values())
+    return value if isinstance(value, list) else []
+
+
+def _too_deep(file: Path) -> str:
+    return f"{file}: nested more than {DEEPEST} levels deep; no table of this program is"
