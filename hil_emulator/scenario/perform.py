@@ -16,9 +16,11 @@ from hil_emulator.recording import SUFFIX, exports, journal
 from hil_emulator.scenario import schema
 from hil_emulator.scenario.judge import judge
 from hil_emulator.scenario.outcome import Curve, Outcome
-from hil_emulator.scenario.schema import NMT, SET_POINTS, Scenario, SignalProfile, Step
+from hil_emulator.scenario.schema import NMT, Scenario, SignalProfile, Step
+from hil_emulator.signals.inputs import SET_POINTS, SETTINGS
 from hil_emulator.simulation.emulator import Emulator
 from hil_emulator.simulation.reference_controller import Controller
+from hil_emulator.units import show
 
 DRAWN = (
     "position", "model.position", "load_force", "pressure_a", "pressure_b", "supply_pressure",
@@ -90,7 +92,7 @@ class Conductor:
             self._silent = step.controller == "off"
         if step.profile is not None:
             self._profiles.append(
-                (step.profile, self._emulator.now, *_profile(self._folder / step.profile.file))
+                (step.profile, self._emulator.now, *_profile(self._folder, step.profile))
             )
 
     def _follow(self) -> None:
@@ -177,13 +179,15 @@ def _keep(emulator: Emulator, name: Path) -> None:
     exports.export(whole, name.with_suffix(".csv"))
 
 
-def _profile(file: Path) -> tuple[Curve, Curve]:
+def _profile(folder: Path, profile: SignalProfile) -> tuple[Curve, Curve]:
     """Return time [s] and value of a profile.
 
     Raises:
-        UserError: if the file is not two columns of numbers under a header.
+        UserError: if the file is not two columns of numbers under a header, or beyond the bounds
+            of what follows it.
 
     """
+    file = folder / profile.file
     try:
         rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
         times, values = rows.T
@@ -191,4 +195,9 @@ def _profile(file: Path) -> tuple[Curve, Curve]:
         raise UserError(
             f"{file}: not a profile: {error}; it has a header and the columns time [s] and value"
         ) from None
+    param = (SETTINGS | SET_POINTS)[profile.signal]
+    bounded = param.allows(values.min()) and param.allows(values.max())
+    if not (bounded and np.isfinite(times).all()):
+        low, high = (show(v, param.unit, param.shown) for v in (param.low, param.high))
+        raise UserError(f"{file}: {profile.signal} has to stay within {low} ... {high}")
     return times, values

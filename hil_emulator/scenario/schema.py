@@ -1,21 +1,28 @@
 """What a scenario file says, checked and in SI."""
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from hil_emulator.config.table import StrictTable
-from hil_emulator.errors import UserError
+from hil_emulator.config.toml_file import read_toml
+from hil_emulator.errors import UserError, brief
 from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.signals import condition
 from hil_emulator.signals.condition import Condition
-from hil_emulator.signals.inputs import SETTINGS
+from hil_emulator.signals.inputs import SET_POINTS, SETTINGS, setting
 from hil_emulator.units import to_si
 
-SET_POINTS = {"position": "m", "load_force": "N", "valve_current": "A"}
-"""What the scenario's controller can be told to hold; one at a time."""
+LONGEST_S = 1e6
+"""The longest time of a scenario [s]: twelve days (assumed)."""
 
 NMT = {"start": 1, "stop": 2, "pre-operational": 128, "reset": 129, "reset communication": 130}
 """NMT commands (CiA 301 7.2.8.2.1)."""
@@ -23,8 +30,8 @@ NMT = {"start": 1, "stop": 2, "pre-operational": 128, "reset": 129, "reset commu
 
 def _time(text: object) -> float:
     seconds = to_si(text, "s", "200 ms")
-    if not 0.0 <= seconds < float("inf"):
-        raise ValueError(f'"{text}" is not a time after the start')
+    if not 0.0 <= seconds <= LONGEST_S:
+        raise ValueError(f'"{brief(text)}" is not a time after the start, at most {LONGEST_S:g} s')
     return seconds
 
 
@@ -44,10 +51,24 @@ def _condition(text: object) -> Condition:
 
 def _values(given: object) -> object:
     """Return set points and settings in SI."""
-    known = SET_POINTS | SETTINGS
+    known = SETTINGS | SET_POINTS
     if not isinstance(given, dict) or not given.keys() <= known.keys():
         raise ValueError(f"set knows {', '.join(known)}")
-    return {name: to_si(value, known[name]) for name, value in given.items()}
+    try:
+        return {name: setting(name, value, known) for name, value in given.items()}
+    except UserError as error:
+        raise ValueError(str(error)) from None
+
+
+def _band(signal: object, within: object) -> tuple[float, ...]:
+    """Return the bounds of a signal in SI; zero needs no unit."""
+    try:
+        unit = condition.unit_of(str(signal))
+    except UserError as error:
+        raise ValueError(str(error)) from None
+    if not isinstance(within, list) or len(within) != 2:
+        raise ValueError("within is a list of the lowest and the highest value")
+    return tuple(0.0 if bound == 0 else to_si(bound, unit) for bound in within)
 
 
 Seconds = Annotated[float, BeforeValidator(_time)]
@@ -109,7 +130,7 @@ class Expect(StrictTable):
     until: Seconds | None = None
     by: Seconds | None = None
     lasting: Seconds | None = Field(None, alias="for")
-    frame: int | None = None
+    frame: int | None = Field(None, ge=0, le=0x1FFF_FFFF)
     data: str = ""
     seen: bool = True
 
@@ -117,19 +138,20 @@ class Expect(StrictTable):
     @classmethod
     def _in_si(cls, given: Any) -> Any:
         """Read the band in the signal's unit, a frame in hexadecimal."""
-        given = dict(given)
-        if ("signal" in given) == ("frame" in given):
+        if not isinstance(given, dict) or ("signal" in given) == ("frame" in given):
             raise ValueError("name either a signal or a frame")
+        given = dict(given)
         if isinstance(given.get("frame"), str):
             given["frame"] = int(given["frame"], 16)
         if "signal" in given:
-            try:
-                unit = condition.unit_of(given["signal"])
-            except UserError as error:
-                raise ValueError(str(error)) from None
-            low, high = given.get("within", (None, None))
-            given["within"] = tuple(0.0 if v == 0 else to_si(v, unit) for v in (low, high))
+            given["within"] = _band(given["signal"], given.get("within"))
         return given
+
+    @field_validator("data")
+    @classmethod
+    def _hexadecimal(cls, text: str) -> str:
+        bytes.fromhex(text)
+        return text
 
 
 class Scenario(StrictTable):
@@ -149,7 +171,7 @@ class Scenario(StrictTable):
     title: str
     config: list[str] = Field(min_length=1)
     duration: Seconds
-    seed: int | None = None
+    seed: int | None = Field(None, ge=0)
     steps: list[Step] = Field(alias="step", min_length=1)
     expectations: list[Expect] = Field(alias="expect", min_length=1)
 
@@ -162,11 +184,7 @@ def load(file: Path) -> Scenario:
 
     """
     try:
-        return Scenario.model_validate(tomllib.loads(file.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{file}: cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{file}: not valid TOML: {error}") from None
+        return Scenario.model_validate(read_toml(file, "scenario"))
     except ValidationError as error:
         lines = [
             f"{file}: {'.'.join(str(part) for part in e['loc'])}: "

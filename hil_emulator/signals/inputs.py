@@ -1,23 +1,81 @@
 """What can be set during a run: conditions of the surroundings, and the set point itself."""
 
-from hil_emulator.errors import UserError
-from hil_emulator.units import to_si
+import dataclasses
+from collections.abc import Mapping
 
-SETTINGS = {"supply_pressure": "Pa", "external_force": "N", "valve_current": "A"}
-"""Settings with their SI units. The valve current is written into the node's set point object, as
-an SDO client does: it is in force while the node is OPERATIONAL, until the next RPDO."""
+from hil_emulator.errors import UserError, brief
+from hil_emulator.model.declare import Param
+from hil_emulator.model.quantities import PARAMS
+from hil_emulator.units import show, to_si
+
+(_SUPPLY,) = (p for p in PARAMS["supply"] if p.name == "pressure")
+
+SETTINGS = {
+    p.name: p
+    for p in (
+        dataclasses.replace(_SUPPLY, name="supply_pressure"),
+        Param("external_force", "N", "further force against the load", 0.0, -1e6, 1e6),
+        Param("valve_current", "A", "set point of the coil current", 0.0, -10.0, 10.0, "mA"),
+    )
+}
+"""Settings with their units and bounds. The valve current is written into the node's set point
+object, as an SDO client does: it is in force while the node is OPERATIONAL, until the next RPDO;
+the object has limits of its own."""
+
+SET_POINTS = {
+    p.name: p
+    for p in (
+        Param("position", "m", "of the rod", 0.04, 0.0, 10.0, "mm"),
+        Param("load_force", "N", "what rod and load exchange", 0.0, -1e6, 1e6),
+        Param("valve_current", "A", "an INTEGER32 in nA carries 2.1 A", 0.0, -2.0, 2.0, "mA"),
+    )
+}
+"""What a controller can be told to hold, one at a time."""
 
 
-def setting(name: str, value: object) -> float:
+def setting(name: str, value: object, known: Mapping[str, Param] = SETTINGS) -> float:
     """Return the value of a setting in SI.
 
+    Args:
+        name: of the setting.
+        value: a quantity as the user writes it.
+        known: the settings that there are.
+
     Raises:
-        UserError: for an unknown setting or a wrong unit.
+        UserError: for an unknown setting, a wrong unit or a value out of bounds.
 
     """
-    if name not in SETTINGS:
-        raise UserError(f"no setting '{name}'; there are {', '.join(SETTINGS)}")
+    param = _known(name, known)
     try:
-        return to_si(value, SETTINGS[name])
+        number = to_si(value, param.unit)
     except ValueError as error:
         raise UserError(f"{name}: {error}") from None
+    return _within(param, number, brief(value))
+
+
+def checked(name: str, value: float) -> float:
+    """Return the value of a setting that is in SI already.
+
+    Raises:
+        UserError: for an unknown setting, no number, or a value out of bounds.
+
+    """
+    param = _known(name, SETTINGS)
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise UserError(f"{name}: {brief(value)} is not a number in {param.unit}") from None
+    return _within(param, number, f"{number:g} {param.unit}")
+
+
+def _known(name: str, known: Mapping[str, Param]) -> Param:
+    if name not in known:
+        raise UserError(f"no setting '{brief(name)}'; there are {', '.join(known)}")
+    return known[name]
+
+
+def _within(param: Param, number: float, written: str) -> float:
+    if not param.allows(number):
+        low, high = (show(v, param.unit, param.shown) for v in (param.low, param.high))
+        raise UserError(f"{param.name}: {written} is outside {low} ... {high}")
+    return number

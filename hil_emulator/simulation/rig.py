@@ -21,7 +21,7 @@ from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.signals.columns import MODEL
-from hil_emulator.signals.inputs import SETTINGS
+from hil_emulator.signals.inputs import checked
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.node_factory import nodes
@@ -131,14 +131,13 @@ class Rig:
         return running
 
     def set(self, name: str, value: float) -> None:
-        """Set a condition of the surroundings or a set point, SI: one of `SETTINGS`.
+        """Set a condition of the surroundings or a set point, SI: see `signals.inputs`.
 
         Raises:
-            UserError: lists the settings that there are, or the limit that a set point breaks.
+            UserError: lists the settings that there are, or the bound or limit that it breaks.
 
         """
-        if name not in SETTINGS:
-            raise UserError(f"no setting '{name}'; there are {', '.join(SETTINGS)}")
+        value = checked(name, value)
         if name in COMMANDS:
             self._command(name, value)
         elif name in (self.plant.kernel.inputs.names or ()):

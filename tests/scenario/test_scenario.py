@@ -77,12 +77,22 @@ EXPECT = '[[expect]]\nframe = "0x085"\nseen = false\n'
     [
         ('[[step]]\nat = "5 bar"\n' + EXPECT, r"step\.1\.at: .* a time is wanted"),
         ('[[step]]\nfault = "supply stuck"\n' + EXPECT, "supply cannot have 'stuck'.*loss, droop"),
-        ('[[step]]\nset = { speed = "1 m/s" }\n' + EXPECT, "set knows position, load_force"),
+        ('[[step]]\nset = { speed = "1 m/s" }\n' + EXPECT, "set knows supply_pressure, ext"),
         ('[[step]]\nwhen = "up"\n' + EXPECT, '"up" is not a comparison'),
         ('[[step]]\nfualt = "x"\n' + EXPECT, r"step\.1\.fualt: Extra inputs"),
         ('[[expect]]\nsignal = "speed"\n', "no signal 'speed'; there are time"),
         ('[[expect]]\nwithin = ["1 mm", "2 mm"]\n', "name either a signal or a frame"),
         ("", "expect: Field required"),
+        ('[[step]]\nat = "1e300 s"\n' + EXPECT, r"step\.1\.at: .* at most 1e\+06 s"),
+        ('[[step]]\nset = { supply_pressure = "inf bar" }\n' + EXPECT, "outside 1 bar ... 400"),
+        ('[[step]]\nset = { valve_current = "3 A" }\n' + EXPECT, "outside -2000 mA ... 2000 mA"),
+        ("[[step]]\nset = 5\n" + EXPECT, "set knows"),
+        ('[[step]]\nfault = ["a"]\n' + EXPECT, "fault"),
+        ("[[step]]\nwhen = 3\n" + EXPECT, "is not a comparison"),
+        ('[[expect]]\nsignal = ["position"]\nwithin = ["1 mm", "2 mm"]\n', "no signal"),
+        ('[[expect]]\nsignal = "position"\nwithin = 5\n', "within is a list of the lowest"),
+        ('[[expect]]\nframe = "0x085"\ndata = "xyz"\n', "non-hexadecimal"),
+        ('[[expect]]\nframe = "0x' + "f" * 20 + '"\n', "less than or equal to"),
     ],
 )
 def test_a_mistake_is_named_with_its_place(write: Write, rest: str, message: str) -> None:
@@ -114,3 +124,11 @@ def test_the_command_reports_and_ends_with_the_verdict(write: Write, tmp_path: P
     text = (tmp_path / "r.html").read_text()
     assert "NOT MET" in text
     assert "data:image/png;base64," in text
+
+
+@pytest.mark.parametrize("row", ["0.0,1e300", "0.0,nan", "inf,1.0"])
+def test_a_profile_beyond_its_bounds_is_refused(write: Write, tmp_path: Path, row: str) -> None:
+    """It is one sentence in the outcome; no such number reaches the plant or a frame."""
+    (tmp_path / "force.csv").write_text(f"time,value\n{row}\n")
+    profile = '[[step]]\nprofile = { signal = "external_force", file = "force.csv" }\n'
+    assert "external_force has to stay within" in perform(write(profile + EXPECT)).error
