@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from hil_emulator.errors import UserError
 from hil_emulator.faults.active import Faults, Running
 from hil_emulator.signals.columns import columns
-from hil_emulator.signals.inputs import SETTINGS, setting
+from hil_emulator.signals.inputs import COMMANDS, SETTINGS, setting
 
 _CHUNK = 1 << 16
 _START_S = 20.0  # for a Python process to begin (assumed limit)
@@ -65,6 +65,7 @@ class ControlServer:
                 start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
             )
         self._pending = b""
+        self._unsent = bytearray()
         self._socket.settimeout(_START_S)
         greeting = self._greeting()
         if "error" in greeting:
@@ -76,17 +77,17 @@ class ControlServer:
         """Answer the requests that have come."""
         try:
             data = self._socket.recv(_CHUNK)
-        except BlockingIOError:
-            return
-        except OSError:
-            return
+        except OSError:  # nothing has come, or the server has gone
+            data = b""
         self._pending += data
         *lines, self._pending = self._pending.split(b"\n")
         for line in lines:
             request = json.loads(line)
             answer = {"id": request["id"], **answer_to(request, rig)}
-            with contextlib.suppress(OSError):  # a server that does not read gets no answer
-                self._socket.send(json.dumps(answer).encode() + b"\n")
+            self._unsent += json.dumps(answer).encode() + b"\n"
+        if self._unsent:
+            with contextlib.suppress(OSError):  # the server reads it later, or is gone
+                del self._unsent[: self._socket.send(self._unsent)]
 
     def close(self) -> None:
         """End the server; it sees that the line is cut."""
@@ -104,7 +105,11 @@ class ControlServer:
 
 
 def answer_to(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
-    """Do what a request asks; return the answer, or what is wrong with it."""
+    """Do what a request asks; return the answer, or what is wrong with it.
+
+    Values have been checked where they are declared. Should a request still find a gap there, it
+    gets an error and the loop goes on.
+    """
     known: dict[str, Callable[[dict[str, Any], Controlled], dict[str, Any]]] = {
         "status": _status,
         "signals": _signals,
@@ -116,8 +121,8 @@ def answer_to(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
         return known[request["do"]](request, rig)
     except UserError as error:
         return {"error": str(error)}
-    except (TypeError, ValueError, AttributeError) as error:
-        return {"error": f"cannot be read: {error}"}
+    except Exception as error:
+        return {"error": f"cannot be read: {type(error).__name__}: {error}"}
 
 
 def _status(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
@@ -157,6 +162,7 @@ def _end(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
 
 def _set(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
     values = {name: setting(name, text) for name, text in dict(request["set"]).items()}
-    for name, value in values.items():
-        rig.set(name, value)
+    # what a node may still refuse comes first, so that a request is obeyed as a whole or not at all
+    for name in sorted(values, key=lambda name: name not in COMMANDS):
+        rig.set(name, values[name])
     return {"set": values}

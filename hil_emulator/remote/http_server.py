@@ -14,19 +14,24 @@ and a body has to be declared as JSON, which a foreign page may not send without
 
 import itertools
 import json
+import math
 import os
 import queue
+import re
 import socket
 import sys
 import threading
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs
 
 HOST = "127.0.0.1"
 _ANSWER_S = 5.0  # a loop that follows SYNC may wait for a controller (assumed limit)
 _LARGEST = 1 << 16  # bytes of a body
+_IDLE_S = 10.0  # a client that says nothing for so long is left (assumed)
+_SHOWN = 80  # characters of a name in an answer (assumed)
+_FAULT = re.compile(r"/faults(?:/(\d{1,18}))?", re.ASCII)
 
 
 class Line:
@@ -59,20 +64,43 @@ class Line:
         os._exit(0)
 
 
+def request_of(body: bytes) -> dict[str, Any]:
+    """Return a request's body: an object of text, finite numbers and truth values.
+
+    Raises:
+        ValueError: says what else it is.
+
+    """
+    try:
+        content = json.loads(body)
+    except RecursionError:
+        raise ValueError("nested too deep: send an object of text and numbers") from None
+    except ValueError as error:
+        raise ValueError(f"not JSON: {error}") from None
+    if not isinstance(content, dict):
+        raise ValueError("send an object")
+    for name, value in content.items():
+        plain = value is None or isinstance(value, str | bool | int | float)
+        if not plain or (isinstance(value, float) and not math.isfinite(value)):
+            raise ValueError(f"{name[:_SHOWN]}: neither text nor a finite number")
+    return content
+
+
 class Handler(BaseHTTPRequestHandler):
     """Turns a request into a question to the loop."""
 
     line: Line
     server_version = "hil-emulator"
     sys_version = ""
+    timeout = _IDLE_S
 
     def do_GET(self) -> None:
         """Read."""
-        url = urlsplit(self.path)
-        if url.path == "/status":
+        path, _, query = self.path.partition("?")
+        if path == "/status":
             self._ask({"do": "status"})
-        elif url.path == "/signals":
-            self._ask({"do": "signals", "names": parse_qs(url.query).get("name", [])})
+        elif path == "/signals":
+            self._ask({"do": "signals", "names": parse_qs(query).get("name", [])})
         else:
             self._unknown()
 
@@ -92,11 +120,18 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_DELETE(self) -> None:
         """End faults."""
-        number = self.path.removeprefix("/faults").removeprefix("/")
-        if not self.path.startswith("/faults") or not (number == "" or number.isdecimal()):
+        match = _FAULT.fullmatch(self.path)
+        if match is None:
             self._unknown()
         else:
-            self._ask({"do": "end", "number": int(number) if number else None})
+            self._ask({"do": "end", "number": int(match[1]) if match[1] else None})
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Refuse what is no request, or one of a method that is not served."""
+        if code == HTTPStatus.NOT_IMPLEMENTED:
+            code, message = HTTPStatus.METHOD_NOT_ALLOWED, "there are GET, POST, PUT and DELETE"
+        self.close_connection = True
+        self._say(HTTPStatus(code), {"error": message or HTTPStatus(code).phrase})
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002
         """Say nothing: the terminal is the emulator's."""
@@ -106,16 +141,13 @@ class Handler(BaseHTTPRequestHandler):
             self._say(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, {"error": "send application/json"})
             return
         length = self.headers.get("Content-Length", "0")
-        if not length.isdecimal() or int(length) > _LARGEST:
+        if not re.fullmatch(r"\d{1,9}", length, re.ASCII) or int(length) > _LARGEST:
             self._say(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, {"error": f"at most {_LARGEST} bytes"})
             return
         try:
-            body = json.loads(self.rfile.read(int(length)))
+            body = request_of(self.rfile.read(int(length)))
         except ValueError as error:
-            self._say(HTTPStatus.BAD_REQUEST, {"error": f"not JSON: {error}"})
-            return
-        if not isinstance(body, dict):
-            self._say(HTTPStatus.BAD_REQUEST, {"error": "send an object"})
+            self._say(HTTPStatus.BAD_REQUEST, {"error": str(error)})
             return
         self._ask({"do": do, do: body})
 
@@ -144,18 +176,30 @@ class Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Type", "application/json")
         self.send_header("Content-Length", str(len(data)))
         self.end_headers()
-        self.wfile.write(data)
+        if self.command != "HEAD":
+            self.wfile.write(data)
+
+
+class Server(ThreadingHTTPServer):
+    """A thread for each connection; a client that has gone is nobody's news."""
+
+    daemon_threads = True
+    request_queue_size = 128  # of a burst of clients (assumed)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a connection that broke."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
 
 
 def main() -> None:
     """Serve on the port of the first argument; the second is the socket to the loop."""
     loop = socket.socket(fileno=int(sys.argv[2]))
     try:
-        server = ThreadingHTTPServer((HOST, int(sys.argv[1])), Handler)
+        server = Server((HOST, int(sys.argv[1])), Handler)
     except (OSError, OverflowError) as error:
         loop.sendall(json.dumps({"error": str(error)}).encode() + b"\n")
         return
-    server.daemon_threads = True
     loop.sendall(json.dumps({"port": server.server_port}).encode() + b"\n")
     Handler.line = Line(loop)
     server.serve_forever()

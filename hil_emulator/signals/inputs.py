@@ -22,6 +22,9 @@ SETTINGS = {
 object, as an SDO client does: it is in force while the node is OPERATIONAL, until the next RPDO;
 the object has limits of its own."""
 
+COMMANDS = ("valve_current",)
+"""Settings that nodes command the plant to do, and may refuse."""
+
 SET_POINTS = {
     p.name: p
     for p in (

@@ -21,15 +21,12 @@ from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.signals.columns import MODEL
-from hil_emulator.signals.inputs import checked
+from hil_emulator.signals.inputs import COMMANDS, checked
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.node_factory import nodes
 
-__all__ = ["COMMANDS", "FrameDoor", "Rig", "assemble", "compiled", "nodes"]
-
-COMMANDS = ("valve_current",)
-"""What a node commands the plant to do."""
+__all__ = ["FrameDoor", "Rig", "assemble", "compiled", "nodes"]
 
 
 class FrameDoor(Protocol):
@@ -163,15 +160,16 @@ class Rig:
         return float(self.plant.inputs[name])
 
     def _command(self, name: str, value: float) -> None:
-        """Write a set point into the nodes, as an SDO client does."""
-        for node in self.nodes:
-            entry = node.dictionary.named(name)
-            if entry is None:  # a node that only measures
-                continue
-            try:
-                node.dictionary.write(entry.index, entry.subindex, raw_value(entry, value))
-            except SdoAbort as abort:
-                raise UserError(f"{name}: {value:g} is refused: {abort}") from None
+        """Write a set point into the nodes, as an SDO client does: into all or none of them."""
+        dictionaries = [node.dictionary for node in self.nodes]
+        commanded = [(d, entry) for d in dictionaries if (entry := d.named(name)) is not None]
+        try:
+            for _, entry in commanded:
+                entry.check(raw_value(entry, value))
+            for dictionary, entry in commanded:
+                dictionary.write(entry.index, entry.subindex, raw_value(entry, value))
+        except SdoAbort as abort:
+            raise UserError(f"{name}: {value:g} is refused: {abort}") from None
 
     def _ended(self, running: Running) -> None:
         if self.recorder:

@@ -118,6 +118,80 @@ def answer(port: int, method: str, path: str, body: bytes = b"", **headers: str)
     return status
 
 
+def said(port: int, method: str, path: str, body: bytes = b"") -> tuple[int, dict[str, object]]:
+    """Return status and JSON of a request."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    connection.request(method, path, body, {"Content-Type": "application/json"})
+    response = connection.getresponse()
+    assert response.headers["Content-Type"] == "application/json"
+    content = json.loads(response.read())
+    connection.close()
+    return response.status, content
+
+
+FAULT = '{"target": "supply", "kind": "droop", %s}'
+SUPPLY = '{"supply_pressure": %s}'
+DEEP = "[" * 981 + "]" * 981
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body"),
+    [
+        ("PUT", "/settings", '{"valve_current": "1e300 A"}'),
+        ("PUT", "/settings", '{"supply_pressure": "inf bar"}'),
+        ("PUT", "/settings", '{"supply_pressure": "1e308 bar"}'),
+        ("PUT", "/settings", '{"supply_pressure": "9**9**8 bar"}'),
+        ("PUT", "/settings", '{"external_force": "-1e7 N"}'),
+        ("PUT", "/settings", '{"supply_pressure": 1e999}'),
+        ("PUT", "/settings", '{"supply_pressure": NaN}'),
+        ("PUT", "/settings", SUPPLY % ("9" * 4000)),
+        ("PUT", "/settings", SUPPLY % ("9" * 5000)),
+        ("PUT", "/settings", SUPPLY % DEEP),
+        ("PUT", "/settings", DEEP * 30),
+        ("POST", "/faults", FAULT % '"seed": 1e999'),
+        ("POST", "/faults", FAULT % '"probability": 1e999'),
+        ("POST", "/faults", FAULT % f'"probability": {"9" * 4000}'),
+        ("POST", "/faults", FAULT % '"duration": "1e305 s"'),
+        ("POST", "/faults", FAULT % '"start": "1e305 s"'),
+        ("POST", "/faults", FAULT % '"condition": 5'),
+        ("POST", "/faults", FAULT % '"drop": "1e305 bar"'),
+        ("POST", "/faults", FAULT.replace('"supply"', "%s") % (DEEP, '"seed": 1')),
+        ("POST", "/faults", '{"target": 5, "kind": "droop"}'),
+        ("POST", "/faults", '{"target": "supply", "kind": null}'),
+        ("POST", "/faults", '{"target": "node5.pressure_a", "kind": "stuck"}'),
+        ("POST", "/faults", '{"target": "node5.pressure_a", "kind": "offset", "value": "1 bar"}'),
+        ("POST", "/faults", '{"target": "node%s", "kind": "silence"}' % ("9" * 5000)),
+        ("DELETE", "/faults/" + "9" * 5000, ""),
+        ("DELETE", "/faults7", ""),
+        ("DELETE", "/faults/-1", ""),
+        ("GET", "//[", ""),
+        ("GET", "/signals?name=" + "x" * 60_000, ""),
+        ("PATCH", "/settings", "{}"),
+        ("BREW", "/", ""),
+    ],
+    ids=lambda value: value[:60],
+)
+def test_a_hostile_request_is_one_sentence(port: int, method: str, path: str, body: str) -> None:
+    """Whatever it holds: 4xx, an error in JSON, and the loop goes on as if nothing had been."""
+    before = request(port, "GET", "/status")
+    status, content = said(port, method, path, body.encode())
+    assert 400 <= status < 500
+    assert list(content) == ["error"]
+    assert "Traceback" not in str(content)
+    after = request(port, "GET", "/status")
+    assert after["faults"] == before["faults"]
+    assert after["time"] > before["time"]
+    assert 155e5 < value(port, "supply_pressure") < 165e5
+
+
+def test_a_request_is_obeyed_as_a_whole_or_not_at_all(port: int) -> None:
+    """Where the node refuses its set point, the supply stays as it was."""
+    with pytest.raises(UserError, match="valve_current: 5 is refused"):
+        request(port, "PUT", "/settings", {"supply_pressure": "90 bar", "valve_current": "5 A"})
+    time.sleep(0.1)
+    assert 155e5 < value(port, "supply_pressure") < 165e5
+
+
 def test_other_origins_are_refused(port: int) -> None:
     """A page of another site, a host name rebound to this machine, a body that is no JSON."""
     body = json.dumps({"target": "supply", "kind": "loss"}).encode()
