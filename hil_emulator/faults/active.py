@@ -7,6 +7,7 @@ from random import Random
 
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
 from hil_emulator.faults.coil import CoilFaultKind
 from hil_emulator.faults.connection import connection
 from hil_emulator.faults.fault import Fault
@@ -19,6 +20,12 @@ from hil_emulator.faults.strength import Change, Strength
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.model.sensors import CHANNELS
+
+MOST = 64
+"""Faults at a time (assumed)."""
+
+MOST_FRAMES = 1000
+"""Frames of a tick that faults pass on; a bus carries about 20 in a millisecond (assumed)."""
 
 
 class Running(AbstractContextManager["Running"]):
@@ -104,7 +111,14 @@ class Faults:
         return [*self._waiting, *self._running]
 
     def inject(self, fault: Fault, now_ns: int) -> Running:
-        """Let a fault begin with the next tick, or when its start and condition say."""
+        """Let a fault begin with the next tick, or when its start and condition say.
+
+        Raises:
+            UserError: if there are `MOST` already, as each takes time of every tick.
+
+        """
+        if len(self.injected) >= MOST:
+            raise UserError(f"{MOST} faults are injected already; end some of them")
         running = Running(fault, self._count, now_ns, self._end)
         self._count += 1
         self._waiting.append(running)
@@ -157,7 +171,7 @@ class Faults:
         passed += given
         for running, owner, act in self._frames:
             if owner is node:
-                passed = act.arriving(running.strength(now_ns), passed)
+                passed = act.arriving(running.strength(now_ns), passed)[:MOST_FRAMES]
         return passed
 
     def leaving(self, now_ns: int, node: Node, given: Sequence[Frame]) -> Sequence[Frame]:
@@ -169,7 +183,7 @@ class Faults:
         passed += given
         for running, owner, act in self._frames:
             if owner is node:
-                passed = act.leaving(running.strength(now_ns), passed)
+                passed = act.leaving(running.strength(now_ns), passed)[:MOST_FRAMES]
         self.active = bool(self._waiting or self._running or self._freed)
         return passed
 

@@ -47,8 +47,8 @@ class FaultParam:
         unit: SI unit, or SPAN, SPAN_PER_SECOND, TEXT.
         meaning: one line for the reader of a table.
         default: value when nothing is said, SI; None makes it required.
-        low: smallest allowed value.
-        high: largest allowed value.
+        low: smallest allowed value, in `unit`.
+        high: largest allowed value, in `unit`.
         shown: the unit engineers write it in.
 
     """

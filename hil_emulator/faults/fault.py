@@ -2,14 +2,13 @@
 
 import contextlib
 import difflib
-import math
 import re
 import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, brief
 from hil_emulator.faults.catalogue import KINDS
 from hil_emulator.faults.connection import BUS, MESSAGE, MESSAGES, NODE
 from hil_emulator.faults.declare import (
@@ -27,7 +26,9 @@ from hil_emulator.units import show, to_si
 
 _TIMES = ("start", "duration", "ramp")
 _COMMON = (*_TIMES, "probability", "seed", "condition")
-_OF_NODE = re.compile(r"node(\d+)(?:\.(.+))?$")
+_OF_NODE = re.compile(r"node(\d{1,3})(?:\.(.+))?", re.ASCII)
+_LONGEST_S = 1e9  # times of a fault: 32 years fit 64 bits of nanoseconds (assumed)
+_LARGEST_SEED = 2**64 - 1
 _CHANNELS = {c.name: c for c in CHANNELS}
 
 
@@ -74,7 +75,7 @@ class Fault:
 
 def _thing(target: str) -> str:
     """Return what a target means without its node: "node5.tpdo1" is "tpdo1", "node5" is "node"."""
-    match = _OF_NODE.match(target)
+    match = _OF_NODE.fullmatch(target)
     return target if match is None else match[2] or NODE
 
 
@@ -88,7 +89,10 @@ def kinds_of(target: str) -> dict[str, FaultKind]:
     """Return the kinds of fault that a target can have, by name."""
     name = _thing(target.lower())
     group = MESSAGE if name in MESSAGES or _is_cob_id(name) else name
-    return {k.name: k for k in KINDS if group in k.targets}
+    possible = {k.name: k for k in KINDS if group in k.targets}
+    if name == target.lower():
+        return possible
+    return {name: k for name, k in possible.items() if k.layer is Layer.BUS}
 
 
 def fault(target: str, kind: str, **options: Any) -> Fault:
@@ -105,20 +109,26 @@ def fault(target: str, kind: str, **options: Any) -> Fault:
         UserError: for a target, kind or option that does not exist: lists those that do.
 
     """
+    for what in (target, kind, *options.values()):
+        if not isinstance(what, str | int | float | None):
+            raise UserError(f"fault: {brief(what)} is neither text nor a number")
+    target, kind = str(target), str(kind)
     possible = kinds_of(target)
+    if not possible and kinds_of(_thing(target)):
+        raise UserError(f"fault {target}: a node has messages only; write {_thing(target)}")
     if not possible:
-        raise UserError(f"fault: no '{target}' to befall{_meant(target, targets())}")
+        raise UserError(f"fault: no '{brief(target)}' to befall{_meant(target, targets())}")
+    kind = brief(kind)
     if kind not in possible:
         raise UserError(f"fault: {target} cannot have '{kind}'{_meant(kind, possible)}")
     chosen = possible[kind]
     names = [p.name for p in chosen.params]
     for key in options:
         if key not in (*names, *_COMMON):
-            raise UserError(
-                f"fault {target} {kind}: no parameter '{key}'{_meant(key, [*names, *_COMMON])}"
-            )
+            hint = _meant(key, [*names, *_COMMON])
+            raise UserError(f"fault {target} {kind}: no parameter '{brief(key)}'{hint}")
     values = {p.name: _value(target, chosen, p, options) for p in chosen.params}
-    match = _OF_NODE.match(target.lower())
+    match = _OF_NODE.fullmatch(target.lower())
     node = int(match[1]) if match else None
     common = _common(chosen, options)
     return Fault(target.lower(), chosen, values, said=dict(options), node=node, **common)
@@ -136,7 +146,7 @@ def spoken(text: str) -> Fault:
         options = dict(word.split("=", 1) for word in rest)
     except ValueError:
         raise UserError(
-            f"fault '{text}': write TARGET KIND and then NAME=VALUE, such as "
+            f"fault '{brief(text)}': write TARGET KIND and then NAME=VALUE, such as "
             "pressure_a offset value='3 bar' start='2 s'"
         ) from None
     return fault(target, kind, **options)
@@ -150,10 +160,12 @@ def _common(kind: FaultKind, options: Mapping[str, Any]) -> dict[str, Any]:
     try:
         found["probability"] = float(probability)
         found["seed"] = int(options.get("seed", 1))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise UserError("fault: probability and seed are plain numbers") from None
     if not 0.0 <= found["probability"] <= 1.0:
-        raise UserError(f"fault: probability {probability} is not between 0 and 1")
+        raise UserError(f"fault: probability {brief(probability)} is not between 0 and 1")
+    if not 0 <= found["seed"] <= _LARGEST_SEED:
+        raise UserError("fault: the seed is not between 0 and 2^64 - 1")
     if options.get("condition"):
         found["condition"] = condition.parse(str(options["condition"]))
     return found
@@ -164,8 +176,10 @@ def _time(name: str, text: object) -> int:
         seconds = to_si(text, "s", "200 ms")
     except ValueError as error:
         raise UserError(f"fault: {name}: {error}") from None
-    if not 0.0 <= seconds < math.inf:
-        raise UserError(f'fault: {name}: "{text}" is not a time from now on')
+    if not 0.0 <= seconds <= _LONGEST_S:
+        raise UserError(
+            f'fault: {name}: "{brief(text)}" is not a time from now on, at most {_LONGEST_S:g} s'
+        )
     return round(seconds * 1e9)
 
 
@@ -187,9 +201,9 @@ def _value(target: str, kind: FaultKind, param: FaultParam, options: Mapping[str
         value = to_si(_plain(options[param.name], unit), unit, show(1.0 * scale, unit, shown))
     except ValueError as error:
         raise UserError(f"{where}: {error}") from None
-    if not param.low <= value <= param.high or not math.isfinite(value):
-        low, high = (show(v, unit, shown) for v in (param.low, param.high))
-        raise UserError(f"{where}: {options[param.name]} is outside {low} ... {high}")
+    if not param.low * scale <= value <= param.high * scale:
+        low, high = (show(v * scale, unit, shown) for v in (param.low, param.high))
+        raise UserError(f"{where}: {brief(options[param.name])} is outside {low} ... {high}")
     return value
 
 
@@ -205,7 +219,7 @@ def _twin(where: str, target: str, other: object) -> str:
     unit = _CHANNELS[target].unit
     twins = [c.name for c in CHANNELS if c.unit == unit and c.name != target]
     if other not in twins:
-        raise UserError(f"{where}: name one of {', '.join(twins)}, not {other}")
+        raise UserError(f"{where}: name one of {', '.join(twins)}, not {brief(other)}")
     return str(other)
 
 
@@ -218,6 +232,6 @@ def _is_cob_id(text: str) -> bool:
 
 def _meant(wrong: str, known: Iterable[str]) -> str:
     names = list(known)
-    near = difflib.get_close_matches(wrong, names, 1)
+    near = difflib.get_close_matches(brief(wrong), names, 1)
     hint = f", did you mean '{near[0]}'?" if near else ";"
     return f"{hint} There are: {', '.join(names)}"

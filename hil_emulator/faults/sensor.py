@@ -101,7 +101,7 @@ def stuck(place: Place) -> Act:
     return _blended(place, wrong)
 
 
-@sensor_fault(FaultParam("value", SPAN, "by how much", 0.1))
+@sensor_fault(FaultParam("value", SPAN, "by how much", 0.1, -10.0, 10.0))
 def offset(place: Place, value: float) -> Act:
     """Reads too much."""
     return _blended(place, lambda s, v: v + value)
@@ -113,20 +113,20 @@ def gain(place: Place, factor: float) -> Act:
     return _blended(place, lambda s, v: v * factor)
 
 
-@sensor_fault(FaultParam("rate", SPAN_PER_SECOND, "how fast", 0.1))
+@sensor_fault(FaultParam("rate", SPAN_PER_SECOND, "how fast", 0.1, -100.0, 100.0))
 def drift(place: Place, rate: float) -> Act:
     """Wanders off."""
     return _blended(place, lambda s, v: v + rate * s.elapsed_ns * 1e-9)
 
 
-@sensor_fault(FaultParam("deviation", SPAN, "standard deviation", 0.02, 0.0))
+@sensor_fault(FaultParam("deviation", SPAN, "standard deviation", 0.02, 0.0, 10.0))
 def noise(place: Place, deviation: float) -> Act:
     """Reads with further, normal noise."""
     return _blended(place, lambda s, v: v + s.random.gauss(0.0, deviation))
 
 
 @sensor_fault(
-    FaultParam("amplitude", SPAN, "half of its height", 0.02, 0.0),
+    FaultParam("amplitude", SPAN, "half of its height", 0.02, 0.0, 10.0),
     FaultParam("frequency", "Hz", "of the mains", 50.0, 0.1, 10e3),
 )
 def hum(place: Place, amplitude: float, frequency: float) -> Act:
@@ -135,7 +135,7 @@ def hum(place: Place, amplitude: float, frequency: float) -> Act:
     return _blended(place, lambda s, v: v + amplitude * math.sin(turning * s.elapsed_ns))
 
 
-@sensor_fault(FaultParam("height", SPAN, "by how much", 0.3), probability=0.02)
+@sensor_fault(FaultParam("height", SPAN, "by how much", 0.3, -10.0, 10.0), probability=0.02)
 def spike(place: Place, height: float) -> Act:
     """Single samples read too much."""
     return _blended(place, lambda s, v: v + height)

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, brief
 from hil_emulator.faults.active import Faults, Running
 from hil_emulator.signals.columns import columns
 from hil_emulator.signals.inputs import COMMANDS, SETTINGS, setting
@@ -138,7 +138,7 @@ def _signals(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
     names = request.get("names") or list(units)
     unknown = [name for name in names if name not in units]
     if unknown:
-        raise UserError(f"no signal '{unknown[0]}'; there are {', '.join(units)}")
+        raise UserError(f"no signal '{brief(unknown[0])}'; there are {', '.join(units)}")
     return {"signals": {n: {"value": rig.value(n), "unit": units[n]} for n in names}}
 
 

@@ -5,9 +5,12 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, brief
 from hil_emulator.signals.columns import columns
 from hil_emulator.units import to_si
+
+LONGEST = 500
+"""Characters of a condition, which is looked at in every tick (assumed)."""
 
 _COMPARE: dict[str, Callable[[float, float], bool]] = {
     ">=": operator.ge,
@@ -45,7 +48,7 @@ def unit_of(name: str) -> str:
     """
     known = columns()
     if name not in known:
-        raise UserError(f"no signal '{name}'; there are {', '.join(known)}")
+        raise UserError(f"no signal '{brief(name)}'; there are {', '.join(known)}")
     return known[name]
 
 
@@ -56,6 +59,8 @@ def parse(text: str) -> Condition:
         UserError: says which part cannot be read, and why.
 
     """
+    if len(text) > LONGEST:
+        raise UserError(f'condition "{brief(text)}": longer than {LONGEST} characters')
     terms = []
     for part in text.split(" and "):
         match = _TERM.match(part)

@@ -9,6 +9,7 @@ from runs import BEGIN, END, TICKS, Run, codes, count, run, sound
 
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
+from hil_emulator.faults.active import MOST, MOST_FRAMES
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import shipped
 
@@ -185,3 +186,21 @@ def test_one_node_of_several_can_be_meant() -> None:
         assert {0x705, 0x706, 0x707, 0x708} <= {f.can_id for f in b.ticks(30)}
         with pytest.raises(UserError, match="no node 9; there are 5, 6, 7, 8"):
             b.rig.fault("node9", "reset")
+
+
+def test_faults_upon_faults_fill_no_memory() -> None:
+    """Five that send each frame 101 times would make 10^10 of one; there is an end to frames."""
+    with bench(reference()) as b:
+        for _ in range(5):
+            b.rig.fault("bus", "duplicate", copies=100)
+        assert max(len(b.tick(START)) for _ in range(3)) <= MOST_FRAMES
+
+
+def test_faults_have_a_number_that_a_tick_can_bear() -> None:
+    """The next one is refused, until one of them is ended."""
+    with bench(reference()) as b:
+        running = [b.rig.fault("supply", "droop") for _ in range(MOST)]
+        with pytest.raises(UserError, match="end some of them"):
+            b.rig.fault("supply", "droop")
+        running[0].end()
+        b.rig.fault("supply", "droop")

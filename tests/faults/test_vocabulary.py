@@ -1,5 +1,6 @@
 """The vocabulary of faults: what can be said, and what is answered to the rest."""
 
+import math
 import re
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import pytest
 
 from hil_emulator.errors import UserError
 from hil_emulator.faults.catalogue import KINDS
-from hil_emulator.faults.declare import FaultKind, FaultParam, Layer
+from hil_emulator.faults.declare import TEXT, FaultKind, FaultParam, Layer
 from hil_emulator.faults.fault import fault, kinds_of, targets
 from hil_emulator.faults.plant import plant_fault
 from hil_emulator.model.declare import DeclarationError
@@ -67,6 +68,16 @@ def test_an_unknown_parameter_lists_the_known_ones() -> None:
         ({"condition": "position > 3 bar"}, "a length is wanted"),
         ({"condition": "posn > 3 mm"}, "no signal 'posn'; there are time"),
         ({"condition": "up and away"}, '"up" is not a comparison'),
+        ({"condition": "position > 1 mm and " * 30 + "position > 1 mm"}, "longer than 500"),
+        ({"value": "inf bar"}, r"inf bar is outside -2500 bar \.\.\. 2500 bar"),
+        ({"value": "1e305 bar"}, "outside"),
+        ({"value": [[[]]]}, "neither text nor a number"),
+        ({"start": "1e305 s"}, "at most 1e.09 s"),
+        ({"duration": "inf s"}, "at most 1e.09 s"),
+        ({"probability": float("nan")}, "not between 0 and 1"),
+        pytest.param({"probability": 10**5000}, "plain numbers", id="huge probability"),
+        ({"seed": float("inf")}, "plain numbers"),
+        ({"seed": -1}, "the seed is not between"),
     ],
 )
 def test_a_wrong_value_is_named_with_its_place(options: dict[str, object], message: str) -> None:
@@ -103,3 +114,35 @@ def test_a_kind_takes_what_can_be_said_about_it() -> None:
         @plant_fault("cylinder", "leakage", FaultParam("conductance", "1", "how much", 1.0))
         def leak() -> None:
             """Leak."""
+
+
+@pytest.mark.parametrize(
+    ("target", "kind", "message"),
+    [
+        (5, "stuck", "5 to befall|no '5'"),
+        (["a"], "stuck", "neither text nor a number"),
+        ("pressure_a", None, "cannot have 'None'"),
+        ("node5.pressure_a", "stuck", "a node has messages only; write pressure_a"),
+        ("node5.supply", "loss", "a node has messages only; write supply"),
+        ("node" + "9" * 5000, "silence", "to befall"),
+        ("x" * 60_000, "stuck", "to befall"),
+        ("supply", "x" * 60_000, "cannot have"),
+    ],
+    ids=lambda value: str(value)[:20],
+)
+def test_a_target_that_is_none_is_one_short_message(
+    target: object, kind: object, message: str
+) -> None:
+    """Whatever it is and however long, and the plant and its sensors belong to no single node."""
+    with pytest.raises(UserError, match=message) as caught:
+        fault(target, kind)  # type: ignore[arg-type]
+    assert len(str(caught.value)) < 1000
+
+
+@pytest.mark.parametrize("param", [p for k in KINDS for p in k.params if p.unit != TEXT], ids=str)
+def test_every_parameter_has_bounds(param: FaultParam) -> None:
+    """No fault can be told a number that the plant or a frame does not survive."""
+    assert math.isfinite(param.low)
+    assert math.isfinite(param.high)
+    assert param.default is not None
+    assert param.low <= param.default <= param.high
