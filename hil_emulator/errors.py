@@ -8,8 +8,10 @@ _LONGEST = 80  # characters of a quotation (assumed)
 class UserError(Exception):
     """Something the user can mend: says what is wrong, where, and what to do.
 
-    The command line prints its text without a traceback and ends with exit code 2.
+    The command line prints its text without a traceback and ends with `exit_code`.
     """
+
+    exit_code = 2
 
 
 def brief(given: object) -> str:

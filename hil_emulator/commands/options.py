@@ -13,7 +13,7 @@ FILES = click.argument(
 
 
 class Commands(click.Group):
-    """A group that shows a `UserError` as one message and ends with exit code 2."""
+    """A group that shows a `UserError` as one message and ends with its exit code."""
 
     def invoke(self, ctx: click.Context) -> Any:
         """Invoke a command."""
@@ -21,7 +21,7 @@ class Commands(click.Group):
             return super().invoke(ctx)
         except UserError as error:
             click.echo(f"hil-emulator: {error}", err=True)
-            ctx.exit(2)
+            ctx.exit(error.exit_code)
 
 
 class Duration(click.ParamType[float]):

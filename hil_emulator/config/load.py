@@ -63,6 +63,8 @@ class Configuration:
         steps: integration steps per tick.
         seed: seed of the sensor noise.
         late: what a late tick means: "count" it or "stop" the run.
+        not_finite: what a state of the model that is not finite means: "stop" the run, or "reset"
+            the model.
         sync_period_ns: time that one SYNC stands for under the follow-SYNC clock [ns].
         bus: arguments of `can.Bus`.
         nodes: the CANopen nodes; none for a bench that only measures.
@@ -79,6 +81,7 @@ class Configuration:
     steps: int
     seed: int
     late: str
+    not_finite: str
     sync_period_ns: int
     bus: dict[str, Any]
     nodes: tuple[NodeSettings, ...]
@@ -240,6 +243,7 @@ def _configuration(
         steps=steps,
         seed=rig.seed,
         late=rig.late,
+        not_finite=rig.not_finite,
         sync_period_ns=round(rig.sync_period * 1e9),
         bus=dict(checked.bus) or dict(DEFAULT_BUS),
         nodes=tuple(

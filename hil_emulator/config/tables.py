@@ -32,12 +32,13 @@ DROP_TOTAL = Param(
 
 
 class RigTable(StrictTable):
-    """How the loop runs: tick, integration step, seed of the noise, what a late tick means."""
+    """How the loop runs: tick, step, seed of the noise, what late ticks and lost states mean."""
 
     tick: Annotated[float, quantity(TICK)] = TICK.typical
     step: Annotated[float, quantity(STEP)] = STEP.typical
     seed: int = Field(default=1, ge=0)
     late: Literal["count", "stop"] = "count"
+    not_finite: Literal["stop", "reset"] = "stop"
     sync_period: Annotated[float, quantity(SYNC_PERIOD)] = SYNC_PERIOD.typical
 
     @model_validator(mode="after")

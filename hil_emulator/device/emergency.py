@@ -33,6 +33,7 @@ class ErrorCode(IntEnum):
     """Emergency error codes (CiA 301 7.2.7.1)."""
 
     NONE = 0x0000
+    INTERNAL_SOFTWARE = 0x6100
     LIFE_GUARD_OR_HEARTBEAT = 0x8130
     PDO_TOO_SHORT = 0x8210
     PDO_TOO_LONG = 0x8220

@@ -38,7 +38,7 @@ def run(memory, par, inputs, signals, step, steps):
 
 @entry
 def tick(memory, past, par, inputs, signals, step, steps):
-    """Integrate one tick, its set point delayed."""
+    """Integrate one tick, its set point delayed; tell whether the state is finite."""
     parameters = par.view(PARAMETERS)[0]
     held = np.empty(HELD_LENGTH).view(HELD)[0]
     hold(parameters, inputs.view(INPUTS)[0], held)
@@ -50,6 +50,7 @@ def tick(memory, past, par, inputs, signals, step, steps):
     integrate(
         memory.view(STATE), memory, parameters, held, signals.view(SIGNALS)[0], step, steps
     )
+    return finite(memory)
 
 
 @entry

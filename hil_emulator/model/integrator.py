@@ -73,5 +73,13 @@ def integrate(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float, 
     derivative(rows[0], rows[2], par, held, y)
 
 
-INTEGRATOR = (slopes, advance, bend, unsure, integrate)
+def finite(memory: Any) -> bool:
+    """Tell whether every number of the state is finite: zero times any other is NaN."""
+    remainder = 0.0
+    for i in range(STATE_LENGTH):
+        remainder += 0.0 * memory[i]
+    return remainder == 0.0
+
+
+INTEGRATOR = (slopes, advance, bend, unsure, integrate, finite)
 """What `kernel` compiles of this file, in the order of use."""

@@ -37,7 +37,7 @@ class Kernel:
     Attributes:
         run: `run(memory, par, inputs, signals, step, steps)`, see `integrator.integrate`.
         tick: `tick(memory, past, par, inputs, signals, step, steps)`: the same for one tick, with
-            the set point's delay.
+            the set point's delay; returns whether the state is finite.
         rate: `rate(state, rates, par, inputs, signals)`, see `actuator.derivative`.
         sense: `sense(signals, sources, par, memory, past, normal, period, reading, overrange)`,
             see `sensors.sample`.
@@ -57,7 +57,7 @@ class Kernel:
     """
 
     run: Callable[..., None]
-    tick: Callable[..., None]
+    tick: Callable[..., bool]
     rate: Callable[..., None]
     sense: Callable[..., None]
     read: Callable[..., None]

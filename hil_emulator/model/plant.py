@@ -44,6 +44,12 @@ class Plant:
         self.state = named(self.state_vector, kernel.state)
         self._start()
 
+    def restart(self) -> None:
+        """Be at rest at the configured position again, with the parameters and inputs it has."""
+        self._memory[:] = 0.0
+        self._past[:] = math.nan
+        self._start()
+
     def _start(self) -> None:
         par, state = self.parameters, self.state
         alpha = par.cylinder_area_ratio
@@ -60,17 +66,26 @@ class Plant:
         self.state.pressure_b = pressure_b - gas * gas / pressure_b
         self.step(0)
 
+    def culprit(self) -> str:
+        """Return the name of the first state that is not finite, "" where all are."""
+        names = zip(self.kernel.state.names or (), self.state_vector.tolist(), strict=True)
+        return next((name for name, value in names if not math.isfinite(value)), "")
+
     def command(self, commands: Mapping[str, float]) -> None:
         """Set inputs by name; they hold until the next command."""
         for name, value in commands.items():
             self.input_vector[self._input_index[name]] = value
 
-    def step(self, steps: int) -> None:
+    def step(self, steps: int) -> bool:
         """Integrate `steps` steps with the inputs held, and evaluate the signals there.
 
         One call is one tick: a delay of the set point counts calls.
+
+        Returns:
+            Whether every state is finite.
+
         """
-        self.kernel.tick(
+        return self.kernel.tick(
             self._memory, self._past, self.parameter_vector, self.input_vector, self.signal_vector,
             self.step_width, steps,
         )  # fmt: skip
@@ -110,6 +125,11 @@ class Sensors:
         self.overrange = np.zeros(len(CHANNELS), np.int64)
         self._normals = np.empty((_BLOCK, len(CHANNELS)))
         self._next = _BLOCK
+
+    def restart(self) -> None:
+        """Forget what was read so far."""
+        self._memory[:] = math.nan
+        self._past[:] = math.nan
 
     def sample(self, signals: Vector) -> None:
         """Fill `reading` and `overrange` from the model's signals, shape (signals,)."""

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
+from hil_emulator.simulation.not_finite import NotFiniteError
 from hil_emulator.simulation.rig import FrameDoor, Rig, assemble
 
 
@@ -87,8 +88,12 @@ class Machine:
         """Let one tick pass."""
         for junction in self._junctions:
             junction.collect()
-        for rig in self.rigs.values():
-            rig.step()
+        for name, rig in self.rigs.items():
+            try:
+                rig.step()
+            except NotFiniteError as error:
+                error.args = (f"{name}: {error}",)
+                raise
 
     def serve(self, frames: Sequence[Frame]) -> None:
         """Let all nodes answer frames at the present moment; the plants stand still."""

@@ -1,6 +1,8 @@
 """One tick of the emulator in a few lines; the only module that knows everybody."""
 
 import functools
+import logging
+import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Protocol
@@ -10,6 +12,7 @@ import numpy as np
 from hil_emulator.config.load import Configuration
 from hil_emulator.device.abort import SdoAbort
 from hil_emulator.device.binding import raw_value
+from hil_emulator.device.emergency import ErrorBit, ErrorCode
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
@@ -25,8 +28,11 @@ from hil_emulator.signals.inputs import COMMANDS, checked
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.node_factory import nodes
+from hil_emulator.simulation.not_finite import NotFiniteError
 
 __all__ = ["FrameDoor", "Rig", "assemble", "compiled", "nodes"]
+
+_log = logging.getLogger(__name__)
 
 
 class FrameDoor(Protocol):
@@ -52,6 +58,7 @@ class Rig:
         tick_ns: period of the loop [ns].
         steps: integration steps per tick.
         recorder: takes down every tick, where there is one.
+        not_finite: what becomes of a model with a state that is not finite: "stop" or "reset".
 
     Attributes:
         now_ns: emulator time at which the next tick begins [ns].
@@ -68,6 +75,7 @@ class Rig:
         tick_ns: int,
         steps: int,
         recorder: Recorder | None = None,
+        not_finite: str = "stop",
     ) -> None:
         self.plant = plant
         self.sensors = sensors
@@ -78,19 +86,27 @@ class Rig:
         self.recorder = recorder
         self.faults = Faults(plant, sensors, nodes, self.value, self._ended)
         self._steps = steps
+        self._resets = not_finite == "reset"
         self._router = FrameRouter(self.nodes)
         self._measured = self._measure()
 
     def step(self) -> None:
-        """Let one tick pass; the order of these lines is the contract."""
+        """Let one tick pass; the order of these lines is the contract.
+
+        Raises:
+            NotFiniteError: if the model has lost its state, once the bus and the recording know.
+
+        """
         self.faults.schedule(self.now_ns)
         self._receive(self.bus.receive())
-        self.plant.step(self._steps)
-        self._measured = self._measure()
+        finite = self.plant.step(self._steps)
+        self._measured = self._measure() if finite else self._fail()
         self._publish()
         if self.recorder:
             self.recorder.row(self.now_ns, self.plant, self._measured.values)
         self.now_ns += self.tick_ns
+        if not finite:
+            self._recover()
 
     def serve(self, frames: Sequence[Frame]) -> None:
         """Let the nodes answer frames at the present moment; the plant stands still."""
@@ -192,6 +208,24 @@ class Rig:
         sound = Measured(self.sensors.reading.tolist(), self.sensors.overrange.tolist())
         return self.faults.sensed(self.now_ns, sound)
 
+    def _fail(self) -> Measured:
+        """Let the nodes report that their measuring has failed; return readings that are none."""
+        for node in self.nodes:
+            node.raise_error(NotFiniteError, ErrorCode.INTERNAL_SOFTWARE, ErrorBit.GENERIC)
+        count = len(self.sensors.names)
+        return Measured([math.nan] * count, [0] * count)
+
+    def _recover(self) -> None:
+        """End the run, or begin again at rest."""
+        error = NotFiniteError(self.now_ns - self.tick_ns, self.plant.culprit())
+        if not self._resets:
+            raise error
+        _log.warning("%s; the model begins again at rest", error)
+        self.plant.restart()
+        self.sensors.restart()
+        for node in self.nodes:
+            node.clear_error(NotFiniteError)
+
     def _publish(self) -> None:
         outgoing: list[Frame] = []
         for node in self.nodes:
@@ -238,4 +272,4 @@ def assemble(
     random = np.random.default_rng(config.seed)
     sensors = Sensors(model, config.sensors, config.tick_ns * 1e-9, random)
     made = nodes(config, sensors.names)
-    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, recorder)
+    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, recorder, config.not_finite)

@@ -3,6 +3,7 @@
 position value = ± position / step + offset,   offset = preset - position value when preset
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -109,8 +110,9 @@ class Encoder:
         alarm = warning = False
         if self._at is not None:
             position = measured.values[self._at]
-            alarm = measured.overrange[self._at] != 0 or position != position
-            if position == position:
+            valid = math.isfinite(position)
+            alarm = measured.overrange[self._at] != 0 or not valid
+            if valid:
                 self._raw = round(position / self._step)
             alarm = alarm or abs(self._raw) > self._range > 0
             value = self._raw + (0 if self._offset is None else self._offset.value)
@@ -118,7 +120,7 @@ class Encoder:
                 _saturate(target, value)
         if self._speed_at is not None and self._speed_limited is not None:
             speed = measured.values[self._speed_at] / self._speed_limited[0].factor
-            if speed == speed:
+            if math.isfinite(speed):
                 warning = _saturate(self._speed_limited, round(speed))
         self._alarms.value = POSITION_ERROR if alarm else 0
         self._warnings.value = FREQUENCY_EXCEEDED if warning else 0

@@ -1,5 +1,6 @@
 """Measuring devices: load cells, pressure transmitters (CiA 404)."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -66,7 +67,7 @@ class MeasuringDevice:
         """Let each input turn its field value into a process value."""
         for position, made in self._wired:
             value = measured.values[position]
-            made.measure(measured.overrange[position], valid=value == value)
+            made.measure(measured.overrange[position], valid=math.isfinite(value))
 
     def command(
         self, now_ns: int, commands: Mapping[str, float], *, operational: bool
