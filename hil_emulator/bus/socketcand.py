@@ -23,6 +23,7 @@ HI = b"< hi >"
 OK = b"< ok >"
 ECHO = b"< echo >"
 
+_OPEN = b"<open"
 _COMMAND = re.compile(rb"<([^<>]{0,%d})>" % MAX_COMMAND)
 _SEND = re.compile(
     rb"\s*send\s+([0-9A-Fa-f]{1,3}|[0-9A-Fa-f]{8})\s+([0-8])((?:\s+[0-9A-Fa-f]{1,2}){0,8})\s*"
@@ -50,6 +51,14 @@ class CommandStream:
         unfinished = stream[start:] if start >= 0 else b""
         self._unfinished = unfinished if len(unfinished) <= MAX_COMMAND + 1 else b""
         return _COMMAND.findall(stream, 0, end)
+
+
+def opens(beginning: bytes) -> bool | None:
+    """Tell whether a stream begins with `< open`; None while that cannot be known yet."""
+    said = b"".join(beginning.split())[: len(_OPEN)]
+    if said == _OPEN:
+        return True
+    return None if _OPEN.startswith(said) and len(beginning) < MAX_COMMAND else False
 
 
 def parse_send(command: bytes) -> Frame | None:

@@ -10,11 +10,16 @@ READ_BYTES = 2048  # taken from one client in one poll, about 50 frames; assumed
 WRITE_BUFFER_BYTES = 256 * 1024  # about 6500 frames, 0.7 s of a full 1 Mbit/s bus; assumed
 HANDSHAKE_PAUSE_S = 0.05  # python-can's client needs microseconds to read the last "ok"; assumed
 
+HANDSHAKE_LIMIT_S = 5.0  # who takes longer gives way to others; assumed
+
 _QUICKACK: int | None = getattr(socket, "TCP_QUICKACK", None)  # Linux only
 
 
 class Connection:
     """A client of the bus, from `< hi >` until it vanishes.
+
+    A client that begins with anything but `< open` is closed at once: a web page can make a
+    browser post to this port, and what the body of its request says would be obeyed.
 
     Frames for a client that has only just been told the last `< ok >` are held back for
     `HANDSHAKE_PAUSE_S`, or until it speaks: python-can's client compares one whole `recv()` with
@@ -41,12 +46,19 @@ class Connection:
         self.gone = False
         self.dropped = 0
         self.ignored = 0
+        self._since = time.monotonic()
         self._channel = channel
+        self._beginning: bytes | None = b""  # what it has said first; None once that is known
         self._opened = False
         self._silent_until: float | None = None  # [s] of time.monotonic()
         self._commands = socketcand.CommandStream()
         self._waiting = bytearray()
         self._reply(socketcand.HI)
+
+    @property
+    def lingers(self) -> bool:
+        """Whether it is long since the client came, and it still is not on the bus."""
+        return not self.raw and time.monotonic() - self._since > HANDSHAKE_LIMIT_S
 
     @property
     def wants_to_write(self) -> bool:
@@ -71,6 +83,9 @@ class Connection:
         except OSError:
             chunk = b""
         if not chunk:
+            self.gone = True
+            return []
+        if self._beginning is not None and not self._begins_well(chunk):
             self.gone = True
             return []
         frames = [self._obey(command) for command in self._commands.feed(chunk)]
@@ -117,6 +132,15 @@ class Connection:
         if frame is None:
             self.ignored += 1
         return frame
+
+    def _begins_well(self, chunk: bytes) -> bool:
+        """Tell whether what has come so far can be the beginning of a client of this bus."""
+        assert self._beginning is not None
+        self._beginning = (self._beginning + chunk)[: socketcand.MAX_COMMAND]
+        verdict = socketcand.opens(self._beginning)
+        if verdict:
+            self._beginning = None
+        return verdict is not False
 
     def _shake_hands(self, command: bytes) -> None:
         words = command.decode("ascii", "replace").split()

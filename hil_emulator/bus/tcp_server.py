@@ -143,11 +143,19 @@ class SocketcandServerBus(can.BusABC):
         with contextlib.suppress(OSError):  # who has gone again already need not be served
             sock, _ = self._listener.accept()
             if len(self._clients) >= MAX_CLIENTS:
+                self._dismiss()
+            if len(self._clients) >= MAX_CLIENTS:
                 _turn_away(sock)
                 return
             client = Connection(sock, self.channel)
             self._selector.register(sock, selectors.EVENT_READ, client)
             self._clients += (client,)
+            self._watch(client)
+
+    def _dismiss(self) -> None:
+        """Let those go who hold a place without ever joining the bus."""
+        for client in [c for c in self._clients if c.lingers]:
+            client.gone = True
             self._watch(client)
 
     def _read(self, client: Connection) -> None:

@@ -12,7 +12,7 @@ from wires import message_of
 from hil_emulator.bus import tcp_connection
 from hil_emulator.bus.socketcand import CommandStream
 from hil_emulator.bus.tcp_connection import READ_BYTES, WRITE_BUFFER_BYTES
-from hil_emulator.bus.tcp_server import SocketcandServerBus
+from hil_emulator.bus.tcp_server import MAX_CLIENTS, SocketcandServerBus
 from hil_emulator.frame import Frame
 
 FRAME = Frame(0x181, bytes(range(8)))
@@ -60,6 +60,7 @@ def test_a_hundred_thousand_random_bytes_harm_nobody(server: SocketcandServerBus
     noise = bytes(chance.choices([*range(256), *b"<<<<>>>>"], k=100_000))
     with Client(server) as deaf, Client(server).shake_hands() as loud:
         witness = Client(server).shake_hands()
+        deaf.say(b"< open can7 >")
         for start in range(0, len(noise), 1000):
             deaf.say(noise[start : start + 1000])
             loud.say(noise[start : start + 1000])
@@ -70,6 +71,46 @@ def test_a_hundred_thousand_random_bytes_harm_nobody(server: SocketcandServerBus
         assert FRAME.data.hex().encode() in witness.hear(1)
         assert server.ignored > 100
         assert server.clients == 3
+
+
+POST = (
+    b"POST / HTTP/1.1\r\nHost: 127.0.0.1:29536\r\nOrigin: http://evil.test\r\n"
+    b"Content-Type: text/plain\r\n\r\n< open can0 >< rawmode >" + send_line(FRAME)
+)
+
+
+@pytest.mark.parametrize(
+    "beginning",
+    [POST, b"GET / HTTP/1.0\r\n\r\n", send_line(FRAME), b"\x16\x03\x01", b"< hi >", b" " * 200],
+)
+@pytest.mark.parametrize("piece", [1, 7, 4096])
+def test_who_does_not_begin_with_open_is_cut_off(
+    server: SocketcandServerBus, beginning: bytes, piece: int
+) -> None:
+    """A web page's POST, whose body would drive the bus, gets no frame on it, however it comes."""
+    with Client(server).shake_hands() as witness, Client(server) as page:
+        polled(server, lambda: server.clients == 2)
+        for start in range(0, len(beginning), piece):
+            with contextlib.suppress(OSError):
+                page.say(beginning[start : start + piece])
+        assert polled(server, lambda: server.clients == 1) == []
+        assert b"frame" not in witness.heard()
+
+
+def test_places_held_by_nobody_are_given_away(
+    server: SocketcandServerBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Connections that never open the bus keep no client out once they have had their time."""
+    idle = [Client(server) for _ in range(MAX_CLIENTS)]
+    polled(server, lambda: server.clients == MAX_CLIENTS)
+    with Client(server) as late:
+        assert b"error" in late.hear(1)
+    monkeypatch.setattr(tcp_connection, "HANDSHAKE_LIMIT_S", 0.0)
+    with Client(server).shake_hands() as client:
+        server.send(message_of(FRAME))
+        assert b"frame" in client.hear(1)
+    for connection in idle:
+        connection.socket.close()
 
 
 def test_one_poll_takes_no_more_than_a_portion(server: SocketcandServerBus) -> None:

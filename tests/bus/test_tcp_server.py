@@ -91,7 +91,7 @@ def test_frames_before_raw_mode_are_neither_told_nor_taken(server: SocketcandSer
     with Client(server) as client:
         assert client.hear(1) == b"< hi >"
         server.send(SYNC)
-        client.say(SYNC_LINE + b"< echo >")
+        client.say(b"< open can0 >" + SYNC_LINE + b"< echo >")
         assert polled(server, lambda: client.heard().endswith(b"< echo >")) == []
         assert b"frame" not in client.heard()
 
