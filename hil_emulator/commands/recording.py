@@ -34,8 +34,10 @@ def recorded(
         yield
     finally:
         recorder.close()
+        fired = capture is None or capture.triggered_ns is not None
         for file in files:
-            click.echo(f"recorded  {near(file)}")
+            empty = "" if fired else f', without a tick: "{text}" never held'
+            click.echo(f"recorded  {near(file)}{empty}")
 
 
 @contextmanager

@@ -12,16 +12,22 @@ import numpy as np
 
 from hil_emulator.bus import frame_log
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.config.load import Configuration, load_rig
+from hil_emulator.config.effect_files import digest
+from hil_emulator.config.load import Configuration, load_rig, load_texts, on_bus
+from hil_emulator.config.toml_file import read_text
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
-from hil_emulator.platform.paths import cache_folder
+from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.recording import journal
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
 from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.recording.messages import describe, from_json
+from hil_emulator.signals.columns import columns
 from hil_emulator.simulation.rig import Rig, assemble
+
+LONGEST_NS = 86_400 * 10**9
+"""Of a log that is replayed: a day [ns] (assumed)."""
 
 _SHOWN = 10  # differing signals that are listed
 
@@ -104,13 +110,19 @@ def compare(recording: Recording, config: Configuration) -> Repetition:
     recorder = MemoryRecorder()
     rig = assemble(config, script, cache_folder(), recorder)
     last_ns = max([now for now, _, _ in recording.frames], default=0)
+    if last_ns > LONGEST_NS:
+        raise UserError(f"the log's times reach {last_ns * 1e-9:g} s; replay a part of it")
     ticks = len(recording.rows) or last_ns // config.tick_ns + 1
     events = list(recording.events)
     running: list[Any] = []
     for _ in range(ticks):
         script.now_ns = rig.now_ns
         while events and events[0][0] <= rig.now_ns:
-            _repeat(rig, script, events.pop(0)[1], running)
+            what = events.pop(0)[1]
+            try:
+                _repeat(rig, script, what, running)
+            except (LookupError, TypeError, AttributeError, ValueError):
+                raise UserError(f"what was done at {rig.now_ns * 1e-9:.3f} s is damaged") from None
         rig.step()
     repeated = remembered(recorder, recording.header)
     return Repetition(
@@ -138,8 +150,11 @@ def _repeat(rig: Rig, script: Script, what: dict[str, Any], running: list[Any]) 
 def _deviations(recording: Recording, repeated: Recording) -> dict[str, float]:
     if not len(recording.rows):
         return {}
-    difference = np.abs(recording.rows - repeated.rows).max(axis=0)
-    found = zip(recording.units, difference.tolist(), strict=True)
+    then, now = recording.rows, repeated.rows
+    with np.errstate(invalid="ignore"):
+        difference = np.where((then == now) | np.isnan(then) & np.isnan(now), 0.0, then - now)
+    largest = np.nan_to_num(np.abs(difference), nan=np.inf).max(axis=0)
+    found = zip(recording.units, largest.tolist(), strict=True)
     return {name: value for name, value in found if value > 0.0}
 
 
@@ -153,12 +168,8 @@ def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration
         head = header(config, ())
         return Recording(head, np.empty((0, len(head["columns"]))), frames), config
     recording = journal.read(file)
-    if recording.header["capture"]:
-        raise UserError(
-            f"{file}: begins {recording.rows[0, 0]:g} s after the start, around "
-            f'"{recording.header["capture"]}"; only a recording from the start can be replayed'
-        )
-    config = load_rig(files or [Path(name) for name in recording.header["files"]])
+    _check_replayable(file, recording)
+    config = load_rig(files) if files else _recorded(file, recording.header)
     config = _as_recorded(config, recording.header)
     if not files and config.digest != recording.provenance["digest"]:
         raise UserError(
@@ -166,6 +177,46 @@ def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration
             f"{recording.provenance['digest']}); name the CONFIG to replay it with"
         )
     return recording, config
+
+
+def _check_replayable(file: Path, recording: Recording) -> None:
+    """Refuse what does not begin with the start of the emulator."""
+    trigger = recording.header["capture"]
+    if not len(recording.rows):
+        reason = f': "{trigger}" never held' if trigger else "; it ended before the first tick"
+        raise UserError(f"{file}: holds no tick{reason}")
+    if trigger:
+        raise UserError(
+            f"{file}: begins {recording.rows[0, 0]:g} s after the start, around "
+            f'"{trigger}"; only a recording from the start can be replayed'
+        )
+    if recording.units != columns():
+        raise UserError(f"{file}: has other columns than this version records; replay it with its")
+
+
+def _recorded(file: Path, head: dict[str, Any]) -> Configuration:
+    """Return the configuration that a recording carries; that of an older one is read again.
+
+    A recording may come from anybody: an effect file that it names runs only if it is the very
+    one that was recorded.
+    """
+    paths = [Path(name) for name in head["files"]]
+    if not all(path.is_absolute() for path in paths):
+        raise UserError(f"{file}: does not tell where its configuration was; name the CONFIG")
+    texts = head.get("configuration") or [read_text(path, "configuration") for path in paths]
+    if len(texts) != len(paths):
+        raise UserError(f"{file}: its configuration is incomplete; name the CONFIG")
+
+    def admit(path: Path, content: bytes) -> None:
+        found = digest(content)
+        if found not in head.get("effects", {}):
+            raise UserError(
+                f"{file}: the effect file {path} is not the one that was recorded; it has not been "
+                "run. Name the CONFIG to replay it with"
+            )
+        click.echo(f"runs      {near(path)}, as recorded (sha256 {found[:16]})")
+
+    return on_bus(load_texts(paths, texts, admit))
 
 
 def _as_recorded(config: Configuration, head: dict[str, Any]) -> Configuration:

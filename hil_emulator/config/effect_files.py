@@ -1,7 +1,6 @@
 """Effect files of the user: Python that declares effects and lists them in EFFECTS."""
 
 import hashlib
-import importlib.util
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +9,7 @@ from types import ModuleType
 from hil_emulator.model.declare import Effect
 
 _PREFIX = "hil_emulator_effects_"
+_DIGEST = "__sha256__"
 
 EffectFile = tuple[str, bytes]
 """Name and content of an effect file."""
@@ -17,23 +17,22 @@ EffectFile = tuple[str, bytes]
 
 def module_name(content: bytes) -> str:
     """Return the name of an effect file's module: kept machine code finds effects again by it."""
-    return _PREFIX + hashlib.sha256(content).hexdigest()[:16]
+    return _PREFIX + digest(content)[:16]
 
 
-def read_effects(path: Path) -> list[Effect]:
-    """Import an effect file.
+def read_effects(path: Path, content: bytes) -> list[Effect]:
+    """Run an effect file: this content and no other, whatever has been compiled from it before.
 
     Raises:
         Exception, SystemExit: whatever ends it, as it is anybody's Python; TypeError where EFFECTS
             is no list of effects.
 
     """
-    spec = importlib.util.spec_from_file_location(module_name(path.read_bytes()), path)
-    if spec is None or spec.loader is None:
-        raise ImportError("not a Python file")
-    module = importlib.util.module_from_spec(spec)
+    module = ModuleType(module_name(content))
+    module.__file__ = str(path)
+    module.__dict__[_DIGEST] = digest(content)
     sys.modules[module.__name__] = module
-    spec.loader.exec_module(module)
+    exec(compile(content, str(path), "exec"), module.__dict__)
     effects = list(module.EFFECTS)
     for effect in effects:
         if not isinstance(effect, Effect):
@@ -41,10 +40,19 @@ def read_effects(path: Path) -> list[Effect]:
     return effects
 
 
+def digest(content: bytes) -> str:
+    """Return what tells one effect file from any other."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def digests(effects: Sequence[Effect]) -> dict[str, str]:
+    """Return the names of the files that some of the effects come from, by their digests."""
+    return {m.__dict__[_DIGEST]: _file(m).name for m in _modules(effects)}
+
+
 def effect_files(effects: Sequence[Effect]) -> tuple[EffectFile, ...]:
     """Return the files that some of the effects come from, in the order of the effects."""
-    names = dict.fromkeys(str(e.law.__module__) for e in effects)
-    files = [_file(sys.modules[n]) for n in names if n.startswith(_PREFIX)]
+    files = [_file(module) for module in _modules(effects)]
     return tuple((file.name, file.read_bytes()) for file in files)
 
 
@@ -65,8 +73,13 @@ def restored(files: Sequence[EffectFile], folder: Path) -> list[Effect]:
         path = folder / str(i) / name
         path.parent.mkdir()
         path.write_bytes(content)
-        found += read_effects(path)
+        found += read_effects(path, content)
     return found
+
+
+def _modules(effects: Sequence[Effect]) -> list[ModuleType]:
+    names = dict.fromkeys(str(e.law.__module__) for e in effects)
+    return [sys.modules[n] for n in names if n.startswith(_PREFIX)]
 
 
 def _file(module: ModuleType) -> Path:

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.schema import plant_tables, schema
 from hil_emulator.config.table import StrictTable
-from hil_emulator.config.toml_file import read_toml
+from hil_emulator.config.toml_file import parse_toml, read_text
 from hil_emulator.errors import UserError
 from hil_emulator.model.actuator import PARAMS
 from hil_emulator.model.declare import Effect
@@ -73,6 +73,7 @@ class Configuration:
         sensors: transducer parameters by channel and record field, SI.
         digest: digest of what the files say together.
         files: where it comes from.
+        texts: what each of them says.
 
     """
 
@@ -90,17 +91,41 @@ class Configuration:
     sensors: dict[str, dict[str, float]]
     digest: str
     files: tuple[Path, ...]
+    texts: tuple[str, ...]
+
+
+Admit = Callable[[Path, bytes], None]
+"""Asked before an effect file runs, with its path and content; raises `UserError` to refuse it."""
 
 
 def load(files: Sequence[Path]) -> Configuration:
     """Read and check configuration files, later ones laid over earlier ones.
 
+    The effect files that they name are run.
+
     Raises:
         UserError: with every mistake found, each with its place.
 
     """
-    layers = [(file, read_toml(file, "configuration")) for file in files]
-    effects = (*CATALOGUE, *(e for file, layer in layers for e in _own_effects(file, layer)))
+    texts = [read_text(file, "configuration") for file in files]
+    return load_texts(files, texts, lambda path, content: None)
+
+
+def load_texts(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Configuration:
+    """Check the texts of configuration files as if they were there.
+
+    Args:
+        files: where the texts come from: what they name is looked for beside them.
+        texts: of each file.
+        admit: decides which effect files may run.
+
+    Raises:
+        UserError: with every mistake found, each with its place.
+
+    """
+    layers = [(f, parse_toml(f, text)) for f, text in zip(files, texts, strict=True)]
+    own = [e for file, layer in layers for e in _own_effects(file, layer, admit)]
+    effects = (*CATALOGUE, *own)
     merged: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
     for file, layer in layers:
@@ -109,7 +134,7 @@ def load(files: Sequence[Path]) -> Configuration:
         checked = schema(effects).model_validate(merged)
     except ValidationError as error:
         raise UserError(describe(error, schema(effects), merged, origin, files)) from None
-    return _configuration(checked, merged, effects, origin, files)
+    return _configuration(checked, merged, effects, origin, files, texts)
 
 
 def load_rig(files: Sequence[Path]) -> Configuration:
@@ -137,7 +162,7 @@ def on_bus(config: Configuration) -> Configuration:
     return config
 
 
-def _own_effects(file: Path, layer: dict[str, Any]) -> list[Effect]:
+def _own_effects(file: Path, layer: dict[str, Any], admit: Admit) -> list[Effect]:
     """Import the effect files that a layer names; each defines a tuple EFFECTS."""
     table = layer.get("model")
     named = table.get("effects", []) if isinstance(table, dict) else []
@@ -145,7 +170,11 @@ def _own_effects(file: Path, layer: dict[str, Any]) -> list[Effect]:
     for name in named if isinstance(named, list) else []:
         path = file.parent / str(name)
         try:
-            found += read_effects(path)
+            content = path.read_bytes()
+            admit(path, content)
+            found += read_effects(path, content)
+        except UserError:
+            raise
         except (Exception, SystemExit) as error:  # it is anybody's Python
             raise UserError(
                 f"{file}: model.effects: {path}: {type(error).__name__}: {error}; an effect file "
@@ -225,6 +254,7 @@ def _configuration(
     effects: tuple[Effect, ...],
     origin: dict[tuple[str, ...], Path],
     files: Sequence[Path],
+    texts: Sequence[str],
 ) -> Configuration:
     rig = checked.rig
     steps = round(rig.tick / rig.step)
@@ -261,4 +291,5 @@ def _configuration(
         sensors={name: _effect_values(getattr(checked.sensors, name), chain) for name in channels},
         digest=hashlib.sha256(canonical).hexdigest()[:16],
         files=tuple(files),
+        texts=tuple(texts),
     )

@@ -21,15 +21,38 @@ def read_toml(file: Path, what: str) -> dict[str, Any]:
         UserError: if it cannot be read, is not TOML, or nests deeper than `DEEPEST`.
 
     """
+    return parse_toml(file, read_text(file, what))
+
+
+def read_text(file: Path, what: str) -> str:
+    """Return the text of a file.
+
+    Raises:
+        UserError: if it cannot be read.
+
+    """
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
+        return file.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise UserError(f"{file}: no such file; name an existing {what} (TOML)") from None
+    except (OSError, ValueError) as error:  # no text, or a name that Python refuses
+        raise UserError(f"{file}: cannot be read: {error}") from None
+
+
+def parse_toml(file: Path, text: str) -> dict[str, Any]:
+    """Return what the text of a file says.
+
+    Raises:
+        UserError: if it is not TOML, or nests deeper than `DEEPEST`.
+
+    """
+    try:
+        content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise UserError(f"{file}: not valid TOML: {error}") from None
     except RecursionError:
         raise UserError(_too_deep(file)) from None
-    except (OSError, ValueError) as error:  # no text, a path or a number that Python refuses
+    except ValueError as error:  # a number that Python refuses
         raise UserError(f"{file}: cannot be read: {error}") from None
     level: list[Any] = [content]
     for _ in range(DEEPEST):

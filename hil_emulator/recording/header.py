@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hil_emulator import __version__
+from hil_emulator.config.effect_files import digests
 from hil_emulator.config.load import Configuration
 from hil_emulator.device.node import Node
 from hil_emulator.recording.journal import Recording
@@ -40,6 +41,8 @@ def header(config: Configuration, nodes: Sequence[Node], capture: str = "") -> d
         "capture": capture,
         "columns": columns(),
         "messages": as_json(messages(nodes)),
+        "configuration": list(config.texts),
+        "effects": digests(config.effects),
         "sync_ms": config.sync_period_ns // 1_000_000,
     }
 

@@ -14,18 +14,20 @@ Whatever ends the writing, all complete entries stay readable. The first one is 
 """
 
 import json
+import os
 import struct
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.recording import SUFFIX
+from hil_emulator.recording.header_shape import header_of_entry
 
 _NAME = b"HILREC"
 MAGIC = _NAME + b"2\n"
@@ -35,6 +37,7 @@ _BUS = struct.Struct("<qB")
 _FRAME = struct.Struct("<IBB8s")
 _TIME = struct.Struct("<q")
 _REMOTE, _EXTENDED = 1, 2
+_LARGEST_ID, _DATA_BYTES = 0x1FFF_FFFF, 8  # of a classical frame (ISO 11898-1)
 
 
 class EntryKind(IntEnum):
@@ -103,10 +106,10 @@ class Recording:
 
 
 def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
-    """Yield the complete entries of a journal.
+    """Yield the complete entries of a journal, the header first.
 
     Raises:
-        UserError: if the file is no journal or cannot be read.
+        UserError: if the file is no journal, cannot be read or is damaged.
 
     """
     try:
@@ -116,14 +119,49 @@ def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
                 raise UserError(f"{file}: of another version of this program; export it with that")
             if begins != MAGIC:
                 raise UserError(f"{file}: not a recording of this program; name a {SUFFIX} file")
-            while len(head := stream.read(_ENTRY.size)) == _ENTRY.size:
-                kind, size = _ENTRY.unpack(head)
-                payload = stream.read(size)
-                if len(payload) < size:
-                    return
+            size = os.fstat(stream.fileno()).st_size
+            width: int | None = None
+            while (found := _next_entry(stream, size)) is not None:
+                kind, payload = found
+                if width is None and kind == EntryKind.HEADER:
+                    width = len(header_of_entry(file, payload)["columns"])
+                elif width is None or not _is_sound(kind, payload, width):
+                    raise UserError(f"{file}: damaged before byte {stream.tell()}")
                 yield EntryKind(kind), payload
-    except OSError as error:
-        raise UserError(f"{file}: cannot be read: {error.strerror}") from None
+    except (OSError, ValueError) as error:  # a name that Python refuses is a ValueError
+        reason = getattr(error, "strerror", None) or error
+        raise UserError(f"{file}: cannot be read: {reason}") from None
+
+
+def _next_entry(stream: BinaryIO, size: int) -> tuple[int, bytes] | None:
+    """Return kind and payload of the next entry; None where the file of that size ends."""
+    head = stream.read(_ENTRY.size)
+    if len(head) < _ENTRY.size:
+        return None
+    kind, length = _ENTRY.unpack(head)
+    if stream.tell() + length > size:
+        return None
+    return kind, stream.read(length)
+
+
+def _is_sound(kind: int, payload: bytes, width: int) -> bool:
+    """Tell whether an entry after the header is one, in a journal with so many columns."""
+    match kind:
+        case EntryKind.ROW:
+            return len(payload) == 8 * width
+        case EntryKind.BUS:
+            if len(payload) < _BUS.size or (len(payload) - _BUS.size) % _FRAME.size:
+                return False
+            frames = _FRAME.iter_unpack(payload[_BUS.size :])
+            timely = _BUS.unpack_from(payload)[0] >= 0
+            return timely and all(f[0] <= _LARGEST_ID and f[2] <= _DATA_BYTES for f in frames)
+        case EntryKind.EVENT:
+            try:
+                what = json.loads(payload[_TIME.size :])
+            except (ValueError, RecursionError):
+                return False
+            return isinstance(what, dict) and _TIME.unpack_from(payload)[0] >= 0
+    return False
 
 
 def frames_of(payload: bytes) -> Iterator[tuple[int, bool, Frame]]:
@@ -148,7 +186,7 @@ def read(file: Path) -> Recording:
     for kind, payload in entries(file):
         match kind:
             case EntryKind.HEADER:
-                header = json.loads(payload)
+                header = header_of_entry(file, payload)
             case EntryKind.ROW:
                 rows.append(payload)
             case EntryKind.BUS:

@@ -1,7 +1,6 @@
 """Parts of a journal, without the whole of it in memory."""
 
 import itertools
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.recording import journal
+from hil_emulator.recording.header_shape import header_of_entry
 from hil_emulator.recording.journal import EntryKind
 
 _BATCH = 4096  # rows handled at once
@@ -20,7 +20,7 @@ def header_of(source: Path) -> dict[str, Any]:
     """Return a journal's header."""
     for kind, payload in journal.entries(source):
         if kind is EntryKind.HEADER:
-            return dict(json.loads(payload))
+            return header_of_entry(source, payload)
     raise UserError(f"{source}: empty; it ended before anything was written")
 
 

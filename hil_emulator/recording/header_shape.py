@@ -1,0 +1,100 @@
+"""What a recording's header has to look like: a file may be damaged, or made by anybody."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from hil_emulator.errors import UserError
+
+_FIELD = {
+    "name": str, "start": int, "bits": int, "signed": bool, "real": bool, "factor": float,
+    "unit": str, "index": int, "subindex": int, "low": (float, None), "high": (float, None),
+}  # fmt: skip
+_MESSAGE = {
+    "node": str, "pdo": str, "can_id": int, "size": int, "transmission_type": int,
+    "event_timer_ms": int, "fields": [_FIELD],
+}  # fmt: skip
+
+SHAPE: dict[str, Any] = {
+    "provenance": {str: str},
+    "files": [str],
+    "seed": int,
+    "nodes": [[int]],
+    "tick_ns": int,
+    "capture": str,
+    "columns": {str: str},
+    "messages": [_MESSAGE],
+    "sync_ms": int,
+    "configuration": [str],
+    "effects": {str: str},
+}
+"""By key, what is there: a type, one of several, a list of something, an object with these keys, an
+object of texts."""
+
+OPTIONAL = {"nodes", "sync_ms", "configuration", "effects"}
+"""Keys that recordings of earlier versions lack."""
+
+_WORD = 64
+"""Bits of a frame's data, in which a field has its place."""
+
+
+def header_of_entry(file: Path, payload: bytes) -> dict[str, Any]:
+    """Return the header that the first entry of a journal holds.
+
+    Raises:
+        UserError: if it is damaged.
+
+    """
+    try:
+        content = json.loads(payload)
+        sound = _is_header(content)
+    except (ValueError, RecursionError):
+        sound = False
+    if not sound:
+        raise UserError(f"{file}: its header is damaged; nothing in it can be trusted")
+    return dict(content)
+
+
+def _is_header(content: Any) -> bool:
+    if not isinstance(content, dict):
+        return False
+    shape = {k: s for k, s in SHAPE.items() if k in content or k not in OPTIONAL}
+    if not _fits({k: v for k, v in content.items() if k in shape}, shape):
+        return False
+    fields = [field for message in content["messages"] for field in message["fields"]]
+    return (
+        "time" in content["columns"]
+        and {"configuration", "digest"} <= content["provenance"].keys()
+        and content["seed"] >= 0
+        and content["tick_ns"] > 0
+        and all(len(pair) == 2 for pair in content.get("nodes", []))
+        and all(map(_is_place, fields))
+    )
+
+
+def _is_place(field: dict[str, Any]) -> bool:
+    start, bits = field["start"], field["bits"]
+    inside = start >= 0 and bits > 0 and start + bits <= _WORD
+    return inside and (not field["real"] or bits in (32, 64))
+
+
+def _fits(value: Any, shape: Any) -> bool:
+    """Tell whether a value is what a shape says."""
+    if isinstance(shape, list):
+        return isinstance(value, list) and all(_fits(item, shape[0]) for item in value)
+    if isinstance(shape, dict):
+        if not isinstance(value, dict):
+            return False
+        if str in shape:
+            return all(_fits(text, str) for pair in value.items() for text in pair)
+        return value.keys() == shape.keys() and all(_fits(value[k], shape[k]) for k in shape)
+    if isinstance(shape, tuple):
+        return any(_fits(value, one) for one in shape)
+    if shape is None:
+        return value is None
+    if shape is float:
+        return type(value) in (int, float) and math.isfinite(value)
+    if shape is str:
+        return isinstance(value, str) and value.encode(errors="replace").decode() == value
+    return type(value) is shape
