@@ -33,7 +33,7 @@ def from_file(file: Path, names: Mapping[str, str]) -> list[Carrier]:
     try:
         database: Any = cantools.database.load_file(file, strict=False)
         found = [_carrier(message, names) for message in database.messages]
-    except (OSError, ValueError, AttributeError, cantools.database.errors.Error) as error:
+    except Exception as error:  # cantools answers damage with many kinds of exception
         text = getattr(error, "strerror", None) or str(error)
         raise UserError(f"{file}: is not a usable database of messages: {text}") from None
     useful = [c for c in found if c.signals]

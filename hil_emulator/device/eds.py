@@ -55,7 +55,7 @@ def load(path: Path, node_id: int) -> list[Entry]:
     sections = _parse(path, text)
     try:
         objects = import_eds(io.StringIO(text), node_id)  # type: ignore[no-untyped-call]
-    except (KeyError, ValueError, TypeError, configparser.Error) as error:
+    except Exception as error:  # canopen answers damage with many kinds of exception
         raise UserError(f"{path} is not a usable EDS: {error}") from error
     missing = [f"0x{index:04X}" for index in MANDATORY_OBJECTS if index not in objects.indices]
     if missing:

@@ -23,7 +23,11 @@ def read(file: Path) -> LogTable:
     """
     lines = file.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     own = any(line.startswith(OWN_MARK) for line in lines[:_COMMENTS])
-    rows = list(csv.reader(line for line in lines if line.strip() and not line.startswith("#")))
+    kept = (line for line in lines if line.strip() and not line.startswith("#"))
+    try:
+        rows = list(csv.reader(kept))
+    except csv.Error as error:  # a cell of more than 131,072 characters
+        raise UserError(f"{file}: not comma-separated text: {error}") from None
     if not rows:
         raise UserError(f"{file}: empty; a recording begins with a header of names and units")
     heads = [label(cell) for cell in rows[0]]

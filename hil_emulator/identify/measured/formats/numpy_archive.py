@@ -23,6 +23,6 @@ def read(file: Path) -> LogTable:
                 for name, unit in units.items()
                 if name in archive.files
             )
-    except (OSError, ValueError, KeyError, EOFError) as error:
+    except Exception as error:  # numpy and zip answer damage with many kinds of exception
         raise UserError(f"{file}: is not a recording of the emulator: {error}") from None
     return LogTable(columns, set_point_first=True)
