@@ -54,7 +54,7 @@ def _options(words: Sequence[str]) -> dict[str, str]:
 
 
 def _status(answer: dict[str, Any]) -> None:
-    click.echo(f"time {answer['time']:.3f} s")
+    click.echo(f"time {answer['time']:.3f} s, {answer['slipped']:.3f} s behind the wall")
     for fault in answer["faults"]:
         click.echo(f"fault {fault['number']}  {fault['fault']}")
 

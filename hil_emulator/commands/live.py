@@ -14,6 +14,7 @@ FOREVER = 2**62
 """Ticks of a run without a duration."""
 
 _STATUS_S = 0.5  # between two status lines
+_SLIP_NS = 100_000_000  # by which time has slipped further before it is told again (assumed)
 _BETWEEN_S = 0.01  # emulator time between two calls of what else there is to do
 
 
@@ -44,13 +45,16 @@ def keep_running(
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     live = sys.stderr.isatty()
     pause = _BETWEEN_S if between else _STATUS_S
-    slice_ticks = max(1, round(pause * 1e9 / rig.tick_ns)) if live or between else ticks
-    shown = 0.0
+    slice_ticks = max(1, round(pause * 1e9 / rig.tick_ns))
+    shown, told_ns = 0.0, 0
     try:
         while timing.ticks < ticks:
             run(rig, clock, min(slice_ticks, ticks - timing.ticks), timing, stop_when_late)
             if between:
                 between()
+            if timing.slipped_ns >= told_ns + _SLIP_NS:
+                told_ns = timing.slipped_ns
+                _tell(f"warning   {behind(timing)}: this machine is too slow, or too busy", live)
             if live and time.monotonic() - shown > _STATUS_S / 2:
                 shown = time.monotonic()
                 _show(status())
@@ -59,6 +63,18 @@ def keep_running(
     finally:
         if live:
             sys.stderr.write("\r\x1b[K")
+
+
+def behind(timing: Timing) -> str:
+    """Return how far emulator time has fallen behind the wall."""
+    return f"{timing.slipped_ns * 1e-9:.3f} s behind the wall"
+
+
+def _tell(line: str, live: bool) -> None:
+    """Write a line that stays, unless the terminal would make the loop wait."""
+    if select.select([], [sys.stderr], [], 0)[1]:
+        sys.stderr.write(f"\r\x1b[K{line}\n" if live else f"{line}\n")
+        sys.stderr.flush()
 
 
 def _show(line: str) -> None:
@@ -78,7 +94,8 @@ def traffic(buses: Sequence[Bus]) -> str:
 
 def summary(rig: Ticking, timing: Timing, buses: Sequence[Bus]) -> str:
     """Return how punctual a run was and what went over the buses."""
-    lines = [f"time      {rig.now_ns * 1e-9:.3f} s, {timing.ticks} ticks, {timing.overruns} late"]
+    late = f"{timing.overruns} late, {behind(timing)}" if timing.overruns else "0 late"
+    lines = [f"time      {rig.now_ns * 1e-9:.3f} s, {timing.ticks} ticks, {late}"]
     for name, durations in (("lateness", timing.lateness), ("execution", timing.execution)):
         us = durations.summary()
         lines.append(

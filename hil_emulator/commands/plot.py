@@ -18,6 +18,9 @@ USUAL = ("position", "load_force", "pressure_a", "pressure_b", "supply_pressure"
 
 _SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s", "m^3/s": "l/min"}
 
+_QUIET = {"serve", "slipped"}
+"""Events that are not drawn: nothing was done to the rig."""
+
 
 def plot(file: Path, names: Sequence[str], picture: Path | None) -> None:
     """Draw signals of a recording over time, those of one unit together.
@@ -46,7 +49,7 @@ def draw(recording: Recording, names: Sequence[str], file: Path) -> None:
         for name in [n for n in names if units[n] == unit]:
             dashed = "--" if name.startswith(MODEL) else "-"
             axis.plot(table["time"], table[name] / factor(unit, shown), dashed, lw=0.9, label=name)
-        for now_ns in [now for now, what in recording.events if "serve" not in what]:
+        for now_ns in [now for now, what in recording.events if not what.keys() & _QUIET]:
             axis.axvline(now_ns * 1e-9, color="0.6", lw=0.6, ls=":")
         axis.set_ylabel(shown)
         axis.grid(alpha=0.3)

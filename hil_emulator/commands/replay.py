@@ -140,6 +140,8 @@ def _repeat(rig: Rig, script: Script, what: dict[str, Any], running: list[Any]) 
     if "fault" in what:
         options = dict(what["fault"])
         running.append(rig.fault(options.pop("target"), options.pop("kind"), **options))
+    elif "slipped" in what:
+        pass  # in lock-step there is no wall to fall behind
     elif "end" in what:
         running[what["end"]].end()
     else:

@@ -10,7 +10,7 @@ Whatever ends the writing, all complete entries stay readable. The first one is 
 | HEADER | JSON: provenance, columns with units, messages of the nodes, period of SYNC |
 | ROW | float64 per column |
 | BUS | time [ns], 1 where the emulator sent them, then per frame: COB-ID, flags, length, 8 bytes |
-| EVENT | time [ns], JSON: a fault, its end, a setting |
+| EVENT | time [ns], JSON: a fault, its end, a setting, how far time has slipped [ns] |
 """
 
 import json

@@ -21,6 +21,7 @@ class Controlled(Protocol):
     """The rig as the control server sees it."""
 
     now_ns: int
+    slipped_ns: int
     faults: Faults
 
     def fault(self, target: str, kind: str, **options: Any) -> Running:
@@ -130,7 +131,12 @@ def _status(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
         {"number": r.number, "fault": str(r.fault), "began": r.began_ns is not None}
         for r in rig.faults.injected
     ]
-    return {"time": rig.now_ns * 1e-9, "faults": injected, "settings": list(SETTINGS)}
+    return {
+        "time": rig.now_ns * 1e-9,
+        "slipped": rig.slipped_ns * 1e-9,
+        "faults": injected,
+        "settings": list(SETTINGS),
+    }
 
 
 def _signals(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:

@@ -15,7 +15,14 @@ SYNC_ID = 0x080
 
 
 class Clock(Protocol):
-    """What the loop asks before each tick."""
+    """What the loop asks before each tick.
+
+    Attributes:
+        slipped_ns: by how much emulator time has fallen behind the wall in all.
+
+    """
+
+    slipped_ns: int
 
     def wait_until(self, t_ns: int) -> int:
         """Return when emulator time `t_ns` may begin; say by how much that is late [ns]."""
@@ -24,6 +31,8 @@ class Clock(Protocol):
 
 class LockStep:
     """No waiting: the emulator's time is the only time, as fast as the machine can."""
+
+    slipped_ns = 0
 
     def wait_until(self, t_ns: int) -> int:
         """Return at once."""
@@ -104,6 +113,8 @@ class FollowSync:
         serve: lets the nodes answer frames without moving the plant; set by whoever has the rig.
 
     """
+
+    slipped_ns = 0
 
     def __init__(self, bus: WaitingBus, sync_period_ns: int) -> None:
         self._bus = bus

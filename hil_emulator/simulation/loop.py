@@ -1,5 +1,6 @@
 """The loop: ticks under a clock, and how punctual they were."""
 
+import math
 import time
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -7,7 +8,9 @@ from typing import Protocol
 from hil_emulator.errors import UserError
 from hil_emulator.simulation.clock import Clock
 
-_BINS = 20_000  # 1 us each; what takes longer is counted in the last one
+_FINE = 20_000  # bins of 1 us
+_COARSE = 100  # bins per e-fold of what takes longer: 1 % each
+_BINS = _FINE + 1200  # to 20 ms e^12, 54 minutes; the last one takes the rest
 
 
 class Ticking(Protocol):
@@ -27,10 +30,14 @@ class Ticking(Protocol):
         """Let one tick pass."""
         ...
 
+    def slip(self, total_ns: int) -> None:
+        """Take note that emulator time has fallen behind the wall, by so much in all."""
+        ...
+
 
 @dataclass
 class Durations:
-    """A histogram of durations in bins of 1 us, with constant memory.
+    """A histogram of durations in bins of 1 us, of 1 % from 20 ms on, with constant memory.
 
     Attributes:
         counts: how often each bin was met.
@@ -43,7 +50,10 @@ class Durations:
 
     def add(self, duration_ns: int) -> None:
         """Count one duration."""
-        self.counts[min(duration_ns // 1000, _BINS)] += 1
+        us = duration_ns // 1000
+        if us >= _FINE:
+            us = min(_FINE + int(_COARSE * math.log(us / _FINE)), _BINS)
+        self.counts[us] += 1
         if duration_ns > self.longest_ns:
             self.longest_ns = duration_ns
 
@@ -51,10 +61,11 @@ class Durations:
         """Return the duration [us] that `share` (0 ... 1) of all stay within."""
         wanted = share * sum(self.counts)
         passed = 0
-        for bin_us, count in enumerate(self.counts):
+        for i, count in enumerate(self.counts):
             passed += count
             if passed >= wanted and count:
-                return min(bin_us + 1.0, self.longest_ns / 1000.0)
+                end = i + 1.0 if i < _FINE else _FINE * math.exp((i + 1 - _FINE) / _COARSE)
+                return self.longest_ns / 1000.0 if i == _BINS else min(end, self.longest_ns / 1000)
         return 0.0
 
     def summary(self) -> dict[str, float]:
@@ -76,6 +87,7 @@ class Timing:
         execution: how long they took.
         ticks: how many there were.
         overruns: how many began a whole period late or more.
+        slipped_ns: by how much emulator time has fallen behind the wall thereby.
 
     """
 
@@ -83,6 +95,7 @@ class Timing:
     execution: Durations = field(default_factory=Durations)
     ticks: int = 0
     overruns: int = 0
+    slipped_ns: int = 0
 
 
 def run(
@@ -105,6 +118,8 @@ def run(
         timing.ticks += 1
         if lateness >= rig.tick_ns:
             timing.overruns += 1
+            timing.slipped_ns = clock.slipped_ns
+            rig.slip(clock.slipped_ns)
             if stop_when_late:
                 raise UserError(
                     f"stopped: the tick at {t_ns * 1e-9:.3f} s began "

@@ -95,6 +95,11 @@ class Machine:
                 error.args = (f"{name}: {error}",)
                 raise
 
+    def slip(self, total_ns: int) -> None:
+        """Take note that emulator time has fallen behind the wall, by so much in all."""
+        for rig in self.rigs.values():
+            rig.slip(total_ns)
+
     def serve(self, frames: Sequence[Frame]) -> None:
         """Let all nodes answer frames at the present moment; the plants stand still."""
         for rig in self.rigs.values():

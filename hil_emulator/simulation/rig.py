@@ -63,6 +63,7 @@ class Rig:
     Attributes:
         now_ns: emulator time at which the next tick begins [ns].
         faults: what is broken.
+        slipped_ns: by how much its time has fallen behind the wall.
 
     """
 
@@ -83,6 +84,7 @@ class Rig:
         self.bus = bus
         self.tick_ns = tick_ns
         self.now_ns = 0
+        self.slipped_ns = 0
         self.recorder = recorder
         self.faults = Faults(plant, sensors, nodes, self.value, self._ended)
         self._steps = steps
@@ -114,6 +116,12 @@ class Rig:
             self.recorder.event(self.now_ns, {"serve": len(frames)})
         self._receive(frames)
         self._publish()
+
+    def slip(self, total_ns: int) -> None:
+        """Take note that emulator time has fallen behind the wall, by so much in all."""
+        if self.recorder and total_ns > self.slipped_ns:
+            self.recorder.event(self.now_ns, {"slipped": total_ns})
+        self.slipped_ns = total_ns
 
     def fault(self, target: str, kind: str, **options: Any) -> Running:
         """Let something break; the result ends it, by `end()` or as a `with` block.

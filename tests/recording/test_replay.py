@@ -92,6 +92,19 @@ def test_a_recording_under_the_clients_sync_is_reproduced() -> None:
     assert result.same
 
 
+def test_time_that_slipped_is_recorded_and_does_not_harm_the_repetition() -> None:
+    """The wall was missed, the emulator's own time was not."""
+    config = reference()
+    with bench(config) as b:
+        b.ticks(5, START)
+        b.rig.slip(3_000_000)
+        b.rig.slip(3_000_000)
+        b.ticks(5)
+        made = remembered(b.recorder, header(config, b.rig.nodes))
+    assert made.events == [(5_000_000, {"slipped": 3_000_000})]
+    assert compare(made, config).same
+
+
 def test_a_capture_is_not_replayed(recording: Recording, tmp_path: Path) -> None:
     """What does not begin at the start cannot be reproduced, and the message says so."""
     head = {**recording.header, "capture": "position > 60 mm"}

@@ -210,6 +210,12 @@ def test_other_origins_are_refused(port: int) -> None:
     assert request(port, "GET", "/status")["faults"] == []
 
 
+def test_the_status_says_how_far_time_has_slipped(port: int) -> None:
+    """A controller that measures times against its own clock has to know."""
+    assert request(port, "GET", "/status")["slipped"] >= 0.0
+    assert "s behind the wall" in ctl(port, "status").stdout
+
+
 def test_it_listens_on_this_machine_only(port: int) -> None:
     """No other address of this machine accepts a connection."""
     with socket.socket() as probe:
