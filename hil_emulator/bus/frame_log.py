@@ -13,6 +13,7 @@ SUFFIXES = (".blf", ".asc", ".log")
 """Vector's binary and text logs, and that of candump."""
 
 _NS_PER_S = 1e9
+_LATEST_S = 4e9  # of a time in a log [s]: since 1970, until 2096 (assumed)
 _CHANNEL = "can0"
 _MARKED = (".blf", ".asc")
 """Formats that can hold a remark."""
@@ -81,6 +82,8 @@ def _messages(file: Path) -> Iterator[can.Message]:
     try:
         with can.LogReader(str(file)) as reader:
             for message in reader:
+                if not abs(message.timestamp) <= _LATEST_S:
+                    raise ValueError(f"a frame has the time {message.timestamp:g} s")
                 if not message.is_error_frame and not message.is_fd:
                     yield message
     except OSError as error:

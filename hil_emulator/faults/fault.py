@@ -95,7 +95,7 @@ def kinds_of(target: str) -> dict[str, FaultKind]:
     return {name: k for name, k in possible.items() if k.layer is Layer.BUS}
 
 
-def fault(target: str, kind: str, **options: Any) -> Fault:
+def fault(target: str, kind: str, /, **options: Any) -> Fault:
     """Return a checked fault.
 
     Args:
@@ -112,7 +112,7 @@ def fault(target: str, kind: str, **options: Any) -> Fault:
     for what in (target, kind, *options.values()):
         if not isinstance(what, str | int | float | None):
             raise UserError(f"fault: {brief(what)} is neither text nor a number")
-    target, kind = str(target), str(kind)
+    target, kind = str(target).lower(), str(kind)
     possible = kinds_of(target)
     if not possible and kinds_of(_thing(target)):
         raise UserError(f"fault {target}: a node has messages only; write {_thing(target)}")
@@ -128,10 +128,10 @@ def fault(target: str, kind: str, **options: Any) -> Fault:
             hint = _meant(key, [*names, *_COMMON])
             raise UserError(f"fault {target} {kind}: no parameter '{brief(key)}'{hint}")
     values = {p.name: _value(target, chosen, p, options) for p in chosen.params}
-    match = _OF_NODE.fullmatch(target.lower())
+    match = _OF_NODE.fullmatch(target)
     node = int(match[1]) if match else None
     common = _common(chosen, options)
-    return Fault(target.lower(), chosen, values, said=dict(options), node=node, **common)
+    return Fault(target, chosen, values, said=dict(options), node=node, **common)
 
 
 def spoken(text: str) -> Fault:

@@ -24,7 +24,7 @@ class Controlled(Protocol):
     slipped_ns: int
     faults: Faults
 
-    def fault(self, target: str, kind: str, **options: Any) -> Running:
+    def fault(self, target: str, kind: str, /, **options: Any) -> Running:
         """Let something break."""
         ...
 

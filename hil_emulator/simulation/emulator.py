@@ -135,7 +135,7 @@ class Emulator(AbstractContextManager["Emulator"]):
         values = ", ".join(f"{n} = {self.rig.value(n):.6g} {u}" for n, u in self._watched(what))
         raise NeverHeldError(f"{text} did not hold within {within}; at {self.now:.3f} s {values}")
 
-    def fault(self, target: str, kind: str, **options: Any) -> Running:
+    def fault(self, target: str, kind: str, /, **options: Any) -> Running:
         """Let something break, until the block ends; see `hil_emulator.faults.fault.fault`."""
         return self.rig.fault(target, kind, **options)
 

@@ -51,7 +51,7 @@ class ParameterFile:
         if text:
             try:
                 self._values = _values(json.loads(text), self._device)
-            except (ValueError, KeyError, TypeError, AttributeError) as error:
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
                 reason = error if isinstance(error, _RefusedError) else "it is damaged"
                 tell(f"{path}: not used, {reason}; node {dictionary.node_id} starts with defaults")
         elif path.exists():

@@ -123,7 +123,7 @@ class Rig:
             self.recorder.event(self.now_ns, {"slipped": total_ns})
         self.slipped_ns = total_ns
 
-    def fault(self, target: str, kind: str, **options: Any) -> Running:
+    def fault(self, target: str, kind: str, /, **options: Any) -> Running:
         """Let something break; the result ends it, by `end()` or as a `with` block.
 
         See `hil_emulator.faults.fault.fault` for the arguments.

@@ -78,6 +78,7 @@ def test_an_unknown_parameter_lists_the_known_ones() -> None:
         pytest.param({"probability": 10**5000}, "plain numbers", id="huge probability"),
         ({"seed": float("inf")}, "plain numbers"),
         ({"seed": -1}, "the seed is not between"),
+        ({"self": 1}, "no parameter 'self'"),
     ],
 )
 def test_a_wrong_value_is_named_with_its_place(options: dict[str, object], message: str) -> None:
@@ -90,6 +91,12 @@ def test_a_value_out_of_range_says_what_is_allowed() -> None:
     """A wrong length has at most 8 bytes."""
     with pytest.raises(UserError, match=r"length: 9 is outside 0 \.\.\. 8"):
         fault("tpdo1", "wrong_length", length=9)
+
+
+def test_a_target_may_be_in_capitals() -> None:
+    """It is the same one, with the same units."""
+    chosen = fault("PRESSURE_A", "offset", value="3 bar")
+    assert (chosen.target, chosen.values["value"]) == ("pressure_a", pytest.approx(3e5))
 
 
 def test_a_parameter_is_read_in_its_unit() -> None:

@@ -23,9 +23,9 @@ def read(file: Path) -> LogTable:
     try:
         with storage.ParquetFile(file) as source:  # one file, whatever folders are called
             table = source.read()
-    except (OSError, arrow.ArrowException) as error:
+        found = [_column(arrow, field, table.column(i)) for i, field in enumerate(table.schema)]
+    except Exception as error:  # pyarrow answers damage with many kinds of exception
         raise UserError(f"{file}: is not a readable Parquet file: {error}") from None
-    found = [_column(arrow, field, table.column(i)) for i, field in enumerate(table.schema)]
     own = OWN_MARK in (table.schema.metadata or {})
     return LogTable(tuple(c for c in found if c is not None), set_point_first=own)
 
