@@ -32,8 +32,11 @@ SHAPE: dict[str, Any] = {
 """By key, what is there: a type, one of several, a list of something, an object with these keys, an
 object of texts."""
 
-OPTIONAL = {"nodes", "sync_ms", "configuration", "effects"}
+OPTIONAL = {"nodes", "configuration", "effects"}
 """Keys that recordings of earlier versions lack."""
+
+_EVENT_DRIVEN = 255
+"""Transmission type of a PDO that says nothing of its cadence (CiA 301 7.5.2.36)."""
 
 _WORD = 64
 """Bits of a frame's data, in which a field has its place."""
@@ -47,13 +50,35 @@ def header_of_entry(file: Path, payload: bytes) -> dict[str, Any]:
 
     """
     try:
-        content = json.loads(payload)
+        content = _of_today(json.loads(payload))
         sound = _is_header(content)
-    except (ValueError, RecursionError):
+    except (LookupError, TypeError, ValueError, RecursionError):
         sound = False
     if not sound:
         raise UserError(f"{file}: its header is damaged; nothing in it can be trusted")
     return dict(content)
+
+
+def _of_today(content: Any) -> Any:
+    """Return a header as this version writes it; `HILREC1` had messages by name, and no SYNC.
+
+    What a message lacked there is what no decoding of frames needs.
+    """
+    if not isinstance(content, dict):
+        return content
+    content = {"sync_ms": 0} | content
+    if not any("name" in m for m in content["messages"]):
+        return content
+    found = []
+    for old in content["messages"]:
+        pdo, _, node = old["name"].partition("_")
+        fields = [{**f, "index": 0, "subindex": 0, "low": None, "high": None}
+                  for f in old["fields"]]  # fmt: skip
+        found.append(
+            {"node": node, "pdo": pdo, "can_id": old["can_id"], "size": old["size"],
+             "transmission_type": _EVENT_DRIVEN, "event_timer_ms": 0, "fields": fields}
+        )  # fmt: skip
+    return content | {"messages": found}
 
 
 def _is_header(content: Any) -> bool:

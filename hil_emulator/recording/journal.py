@@ -31,6 +31,7 @@ from hil_emulator.recording.header_shape import header_of_entry
 
 _NAME = b"HILREC"
 MAGIC = _NAME + b"2\n"
+_READABLE = (_NAME + b"1\n", MAGIC)
 
 _ENTRY = struct.Struct("<BI")
 _BUS = struct.Struct("<qB")
@@ -115,9 +116,9 @@ def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
     try:
         with file.open("rb") as stream:
             begins = stream.read(len(MAGIC))
-            if begins != MAGIC and begins.startswith(_NAME):
+            if begins not in _READABLE and begins.startswith(_NAME):
                 raise UserError(f"{file}: of another version of this program; export it with that")
-            if begins != MAGIC:
+            if begins not in _READABLE:
                 raise UserError(f"{file}: not a recording of this program; name a {SUFFIX} file")
             size = os.fstat(stream.fileno()).st_size
             width: int | None = None

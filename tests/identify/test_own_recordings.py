@@ -75,7 +75,7 @@ def test_a_damaged_journal_is_refused(tmp_path: Path) -> None:
     file.write_bytes(MAGIC)
     with pytest.raises(UserError, match=r"run\.rec: empty"):
         experiments([file], reference(), Meaning())
-    file.write_bytes(b"HILREC1\n")
+    file.write_bytes(b"HILREC9\n")
     with pytest.raises(UserError, match=r"run\.rec: of another version"):
         experiments([file], reference(), Meaning())
     file.write_bytes(b"something else")

@@ -17,8 +17,10 @@ from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import shipped
 from hil_emulator.recording import journal as journals
+from hil_emulator.recording.exports import export
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import MAGIC, EntryKind, bus_entry, entry, event_entry
+from hil_emulator.recording.messages import from_json
 from hil_emulator.recording.streaming import batches
 
 REFERENCE = shipped("configs/hyq_knee.toml")
@@ -53,6 +55,27 @@ def written(file: Path, header: object, *entries: bytes) -> Path:
         MAGIC + entry(EntryKind.HEADER, json.dumps(header).encode()) + b"".join(entries)
     )
     return file
+
+
+def test_a_journal_of_the_first_version_is_read(journal: Path, tmp_path: Path) -> None:
+    """It had messages by name, without objects, and no period of SYNC; its frames keep words."""
+    now = head(journal)
+    fields = ("name", "start", "bits", "signed", "real", "factor", "unit")
+    first = {k: v for k, v in now.items() if k != "sync_ms"} | {
+        "messages": [
+            {"name": f"{m['pdo']}_{m['node']}", "can_id": m["can_id"], "size": m["size"],
+             "fields": [{k: f[k] for k in fields} for f in m["fields"]]}
+            for m in now["messages"]
+        ]
+    }  # fmt: skip
+    file = written(tmp_path / "first.rec", first)
+    file.write_bytes(file.read_bytes().replace(MAGIC, b"HILREC1\n", 1))
+    again = [from_json([m])[0] for m in head(file)["messages"]]
+    assert [(m.name, m.can_id) for m in again] == [
+        (m.name, m.can_id) for m in from_json(now["messages"])
+    ]
+    export(file, tmp_path / "first.blf")
+    assert (tmp_path / "first.dbc").read_text(encoding="latin-1").count("SG_") > 10
 
 
 CHANGES: list[Callable[[dict[str, Any]], object]] = [
