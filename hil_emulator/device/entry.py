@@ -1,5 +1,6 @@
 """One object of the dictionary: its description and its one current value."""
 
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
@@ -9,6 +10,7 @@ ACCESS_TYPES = frozenset({"ro", "wo", "rw", "rwr", "rww", "const"})
 """AccessType of CiA 306; rwr is a process input (TPDO only), rww a process output (RPDO only)."""
 
 
+@dataclass(slots=True, eq=False)
 class Entry:
     """One (index, sub-index) of the dictionary.
 
@@ -36,63 +38,31 @@ class Entry:
 
     """
 
-    __slots__ = (
-        "access",
-        "default",
-        "delta",
-        "factor",
-        "gated",
-        "high",
-        "index",
-        "low",
-        "mappable",
-        "name",
-        "relative",
-        "retained",
-        "signal",
-        "subindex",
-        "type",
-        "unit",
-        "value",
-    )
+    index: int
+    subindex: int
+    name: str
+    type: DataType
+    access: str = "rw"
+    _: KW_ONLY
+    default: Any = None
+    mappable: bool = False
+    low: float | None = None
+    high: float | None = None
+    unit: str = ""
+    factor: float = 1.0
+    relative: bool = False
+    signal: str = ""
+    delta: float = 0.0
+    gated: bool = field(init=False)
+    retained: bool = field(init=False, default=False)
+    value: Any = field(init=False)
 
-    def __init__(
-        self,
-        index: int,
-        subindex: int,
-        name: str,
-        data_type: DataType,
-        access: str = "rw",
-        *,
-        default: Any = None,
-        mappable: bool = False,
-        low: float | None = None,
-        high: float | None = None,
-        unit: str = "",
-        factor: float = 1.0,
-        relative: bool = False,
-        signal: str = "",
-        delta: float = 0.0,
-    ) -> None:
-        self.index = index
-        self.subindex = subindex
-        self.name = name
-        self.type = data_type
-        self.access = access
-        self.mappable = mappable
-        self.low = low
-        self.high = high
-        self.unit = unit
-        self.factor = factor
-        self.relative = relative
-        self.signal = signal or name
-        self.delta = delta
-        self.gated = delta > 0.0
-        self.retained = False
-        if default is None:
-            default = 0 if data_type.numeric else b""
-        self.default: Any = default
-        self.value: Any = default
+    def __post_init__(self) -> None:
+        self.signal = self.signal or self.name
+        self.gated = self.delta > 0.0
+        if self.default is None:
+            self.default = 0 if self.type.numeric else b""
+        self.value = self.default
 
     def __repr__(self) -> str:
         return f"<Entry {self.where} {self.name!r}>"
