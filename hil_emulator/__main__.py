@@ -50,16 +50,14 @@ def run(
     clock: str,
     duration: float | None,
     record: tuple[Path, ...],
-    trigger: str | None,
-    before: float,
-    after: float,
     faults: tuple[str, ...],
     control: int | None,
+    **around: Any,
 ) -> None:
     """Run the emulator on its bus."""
     from hil_emulator.commands import run as command
 
-    capture = command.capture(trigger, before, after)
+    capture = command.capture(**around)
     command.run(files, bus, clock, duration, record, capture, faults, control)
 
 
@@ -263,10 +261,10 @@ def identify(
 ) -> None:  # fmt: skip
     """Name the physical effects that a recording shows and the configuration lacks."""
     from hil_emulator.commands import identify as command
+    from hil_emulator.identify.session import Question
 
-    command.identify(
-        files, validate, only, exclude, out, jobs, meaning=_meaning(said), cluster=cluster
-    )
+    question = Question(only, exclude)
+    command.identify(files, validate, question, out, jobs, _meaning(said), cluster)
 
 
 @main.command(cls=Examination)
@@ -277,10 +275,10 @@ def gap(
 ) -> None:  # fmt: skip
     """Measure where a recording and the configuration disagree."""
     from hil_emulator.commands import identify as command
+    from hil_emulator.identify.session import Question
 
-    command.identify(
-        files, validate, (), (), out, jobs, search=False, meaning=_meaning(said), cluster=cluster
-    )
+    question = Question(search=False)
+    command.identify(files, validate, question, out, jobs, _meaning(said), cluster)
 
 
 @main.command()
@@ -319,9 +317,8 @@ def experiment(
 @click.option("--play", type=click.Path(path_type=Path), help="Record a stimulus file in --out.")
 @click.option("--open", "opened", type=click.Path(path_type=Path), help="Reveal what is hidden.")
 def hide(
-    effects: tuple[str, ...], sizes: tuple[str, ...], configs: tuple[Path, ...], seed: int | None,
-    surprise: bool, duration: float | None, out: Path | None, play: Path | None,
-    opened: Path | None,
+    effects: tuple[str, ...], sizes: tuple[str, ...], out: Path | None, play: Path | None,
+    opened: Path | None, **drawn: Any,
 ) -> None:  # fmt: skip
     """Make experiments with EFFECTs hidden in them, to practise on; "nothing" is one too."""
     from hil_emulator.commands import hide as command
@@ -334,7 +331,7 @@ def hide(
     if play is not None:
         command.play(play, out)
         return
-    command.hide(effects, sizes or ("medium",), configs, seed, surprise, duration, out)
+    command.hide(effects, sizes or ("medium",), out=out, **drawn)
 
 
 if __name__ == "__main__":

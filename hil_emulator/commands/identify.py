@@ -15,6 +15,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.reporting.report import report
+from hil_emulator.identify.session import Question
 from hil_emulator.identify.session import identify as run_identification
 from hil_emulator.platform.allocator import map_large_arrays
 from hil_emulator.platform.paths import cache_folder, near
@@ -31,20 +32,17 @@ _NOTHING_SAID = Meaning()
 
 
 def identify(
-    files: Sequence[Path], validate: Sequence[Path], only: Sequence[str], exclude: Sequence[str],
-    out: Path | None, jobs: int, search: bool = True, meaning: Meaning = _NOTHING_SAID,
-    cluster: str = "",
+    files: Sequence[Path], validate: Sequence[Path], question: Question, out: Path | None,
+    jobs: int, meaning: Meaning = _NOTHING_SAID, cluster: str = "",
 ) -> None:  # fmt: skip
     """Compare configurations (.toml) with recordings.
 
     Args:
         files: configurations and recordings, in any order.
         validate: recordings that take no part in the fit.
-        only: effects that may be named; empty for all.
-        exclude: effects that may not.
+        question: what to look for.
         out: folder for result.json, identified.toml and report.html.
         jobs: threads.
-        search: False only measures the gap.
         meaning: what the user says of the data.
         cluster: address of a Dask scheduler in place of threads.
 
@@ -64,9 +62,8 @@ def identify(
     learn, check = experiments(recordings, config, meaning), experiments(validate, config, meaning)
     click.echo("Preparing the model (a quarter of a minute) ...", err=True)
     result = run_identification(
-        config, learn, check, only, exclude, jobs,
-        lambda text: click.echo(f"  {text}", err=True), cache_folder(), search,
-        cluster,
+        config, learn, check, question, lambda text: click.echo(f"  {text}", err=True),
+        cache_folder(), jobs, cluster,
     )  # fmt: skip
     click.echo(summary(result))
     if out is not None:

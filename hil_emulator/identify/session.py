@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -29,10 +30,30 @@ Tell = Callable[[str], None]
 Pools = Callable[[Predictor], Pool]
 
 
+@dataclass(frozen=True)
+class Question:
+    """What is asked of the data.
+
+    Attributes:
+        only: effects that may be named; empty for all.
+        exclude: effects that may not.
+        search: False measures the gap after refitting ordinary parameters, and names nothing.
+
+    """
+
+    only: Sequence[str] = ()
+    exclude: Sequence[str] = ()
+    search: bool = True
+
+
+EVERYTHING = Question()
+"""Which effects of the whole catalogue the configuration lacks."""
+
+
 def identify(
     config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment] = (),
-    only: Sequence[str] = (), exclude: Sequence[str] = (), jobs: int = 1,
-    tell: Tell = lambda _: None, cache: Path | None = None, search: bool = True, cluster: str = "",
+    question: Question = EVERYTHING, tell: Tell = lambda _: None, cache: Path | None = None,
+    jobs: int = 1, cluster: str = "",
 ) -> Result:  # fmt: skip
     """Find what a configuration lacks.
 
@@ -41,12 +62,10 @@ def identify(
         training: experiments for the fit.
         validation: experiments for the acceptance test; without any, the last third of the
             training experiments is held out if there are at least three.
-        only: effects that may be named; empty for all.
-        exclude: effects that may not.
-        jobs: threads.
+        question: what to look for.
         tell: takes progress in words.
         cache: folder for compiled models.
-        search: False measures the gap after refitting ordinary parameters, and names nothing.
+        jobs: threads.
         cluster: address of a Dask scheduler, such as "tcp://127.0.0.1:8786", whose workers predict
             in place of the threads, one experiment per task.
 
@@ -56,9 +75,7 @@ def identify(
     """
     # of matrices as small as these, threads of the linear algebra wait for each other
     with threadpool_limits(limits=1, user_api="blas"), _pools(jobs, cluster) as pooled:
-        return _identified(
-            config, training, validation, only, exclude, pooled, tell, cache, search
-        )  # fmt: skip
+        return _identified(config, training, validation, question, pooled, tell, cache)
 
 
 @contextmanager
@@ -73,8 +90,7 @@ def _pools(jobs: int, cluster: str) -> Iterator[Pools]:
 
 def _identified(
     config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment],
-    only: Sequence[str], exclude: Sequence[str], pooled: Pools, tell: Tell, cache: Path | None,
-    search: bool,
+    question: Question, pooled: Pools, tell: Tell, cache: Path | None,
 ) -> Result:  # fmt: skip
     model = PlantModel(config, cache)
     learn, check = counted(*_split(training, validation))
@@ -84,22 +100,22 @@ def _identified(
         return Result("cannot_examine", why, notes=notes)
     notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     model = predictor.model
-    candidates = _chosen(examinable(model, predictor), only, exclude)
+    candidates = _chosen(examinable(model, predictor), question)
     nuisances = parameters.ordinary(model, priors(predictor))
     searcher = Searcher(predictor, learn, check, candidates, nuisances, pooled(predictor), tell)
-    found = _found(searcher, search)
+    found = _found(searcher, question.search)
     if found is None:
         tell("interrupted: concluding from what is known so far")
         result = _so_far(searcher)
     else:
         result = conclude(searcher, found)
-        if not search:
+        if not question.search:
             account.judge(result)
     result.notes = [*notes, *result.notes]
     result.digests = {e.name: e.digest for e in (*learn, *check)}
     result.held_out = [e.name for e in check]
     every = {c.name for c in parameters.candidates(model, model.names)}
-    beyond = set() if only or exclude else every - {c.name for c in candidates}
+    beyond = set() if question.only or question.exclude else every - {c.name for c in candidates}
     result.unseen = sorted({*result.unseen, *beyond})
     return result
 
@@ -133,9 +149,8 @@ def _split(
     return list(training[:-held]), list(training[-held:])
 
 
-def _chosen(
-    candidates: list[Coordinate], only: Sequence[str], exclude: Sequence[str]
-) -> list[Coordinate]:
+def _chosen(candidates: list[Coordinate], question: Question) -> list[Coordinate]:
+    only, exclude = question.only, question.exclude
     known = {c.name for c in candidates} | {c.name.rpartition(".")[2] for c in candidates}
     for name in (*only, *exclude):
         if name not in known:

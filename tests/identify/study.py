@@ -18,7 +18,7 @@ from pathlib import Path
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.session import identify
+from hil_emulator.identify.session import Question, identify
 from tests.identify.answer import Answer, from_dict, from_result
 from tests.identify.baselines import methods
 from tests.identify.generator.cases import GROUPS, Case, campaign, case, cases
@@ -41,7 +41,7 @@ def examine(which: Case, exclude: Sequence[str] = (), backwards: bool = False) -
     if backwards:
         other = [turned(e) for e in other]
     start = time.monotonic()
-    result = identify(load([KNEE]), train, other, exclude=exclude, cache=CACHE)
+    result = identify(load([KNEE]), train, other, Question(exclude=exclude), cache=CACHE)
     return from_result(result, time.monotonic() - start)
 
 

@@ -15,7 +15,7 @@ from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
-from hil_emulator.identify.session import identify
+from hil_emulator.identify.session import Question, identify
 from hil_emulator.model.declare import Effect
 from tests.identify.generator.cases import Case, campaign
 from tests.identify.rig_data import CACHE, INSTRUMENTS, KNEE, knee
@@ -103,7 +103,7 @@ def test_a_table_closes_the_gap_on_held_out_data(tmp_path: Path) -> None:
     train, held = campaign(
         Case("outside-crack", {"crack_leak": 3e-13}, wide=False, dirty=False, duration=2.0)
     )
-    result = identify(knee(), train, held, only=["transport_delay"], cache=CACHE)
+    result = identify(knee(), train, held, Question(only=["transport_delay"]), cache=CACHE)
     assert result.verdict == "unknown_effect"
     assert result.unknown[0].balance == "leakage from a to b"
     assert result.added is not None

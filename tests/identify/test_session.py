@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.session import identify
+from hil_emulator.identify.session import Question, identify
 from tests.identify.rig_data import CACHE, campaign, knee, without
 
 SLOW = pytest.mark.slow
@@ -93,7 +93,7 @@ def test_an_effect_that_does_not_exist_is_refused() -> None:
     """A misspelt effect in --only ends in a message with the known ones."""
     train, other = campaign({})
     with pytest.raises(UserError, match="internal_leakage"):
-        identify(knee(), train, other, only=["internal_leak"], cache=CACHE)
+        identify(knee(), train, other, Question(only=["internal_leak"]), cache=CACHE)
 
 
 @pytest.mark.parametrize("moment", [1, pytest.param(4, marks=SLOW)])
@@ -107,7 +107,9 @@ def test_an_interrupted_search_keeps_what_it_found(moment: int) -> None:
         if len(told) == moment + 1:
             raise KeyboardInterrupt
 
-    result = identify(knee(), train, other, only=["internal_leakage"], tell=tell, cache=CACHE)
+    result = identify(
+        knee(), train, other, Question(only=["internal_leakage"]), tell=tell, cache=CACHE
+    )
     assert result.interrupted
     assert "interrupted" in result.reason
     assert [f.name for f in result.effects] == ["internal_leakage"] * (moment > 1)
@@ -123,5 +125,5 @@ def test_linear_algebra_keeps_to_one_thread() -> None:
         threads.update(p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas")
 
     with threadpool_limits(limits=2, user_api="blas"):
-        identify(knee(), train, other, tell=tell, cache=CACHE, search=False)
+        identify(knee(), train, other, Question(search=False), tell=tell, cache=CACHE)
     assert threads == {1}
