@@ -1,6 +1,7 @@
 """The schema, derived from the model's declarations, as pydantic models."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Annotated, Any
 
 from pydantic import Field, create_model
@@ -40,16 +41,12 @@ def _in_channel_unit(effect: Effect, channel: Channel) -> Effect:
         if param.unit != "span":
             return param
         typical, low, high = (v * channel.span for v in (param.typical, param.low, param.high))
-        return Param(
-            param.name, channel.unit, param.meaning, typical, low, high, channel.shown,
-            param.default, param.source,
-        )  # fmt: skip
+        return replace(
+            param, unit=channel.unit, typical=typical, low=low, high=high, shown=channel.shown
+        )
 
-    return Effect(
-        effect.name, effect.stage, scaled(effect.knob), effect.off,
-        tuple(scaled(p) for p in effect.shape), effect.states, effect.law, effect.source,
-        effect.signature, effect.not_modelled,
-    )  # fmt: skip
+    shape = tuple(scaled(p) for p in effect.shape)
+    return replace(effect, knob=scaled(effect.knob), shape=shape)
 
 
 _DATASHEETS = {"cylinder": CylinderDatasheet, "valve": ValveDatasheet}

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from hil_emulator.model import actuator, integrator, sensors
-from hil_emulator.model.declare import DeclarationError, Effect, Law, Stage
+from hil_emulator.model.declare import Argument, DeclarationError, Effect, Law, Stage
 from hil_emulator.model.layout import base_fields
 from hil_emulator.model.stages import ACTS, CONTINUOUS, SAMPLED, TICKED
 
@@ -22,6 +22,7 @@ import numpy as np
 from hil_emulator.model.constants import (
     ATMOSPHERE, FASTEST_SLIP, LIGHTEST_ROD, PIECES, SMALLEST_VOLUME, VELOCITY_DOUBT,
 )
+from hil_emulator.model.sensors import Transducers
 '''
 
 # Plain float arrays cross the border from Python: records would cost microseconds to unpack there.
@@ -65,22 +66,10 @@ def rate(state, rates, par, inputs, signals):
 
 
 @entry
-def sense(signals, sources, par, memory, past, normal, period, reading, overrange):
+def sense(signals, par, memory, past, normal, period, reading, overrange):
     """Sample: `sensors.sample` on views of flat memory."""
-    sample(
-        signals, sources, WIRING, par.view(CHANNEL), memory.view(MEMORY),
-        past.view(CHANNEL_PAST), normal, period, reading, overrange,
-    )
-
-
-@entry
-def read(signals, sources, par, memory, normal, period, reading, overrange):
-    """Sample channels that cannot look back: delays and windows find the present alone."""
-    past = np.full(len(sources) * CHANNEL_PAST_LENGTH, np.nan)
-    sample(
-        signals, sources, WIRING, par.view(CHANNEL), memory.view(MEMORY),
-        past.view(CHANNEL_PAST), normal, period, reading, overrange,
-    )
+    chain = Transducers(par.view(CHANNEL), memory.view(MEMORY), past.view(CHANNEL_PAST))
+    sample(signals, WIRING, chain, normal, period, reading, overrange)
 '''
 
 
@@ -89,8 +78,16 @@ def function_name(effect: Effect, law: Law) -> str:
     return effect.name if law.function is effect.law else f"{effect.name}_{law.stage.name}"
 
 
-def _argument(name: str, effect: Effect, law: Law, base: frozenset[str]) -> str:
+def record_name(effect: Effect, record: type) -> str:
+    """Return the name in the module of a named tuple that a law of an effect takes."""
+    return f"{effect.name}_{record.__name__}"
+
+
+def _argument(name: Argument, effect: Effect, law: Law, base: frozenset[str]) -> str:
     """Say where the generated code finds an argument of a law."""
+    if not isinstance(name, str):
+        fields = ", ".join(_argument(field, effect, law, base) for field in name.__annotations__)
+        return f"{record_name(effect, name)}({fields})"
     takes = law.stage.takes
     if name in takes:
         return "value" if law.stage.compose == "chain" and name == takes[0] else name

@@ -67,6 +67,7 @@ class Param(Quantity):
         shown: the unit engineers write it in, where that is not `unit`.
         default: value when the configuration says nothing; None makes it required.
         source: where the number comes from.
+        off: of a knob, the value at which its effect vanishes exactly.
 
     """
 
@@ -76,6 +77,7 @@ class Param(Quantity):
     shown: str = ""
     default: float | None = None
     source: str = "assumed"
+    off: float = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -146,6 +148,14 @@ class Acts:
         raise TypeError(f"'{self.stage.name}_acts' runs only in the module that kernel.build makes")
 
 
+Argument = str | type[tuple[Any, ...]]
+"""An argument of a law: its name, or the named tuple that it is."""
+
+
+def _is_record(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, tuple)
+
+
 @dataclass(frozen=True)
 class Law:
     """A function at a stage.
@@ -153,7 +163,8 @@ class Law:
     Attributes:
         stage: where it acts.
         function: its arguments are resolved by name among the stage's `takes`, the effect's
-            parameters and states, and the base parameters of the model.
+            parameters and states, and the base parameters of the model; of an argument that is
+            annotated with a named tuple, each field is.
         returns: the states whose rates (or next values) it returns after its value.
 
     """
@@ -163,9 +174,10 @@ class Law:
     returns: tuple[Quantity, ...] = ()
 
     @property
-    def arguments(self) -> tuple[str, ...]:
-        """Names of the function's arguments."""
-        return tuple(inspect.signature(self.function).parameters)
+    def arguments(self) -> tuple[Argument, ...]:
+        """The function's arguments: a name, or a record whose fields are names."""
+        parameters = inspect.signature(self.function).parameters.values()
+        return tuple(p.annotation if _is_record(p.annotation) else p.name for p in parameters)
 
 
 @dataclass(frozen=True)
@@ -176,7 +188,6 @@ class Effect:
         name: name of the law.
         stage: where it acts.
         knob: its strength; the first parameter.
-        off: value of the knob at which the effect vanishes exactly.
         shape: further parameters, without meaning while the knob is off.
         states: what it integrates (or, in a sampled stage, remembers).
         law: the function; its arguments are resolved by name among the stage's `takes`, its own
@@ -191,7 +202,6 @@ class Effect:
     name: str
     stage: Stage
     knob: Param
-    off: float
     shape: tuple[Param, ...]
     states: tuple[Quantity, ...]
     law: Callable[..., Any]
@@ -220,6 +230,11 @@ class Effect:
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Evaluate the law in plain Python."""
         return self.law(*args, **kwargs)
+
+    @property
+    def off(self) -> float:
+        """Value of the knob at which the effect vanishes exactly."""
+        return self.knob.off
 
     @property
     def params(self) -> tuple[Param, ...]:
@@ -252,7 +267,6 @@ def effect(
     knob: Param,
     source: str,
     signature: str,
-    off: float = 0.0,
     shape: Sequence[Param] = (),
     states: Sequence[Quantity] = (),
     not_modelled: str = "",
@@ -274,7 +288,7 @@ def effect(
         if not inspect.getdoc(law):
             raise DeclarationError(f"effect '{law.__name__}' has no docstring with its equation")
         return Effect(
-            law.__name__, stage, knob, off, tuple(shape), tuple(states), law,
+            law.__name__, stage, knob, tuple(shape), tuple(states), law,
             source, signature, not_modelled, tuple(also),
         )  # fmt: skip
 

@@ -19,7 +19,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from hil_emulator.model.compose import function_name, module_source
+from hil_emulator.model.compose import function_name, module_source, record_name
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.layout import Vector, layouts, length, named, zeros
@@ -39,9 +39,8 @@ class Kernel:
         tick: `tick(memory, past, par, inputs, signals, step, steps)`: the same for one tick, with
             the set point's delay; returns whether the state is finite.
         rate: `rate(state, rates, par, inputs, signals)`, see `actuator.derivative`.
-        sense: `sense(signals, sources, par, memory, past, normal, period, reading, overrange)`,
-            see `sensors.sample`.
-        read: the same without `past`, for channels that do not look back.
+        sense: `sense(signals, par, memory, past, normal, period, reading, overrange)`, see
+            `sensors.sample`.
         parameters: the plant's parameters.
         state: what the plant integrates.
         past: what the plant remembers from tick to tick.
@@ -60,7 +59,6 @@ class Kernel:
     tick: Callable[..., bool]
     rate: Callable[..., None]
     sense: Callable[..., None]
-    read: Callable[..., None]
     parameters: np.dtype[Any]
     state: np.dtype[Any]
     past: np.dtype[Any]
@@ -145,6 +143,8 @@ def build(
     for effect in effects:
         for law in effect.laws:
             module.__dict__[function_name(effect, law)] = decorators["compiled"](law.function)
+            records = {a for a in law.arguments if not isinstance(a, str)}
+            module.__dict__.update({record_name(effect, record): record for record in records})
     module.__dict__.update({name.upper(): layout for name, layout in types.items()})
     module.__dict__.update({f"{n.upper()}_LENGTH": length(layout) for n, layout in types.items()})
     module.__dict__["WIRING"] = wiring(types["signals"].names or ())
@@ -154,7 +154,6 @@ def build(
         tick=module.tick,
         rate=module.rate,
         sense=module.sense,
-        read=module.read,
         effects=tuple(effects),
         source=source,
         **types,

@@ -114,8 +114,6 @@ class Sensors:
         self._period = period
         # a stream for each channel, so that one more leaves the others' noise as it is
         self._streams = random.spawn(len(CHANNELS))
-        signals = kernel.signals.names or ()
-        self._sources = np.array([signals.index(c.signal) for c in CHANNELS])
         self.parameters = np.concatenate(
             [fill(kernel.channel, kernel.effects, parameters.get(n, {})) for n in self.names]
         )
@@ -138,7 +136,7 @@ class Sensors:
                 self._normals[:, channel] = stream.standard_normal(_BLOCK)
             self._next = 0
         self._sense(
-            signals, self._sources, self.parameters, self._memory, self._past,
+            signals, self.parameters, self._memory, self._past,
             self._normals[self._next], self._period, self.reading, self.overrange,
         )  # fmt: skip
         self._next += 1

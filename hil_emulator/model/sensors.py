@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -50,45 +50,59 @@ def wiring(signals: Sequence[str]) -> np.ndarray[Any, Any]:
     """Return how the channels hang together, for a model with these signals.
 
     Returns:
-        Per channel: its span, the index of the neighbour's signal, the neighbour's span, the index
-        of the differenced channel; shape (channels, 4).
+        Per channel: the index of its signal, its span, the index of the neighbour's signal, the
+        neighbour's span, the index of the differenced channel; shape (channels, 5).
 
     """
     names = [c.name for c in CHANNELS]
     return np.array(
         [
-            (c.span, signals.index(c.neighbour), c.neighbour_span,
+            (signals.index(c.signal), c.span, signals.index(c.neighbour), c.neighbour_span,
              names.index(c.differenced or c.name))
             for c in CHANNELS
         ]
     )  # fmt: skip
 
 
+class Transducers(NamedTuple):
+    """Records of the transducers, each of shape (channels,).
+
+    Attributes:
+        par: their parameters.
+        memory: what they remember.
+        past: the samples that they remember.
+
+    """
+
+    par: Any
+    memory: Any
+    past: Any
+
+
 def sample(
-    signals: Any, sources: Any, wires: Any, par: Any, memory: Any, past: Any, normal: Any,
-    period: float, reading: Any, overrange: Any,
+    signals: Any, wires: Any, chain: Transducers, normal: Any, period: float, reading: Any,
+    overrange: Any,
 ) -> None:  # fmt: skip
     """Read every channel once.
 
     Args:
         signals: the model's signals, shape (signals,).
-        sources: index of each channel's signal, shape (channels,).
-        wires: see `wiring`, shape (channels, 4).
-        par: records of the channels' transducer parameters, shape (channels,).
-        memory: records of what the channels remember, shape (channels,).
-        past: records of the samples the channels remember, shape (channels,).
+        wires: see `wiring`, shape (channels, 5).
+        chain: the transducers.
         normal: standard normal numbers, shape (channels,).
         period: time since the last sample [s].
         reading: what the sensors report, shape (channels,); overwritten.
         overrange: -1 at the lower end of the measuring range, +1 at the upper one, else 0.
 
     """
-    for i in range(len(sources)):
-        neighbour = signals[int(wires[i, 1])] / wires[i, 2]
-        differenced = reading[int(wires[i, 3])]
+    par, memory, past = chain
+    for i in range(len(wires)):
+        shown = signals[int(wires[i, 0])]
+        neighbour = signals[int(wires[i, 2])] / wires[i, 3]
+        differenced = reading[int(wires[i, 4])]
         value = transducer(
-            par[i], memory[i], memory[i], past[i], signals[sources[i]], wires[i, 0], neighbour,
-            differenced, period, normal[i],
+            par[i], memory[i], memory[i], past[i], shown, wires[i, 1], neighbour, differenced,
+            period, normal[i],
         )  # fmt: skip
         reading[i] = value
         overrange[i] = 0

@@ -70,13 +70,12 @@ def test_nothing_corrects_the_free_run_between_two_restarts() -> None:
     frozen = observer().freeze(e, par, chan)
     plain = replay(observer(), frozen, par, chan)
     begin = round((FILTER_SETTLING + RESTART_INTERVAL) / e.period)
-    moved = frozen.measured.copy()
+    moved = frozen.data.measured.copy()
     moved[begin + 1 : begin + 400, 0] += 5e5
-    other = replay(observer(), replace(frozen, measured=moved), par, chan)
+    changed = replace(frozen, data=frozen.data._replace(measured=moved))
+    other = replay(observer(), changed, par, chan)
     inside = slice(begin + 1, begin + round(RESTART_INTERVAL / e.period) + 1)
-    predicted = [
-        f.measured - r.free for f, r in ((frozen, plain), (replace(frozen, measured=moved), other))
-    ]
+    predicted = [f.data.measured - r.free for f, r in ((frozen, plain), (changed, other))]
     np.testing.assert_allclose(predicted[0][inside], predicted[1][inside], rtol=0, atol=1e-6)
     assert plain.age[inside].tolist() == list(range(1, round(RESTART_INTERVAL / e.period) + 1))
     assert not np.allclose(plain.one_step[inside], other.one_step[inside], equal_nan=True)

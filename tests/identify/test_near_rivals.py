@@ -87,9 +87,9 @@ def test_the_gains_are_those_of_the_finished_model_again(
     fitter, search, found = pumped
     assert search.final is not None
     fitter.freeze(search.final.coordinates, search.final.at)
-    before = fitter.frozen[0].gains.copy()
+    before = fitter.frozen[0].gains.kalman.copy()
     near_rivals(fitter, search, found)
-    np.testing.assert_array_equal(fitter.frozen[0].gains, before)
+    np.testing.assert_array_equal(fitter.frozen[0].gains.kalman, before)
 
 
 @pytest.mark.parametrize(

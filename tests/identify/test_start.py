@@ -43,7 +43,7 @@ def test_the_null_learns_from_what_counts() -> None:
     model = knee_model()
     observer = Observer(model, INSTRUMENTS)
     data = record(machine(case("none", 0, 0.3)), {}, "multisine", (1, 1), 0.3, False)
-    gains = np.abs(observer.freeze(data, *model.memory([], [])).gains[:, -2]).max(axis=1)
+    gains = np.abs(observer.freeze(data, *model.memory([], [])).gains.kalman[:, -2]).max(axis=1)
     begin = round(BURN_IN / data.period)
     assert not gains[:begin].any()
     assert gains[begin:].all()

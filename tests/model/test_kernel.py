@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -192,3 +193,28 @@ def test_a_cache_that_cannot_be_written_does_no_harm(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
     assert kernel.build(cache=blocked).effects == CATALOGUE
+
+
+class Curve(NamedTuple):
+    """What a friction law takes together."""
+
+    velocity: float
+    strength: float
+    load_mass: float
+
+
+def test_a_law_may_take_a_record_of_what_belongs_together() -> None:
+    """Of stage, effect and plant, each field is what an argument of that name would be."""
+
+    @effect(friction_stage, knob=knob(), source="own measurement", signature="load cell")
+    def curved_friction(given: Curve) -> float:
+        """F = s v m."""
+        return given.strength * given.velocity * given.load_mass
+
+    built = kernel.build((*CATALOGUE, curved_friction), compiled=False)
+    values = machine(curved_friction_strength=2.0)
+    plant = Plant(built, values, STEP)
+    plant.state.velocity = 0.1
+    plant.step(0)
+    own = 2.0 * 0.1 * values["load_mass"]
+    assert plant.signals.friction_force == pytest.approx(1000 * 0.1 + 100.0 + own)

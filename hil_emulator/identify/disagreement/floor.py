@@ -19,6 +19,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.filter import DISTURBANCES
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.records import Restarts
 
 AGES = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2, RESTART_INTERVAL)
 """Ends of the ages of the free run by which the sources' strengths are read [s] (assumed)."""
@@ -47,13 +48,13 @@ def spread(observer: Observer, frozen: Frozen, replay: Replay) -> Floor:
     moving = np.flatnonzero(frozen.diffusion > 0.0)
     diffusion = np.zeros((len(moving), len(frozen.diffusion)))
     diffusion[np.arange(len(moving)), moving] = frozen.diffusion[moving]
-    shape = (len(moving) + 1, *frozen.measured.shape)
+    shape = (len(moving) + 1, *frozen.data.measured.shape)
     one, free = np.zeros(shape), np.zeros(shape)
     restarts = np.flatnonzero(replay.age == 1)
     first = int(restarts[0]) - 1 if len(restarts) else len(replay.age)
     window = max(int(replay.age.max(initial=0)), 1)
     observer.model.loops.carry(
-        frozen.gains, frozen.maps, frozen.senses, frozen.noise**2, diffusion, first, window, one,
+        frozen.gains, frozen.jacobians, frozen.noise**2, diffusion, Restarts(first, window), one,
         free,
     )  # fmt: skip
     # of a long recording these are large

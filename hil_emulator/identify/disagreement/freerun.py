@@ -6,13 +6,13 @@ it between two restarts. One pass also yields the error one step ahead.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.observer import BURN_IN, Observer
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.records import Restarts
 
 RESTART_INTERVAL = 0.5
 """Time between two restarts [s]."""
@@ -37,7 +37,7 @@ class Replay:
 
     one_step: Array
     free: Array
-    age: np.ndarray[Any, np.dtype[np.int64]]
+    age: Index
     track: Array
 
 
@@ -51,18 +51,13 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
         chan: the transducers' parameters.
 
     """
-    model, experiment = observer.model, frozen.experiment
-    count, period = len(frozen.measured), experiment.period
-    first, window = round(FILTER_SETTLING / period), max(2, round(RESTART_INTERVAL / period))
-    steps = max(1, int(np.ceil(period / observer.step(par) - 1e-9)))
-    one, free = np.full(frozen.measured.shape, np.nan), np.full(frozen.measured.shape, np.nan)
-    track = np.empty((count, len(model.signal_names)))
-    model.loops.run_freely(
-        frozen.start, frozen.z0, frozen.active, par, model.drift, model.supply, chan,
-        model.remembered, model.sources, frozen.chosen, experiment.current, frozen.measured,
-        frozen.gains, frozen.decay, period, period / steps, steps, first, window, one, free, track,
-    )  # fmt: skip
-    one[: round(BURN_IN / period)] = np.nan
-    age = np.maximum((np.arange(count) - first - 1) % window + 1, 0)
+    data, period = frozen.data, frozen.data.period
+    restarts = Restarts(round(FILTER_SETTLING / period), max(2, round(RESTART_INTERVAL / period)))
+    errors = observer.model.loops.run_freely(
+        observer.at(par, chan, period), data, frozen.start, frozen.gains, restarts
+    )
+    errors.one[: data.burn_in] = np.nan
+    first, window = restarts
+    age = np.maximum((np.arange(len(data.measured)) - first - 1) % window + 1, 0)
     age[: first + 1] = 0
-    return Replay(one, free, age, track)
+    return Replay(errors.one, errors.free, age, errors.track)

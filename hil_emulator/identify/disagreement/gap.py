@@ -16,6 +16,7 @@ from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.static import MeasuredStates
 
 Gap = dict[str, dict[str, dict[str, float]]]
 """By channel and part of the data: see `measure`."""
@@ -71,6 +72,7 @@ def view(predictor: Predictor, fit: Fit, experiments: Sequence[Experiment]) -> l
             found.append(View(experiment, run, frozen.noise, floors, strength))
             continue
         residual, track = predictor.innovations(frozen, par, chan, track=True)
+        assert isinstance(frozen, MeasuredStates)
         residual = np.where(frozen.present[:, None], residual, np.nan)
         empty = np.full_like(residual, np.nan)
         run = Replay(residual, empty, np.zeros(len(residual), np.int64), track)

@@ -16,6 +16,7 @@ from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.probes import PROBES
+from hil_emulator.identify.prediction.records import Entries
 from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.prediction.static import MeasuredStates
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
@@ -100,29 +101,27 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
     assert isinstance(frozen, Frozen)
     assert isinstance(predictor, Observer)
     drives, feeds = _entries(predictor, frozen, what)
-    feeds = np.where(np.isfinite(frozen.measured), feeds, 0.0)
+    entries = Entries(drives, np.where(np.isfinite(frozen.data.measured), feeds, 0.0))
     decay = float(np.exp(-frozen.experiment.period / TERM_CORRELATION_TIME))
     size = TERM_STRENGTH * _largest(predictor, frozen, par, what)
     term = np.zeros(len(residual))
-    if not (np.isfinite(residual).all() and np.isfinite(frozen.maps).all()):
+    if not (np.isfinite(residual).all() and np.isfinite(frozen.jacobians.maps).all()):
         return np.full(len(residual), np.nan)
     predictor.model.loops.smooth(
-        frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, frozen.weights,
-        residual, decay, size**2, term,
-    )  # fmt: skip
+        frozen.gains, frozen.jacobians, entries, frozen.weights, residual, decay, size**2, term
+    )
     return term
 
 
-def _entries(observer: Observer, frozen: Frozen, what: Balance) -> tuple[Array, Array]:
+def _entries(observer: Observer, frozen: Frozen, what: Balance) -> Entries:
     """Return what a term in a balance adds to the next z and the next reading."""
     if what is SUPPLY:
-        return (np.ascontiguousarray(frozen.maps[:, :, -1]),
-                np.ascontiguousarray(frozen.senses[:, :, -1]))  # fmt: skip
+        return Entries(*(np.ascontiguousarray(j[:, :, -1]) for j in frozen.jacobians))
     weights = np.zeros(len(PROBES))
     for name, weight in what.probes:
         weights[[p.name for p in PROBES].index(name)] = weight
     drives, feeds = observer.probed(frozen)
-    return np.asarray(drives @ weights), np.asarray(feeds @ weights)
+    return Entries(np.asarray(drives @ weights), np.asarray(feeds @ weights))
 
 
 def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> float:

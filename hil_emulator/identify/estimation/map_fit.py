@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -79,7 +78,7 @@ class Fitter:
         return max(1, samples) * len(self.predictor.channels)
 
     @property
-    def frozen(self) -> Sequence[Any]:
+    def frozen(self) -> Sequence[object]:
         """The frozen experiments, in this process."""
         return self.batch.frozen
 

@@ -9,6 +9,7 @@ from hil_emulator.model.sensors import CHANNELS
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Mask = np.ndarray[Any, np.dtype[np.bool_]]
+Index = np.ndarray[Any, np.dtype[np.int64]]
 
 FLOW = "flow_a"
 """Flow out of the valve's port a, as a bench measures it and no channel of the emulator shows."""

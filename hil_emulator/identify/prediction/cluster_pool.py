@@ -61,7 +61,7 @@ class ClusterBatch:
         self._points = points
 
     @cached_property
-    def frozen(self) -> Sequence[Any]:
+    def frozen(self) -> Sequence[object]:
         """The frozen experiments, fetched."""
         return [kept.frozen for kept in gathered(self._client, self._kept)]
 
@@ -82,10 +82,17 @@ class ClusterBatch:
 class _Kept:
     """A frozen experiment, as large as it is: Dask weighs what it would cost to move it."""
 
-    frozen: Any
+    frozen: object
 
     def __sizeof__(self) -> int:
-        return sum(v.nbytes for v in vars(self.frozen).values() if isinstance(v, np.ndarray))
+        return _bytes(tuple(vars(self.frozen).values()))
+
+
+def _bytes(value: object) -> int:
+    """Return the size of an array, or of those in a tuple."""
+    if isinstance(value, tuple):
+        return sum(map(_bytes, value))
+    return value.nbytes if isinstance(value, np.ndarray) else 0
 
 
 def _sent(client: Any, things: Sequence[Any]) -> list[Any]:

@@ -1,13 +1,28 @@
 """The extended Kalman filter that finds the gains."""
 
-from typing import Any
-
 import numpy as np
 
-from hil_emulator.identify.prediction.filter import INPUT_COUNT, advance
+from hil_emulator.identify.measured.experiment import Array, Mask
+from hil_emulator.identify.prediction.records import (
+    Data,
+    Gains,
+    Jacobians,
+    ParametrisedModel,
+    Start,
+    Tuning,
+)
+from hil_emulator.identify.prediction.run import (
+    Sense,
+    Tick,
+    advance,
+    begin,
+    beside,
+    follow,
+    install,
+)
 
 
-def root_of_inverse(s: Any, root: Any) -> None:
+def root_of_inverse(s: Array, root: Array) -> None:
     """Fill the lower triangular L with S^-1 = L L^T, for a positive definite S; overwrites S."""
     m = len(s)
     # S = U U^T from the last row upwards, with U upper triangular; then L = U^-T
@@ -28,7 +43,7 @@ def root_of_inverse(s: Any, root: Any) -> None:
             root[i, j] /= s[i, i]
 
 
-def multiply(a: Any, b: Any, out: Any) -> None:
+def multiply(a: Array, b: Array, out: Array) -> None:
     """Fill a b: for matrices this small, a call of a library takes longer than the product."""
     for i in range(a.shape[0]):
         for j in range(b.shape[1]):
@@ -38,7 +53,7 @@ def multiply(a: Any, b: Any, out: Any) -> None:
             out[i, j] = total
 
 
-def congruence(a: Any, b: Any, work: Any, out: Any) -> None:
+def congruence(a: Array, b: Array, work: Array, out: Array) -> None:
     """Fill a b a^T of a symmetric b; `work` has the shape of a."""
     multiply(a, b, work)
     for i in range(a.shape[0]):
@@ -51,7 +66,7 @@ def congruence(a: Any, b: Any, work: Any, out: Any) -> None:
 
 
 def update(
-    cov: Any, slope: Any, noise: Any, present: Any, held: int, gain: Any, whitening: Any
+    cov: Array, slope: Array, noise: Array, present: Mask, held: int, gain: Array, whitening: Array
 ) -> None:
     """Update the covariance by a measurement; fills gain and whitening.
 
@@ -87,125 +102,72 @@ def update(
 
 
 def linearise(
-    tick: Any, sense: Any, start: Any, z0: Any, cov0: Any, scales: Any, active: Any, par: Any,
-    drift: int, supply: int, chan: Any, remembered: Any, sources: Any, chosen: Any, slope: Any,
-    signal_count: int, current: Any, measured: Any, noise: Any, diffusion: Any, decay: Any,
-    settling: int, burn_in: int, period: float, step: float, steps: int, gains: Any,
-    whitening: Any, maps: Any, senses: Any,
-) -> None:  # fmt: skip
+    tick: Tick, sense: Sense, model: ParametrisedModel, data: Data, start: Start, tuning: Tuning,
+    noise: Array,
+) -> tuple[Gains, Jacobians]:  # fmt: skip
     """Run the extended Kalman filter with a Jacobian by forward differences.
 
-    Arguments as in `filter.predict`, and:
-        cov0: covariance of z0.
-        scales: smallest and largest step of the differences, by element of z, shape (2, z); in
-            between it is the deviation of z, so that a bent law counts by its secant.
-        slope: reading per signal of each chosen channel.
-        signal_count: number of the model's signals.
+    The first four arguments as in `filter.predict`, and:
+        start: where it begins.
+        tuning: what it takes for granted. A difference is as long as the deviation of z, between
+            the smallest and the largest step, so that a bent law counts by its secant. What a dead
+            time still held when the recording began is not known: the spool settles. The null,
+            which samples that count for nothing would teach, waits for those that do.
         noise: variance of each chosen channel.
-        diffusion: variance that z gains in a sample.
-        settling: samples for which the spool, the first two of z, is as uncertain as at first:
-            what a dead time still held when the recording began is not known.
-        burn_in: samples that count for nothing: the null, which they would teach, waits for those
-            that do.
-        gains, whitening: the result; see `filter.predict`.
-        maps, senses: Jacobians of the next z and the next reading by z, per sample.
 
     """
-    par = par.copy()
-    nominal = par[supply]
-    n, m, size = len(z0), len(chosen), len(start)
-    z, cov = z0.copy(), cov0.copy()
-    memory = np.zeros(6 * size)
-    memory[:size] = start
-    inputs = np.zeros(INPUT_COUNT)
-    normal = np.zeros(len(sources))
-    reading = np.zeros(len(sources))
-    overrange = np.zeros(len(sources), np.int64)
-    past = np.full(remembered[0], np.nan)
-    past_before = past.copy()
-    past_other = past.copy()
-    trace = np.full(remembered[1], np.nan)
-    history = np.full(remembered[2], np.nan)
-    signals = np.zeros(signal_count)
-    signals_moved = signals.copy()
+    current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
+    count, n, m = len(current), len(start.z), len(chosen)
+    gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
+    jacobians = Jacobians(np.zeros((count, n, n)), np.zeros((count, m, n)))
+    kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
+    run = begin(tick, model, start, current[0])
+    instruments = install(model, run.signals, data.period)
+    corrected, moved = beside(run), beside(run)
+    z, cov, signals = run.z, tuning.covariance.copy(), run.signals
     present = np.ones(m, np.bool_)
     reading_slope = np.zeros((m, n))
     error = np.zeros(m)
+    scales = tuning.scales
     widths = scales[0].copy()
-    still = np.ones(2)
-    moved = z.copy()
-    other = memory.copy()
     work, before_step = np.zeros((n, n)), np.zeros((n, n))
-    advance(
-        tick,
-        memory,
-        past,
-        z,
-        active,
-        par,
-        drift,
-        supply,
-        nominal,
-        inputs,
-        current[0],
-        still,
-        signals,
-        step,
-        0,
-    )
-    for k in range(len(current)):
-        sense(signals, sources, chan, trace, history, normal, period, reading, overrange)
+    for k in range(count):
+        sense(*instruments)
         before = current[max(0, k - 1)]
         for j in range(n):
             spread = np.sqrt(max(cov[j, j], 0.0))
             widths[j] = min(max(scales[0, j], spread), scales[1, j])
         for j in range(n):  # Jacobian of the reading
-            moved[:] = z
-            moved[j] += widths[j]
-            other[:] = memory
-            past_other[:] = past
-            advance(
-                tick, other, past_other, moved, active, par, drift, supply, nominal, inputs, before,
-                still, signals_moved, step, 0,
-            )  # fmt: skip
+            follow(moved, run)
+            moved.z[j] += widths[j]
+            advance(tick, moved, before, 0)
             for i in range(m):
                 source = sources[chosen[i]]
-                reading_slope[i, j] = (
-                    slope[i] * (signals_moved[source] - signals[source]) / widths[j]
-                )
+                reading_slope[i, j] = (moved.signals[source] - signals[source]) / widths[j]
         for i in range(m):
             present[i] = np.isfinite(measured[k, i])
-            error[i] = measured[k, i] - reading[chosen[i]] if present[i] else 0.0
-        held = n - 2 if k < burn_in else -1
-        update(cov, reading_slope, noise, present, held, gains[k], whitening[k])
+            error[i] = measured[k, i] - instruments.reading[chosen[i]] if present[i] else 0.0
+        held = n - 2 if k < data.burn_in else -1
+        update(cov, reading_slope, noise, present, held, kalman[k], gains.whitening[k])
         for i in range(n):
             for j in range(m):
-                z[i] += gains[k, i, j] * error[j]
-        old = memory.copy()
-        past_before[:] = past
-        posterior = z.copy()
-        advance(
-            tick, memory, past, z, active, par, drift, supply, nominal, inputs, current[k], decay,
-            signals, step, steps,
-        )  # fmt: skip
+                z[i] += kalman[k, i, j] * error[j]
+        follow(corrected, run)
+        advance(tick, run, current[k], model.steps)
         for j in range(n):  # Jacobian of the next state and reading
-            moved[:] = posterior
-            moved[j] += widths[j]
-            other[:] = old
-            past_other[:] = past_before
-            advance(
-                tick, other, past_other, moved, active, par, drift, supply, nominal, inputs,
-                current[k], decay, signals_moved, step, steps,
-            )  # fmt: skip
+            follow(moved, corrected)
+            moved.z[j] += widths[j]
+            advance(tick, moved, current[k], model.steps)
             for i in range(n):
-                maps[k, i, j] = (moved[i] - z[i]) / widths[j]
+                maps[k, i, j] = (moved.z[i] - z[i]) / widths[j]
             for i in range(m):
                 source = sources[chosen[i]]
-                senses[k, i, j] = slope[i] * (signals_moved[source] - signals[source]) / widths[j]
+                senses[k, i, j] = (moved.signals[source] - signals[source]) / widths[j]
         before_step[:, :] = cov
         congruence(maps[k], before_step, work, cov)
         for i in range(n):
-            cov[i, i] += diffusion[i]
-        if k < settling:
+            cov[i, i] += tuning.diffusion[i]
+        if k < tuning.settling:
             for i in range(2):
-                cov[i, i] += cov0[i, i]
+                cov[i, i] += tuning.covariance[i, i]
+    return gains, jacobians

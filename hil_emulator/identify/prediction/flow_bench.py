@@ -12,9 +12,9 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment, noise_of
 from hil_emulator.identify.prediction.balances import FLOW_A, Balance
-from hil_emulator.identify.prediction.filter import INPUT_COUNT
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
+from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.identify.prediction.static import MeasuredStates
 from hil_emulator.identify.prediction.valve_bench import LOCKED
 from hil_emulator.model.layout import fill

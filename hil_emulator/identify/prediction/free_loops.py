@@ -1,107 +1,100 @@
 """The loops of the free run, as `filter` has those of the predictor."""
 
-from typing import Any
-
 import numpy as np
 
-from hil_emulator.identify.prediction.filter import INPUT_COUNT, advance
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.records import (
+    Data,
+    Errors,
+    Gains,
+    Jacobians,
+    ParametrisedModel,
+    Restarts,
+    Start,
+)
+from hil_emulator.identify.prediction.run import (
+    Sense,
+    Tick,
+    advance,
+    begin,
+    beside,
+    follow,
+    install,
+)
 
 
 def run_freely(
-    tick: Any, sense: Any, start: Any, z0: Any, active: Any, par: Any, drift: int, supply: int,
-    chan: Any, remembered: Any, sources: Any, chosen: Any, current: Any, measured: Any,
-    gains: Any, decay: Any, period: float, step: float, steps: int, first: int, window: int,
-    one: Any, free: Any, track: Any,
-) -> None:  # fmt: skip
+    tick: Tick, sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    restarts: Restarts,
+) -> Errors:  # fmt: skip
     """Run the frozen predictor, and beside it the free run that it restarts.
 
     Arguments as in `filter.predict`, and:
-        first: sample of the first restart.
-        window: samples between restarts.
-        one: errors one step ahead, shape (samples, chosen); overwritten.
-        free: errors of the free run; overwritten.
-        track: the predictor's signals; overwritten.
+        restarts: when.
 
     """
-    par = par.copy()
-    nominal = par[supply]
-    z, z_free = z0.copy(), z0.copy()
-    memory = np.zeros(6 * len(start))
-    memory[: len(start)] = start
-    memory_free = memory.copy()
-    inputs, normal = np.zeros(INPUT_COUNT), np.zeros(len(sources))
-    reading, overrange = np.zeros(len(sources)), np.zeros(len(sources), np.int64)
-    past = np.full(remembered[0], np.nan)
-    trace = np.full(remembered[1], np.nan)
-    history = np.full(remembered[2], np.nan)
-    past_free, trace_free, history_free = past.copy(), trace.copy(), history.copy()
-    signals = np.zeros(track.shape[1])
-    advance(
-        tick, memory, past, z, active, par, drift, supply, nominal, inputs, current[0], decay,
-        signals, step, 0,
+    current, measured, chosen = data.current, data.measured, data.chosen
+    kalman, first = gains.kalman, restarts.first
+    errors = Errors(
+        np.full(measured.shape, np.nan), np.full(measured.shape, np.nan),
+        np.empty((len(measured), model.signals)),
     )  # fmt: skip
-    signals_free = signals.copy()
+    one, free = errors.one, errors.free
+    run = begin(tick, model, start, current[0])
+    instruments = install(model, run.signals, data.period)
+    loose = beside(run)
+    loose_instruments = install(model, loose.signals, data.period)
+    z = run.z
     error = np.zeros(len(chosen))
     for k in range(len(current)):
         if k > first:
-            sense(
-                signals_free, sources, chan, trace_free, history_free, normal, period, reading,
-                overrange,
-            )  # fmt: skip
+            sense(*loose_instruments)
             for i in range(len(chosen)):
-                free[k, i] = measured[k, i] - reading[chosen[i]]
-        sense(signals, sources, chan, trace, history, normal, period, reading, overrange)
-        track[k] = signals
+                free[k, i] = measured[k, i] - loose_instruments.reading[chosen[i]]
+        sense(*instruments)
+        errors.track[k] = run.signals
         for i in range(len(chosen)):
-            one[k, i] = measured[k, i] - reading[chosen[i]]
+            one[k, i] = measured[k, i] - instruments.reading[chosen[i]]
             error[i] = one[k, i] if np.isfinite(measured[k, i]) else 0.0
         for i in range(len(z)):
             for j in range(len(chosen)):
-                z[i] += gains[k, i, j] * error[j]
-        if k >= first and (k - first) % window == 0:
-            z_free[:] = z
-            memory_free[:] = memory
-            past_free[:] = past
-            trace_free[:] = trace
-            history_free[:] = history
-        advance(
-            tick, memory, past, z, active, par, drift, supply, nominal, inputs, current[k], decay,
-            signals, step, steps,
-        )  # fmt: skip
+                z[i] += kalman[k, i, j] * error[j]
+        if k >= first and (k - first) % restarts.window == 0:
+            follow(loose, run)
+            loose_instruments.trace[:] = instruments.trace
+            loose_instruments.history[:] = instruments.history
+        advance(tick, run, current[k], model.steps)
         if k >= first:
-            advance(
-                tick, memory_free, past_free, z_free, active, par, drift, supply, nominal,
-                inputs, current[k], decay, signals_free, step, steps,
-            )  # fmt: skip
+            advance(tick, loose, current[k], model.steps)
+    return errors
 
 
 def carry(
-    gains: Any, maps: Any, senses: Any, noise: Any, diffusion: Any, first: int, window: int,
-    one: Any, free: Any,
+    gains: Gains, jacobians: Jacobians, noise: Array, diffusion: Array, restarts: Restarts,
+    one: Array, free: Array,
 ) -> None:  # fmt: skip
     """Carry the covariance of the predictor's error, and of the free run, by source.
 
     Args:
-        gains: see `linearised.linearise`, as the next two.
-        maps: see there.
-        senses: see there.
+        gains: the frozen gains.
+        jacobians: along the predictor's trajectory.
         noise: variance of each channel.
         diffusion: variance that each source but the first gives each state in a sample,
             shape (sources - 1, z).
-        first: sample of the first restart.
-        window: samples between restarts.
+        restarts: of the free run.
         one: variance of the reading's error, shape (sources, samples, channels); overwritten.
         free: the same in the free run; overwritten.
 
     """
-    count, n, m = gains.shape
+    kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
+    count, n, m = kalman.shape
     sources = len(diffusion) + 1
     cov = np.zeros((sources, n, n))
     loose = np.zeros((sources, n, n))
     for k in range(count - 1):
-        if k >= first and (k - first) % window == 0:
+        if k >= restarts.first and (k - restarts.first) % restarts.window == 0:
             loose[:] = cov
-        kept = maps[k] - gains[k + 1] @ senses[k]
+        kept = maps[k] - kalman[k + 1] @ senses[k]
         for s in range(sources):
             if s > 0:
                 for i in range(n):
@@ -120,4 +113,4 @@ def carry(
         for i in range(n):
             for j in range(n):
                 for c in range(m):
-                    cov[0, i, j] += gains[k + 1, i, c] * noise[c] * gains[k + 1, j, c]
+                    cov[0, i, j] += kalman[k + 1, i, c] * noise[c] * kalman[k + 1, j, c]

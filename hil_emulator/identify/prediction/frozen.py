@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.prediction.records import Data, Entries, Gains, Jacobians, Start
 
 
 @dataclass
@@ -14,35 +13,27 @@ class Frozen:
     Attributes:
         experiment: the data.
         channels: measured channels, in the order of the columns.
-        measured: readings, shape (samples, channels).
-        start: state at the start, of all states.
-        z0: augmented state at the start.
-        active: indices of the states in z.
-        decay: what remains of the disturbances after a sample.
-        gains, whitening, maps, senses: see `linearised.linearise`.
-        weights: one over the standard deviation of each channel's whitened innovations.
+        data: the same for the loops.
+        start: where the filter begins.
+        gains: those of the extended Kalman filter.
+        jacobians: along its trajectory.
         noise: standard deviation of each channel.
         diffusion: variance that the disturbances give each element of z in a sample.
         par, chan: the parameters at which it was frozen.
-        probed: drives and feeds, see `probing.probe`; None as long as nobody has asked.
+        weights: one over the standard deviation of each channel's whitened innovations.
+        probed: what the probes do, see `probing.probe`; None as long as nobody has asked.
 
     """
 
     experiment: Experiment
     channels: tuple[str, ...]
-    chosen: np.ndarray[tuple[int], np.dtype[np.int64]]
-    measured: Array
-    start: Array
-    z0: Array
-    active: np.ndarray[tuple[int], np.dtype[np.int64]]
-    decay: Array
-    gains: Array
-    whitening: Array
-    maps: Array
-    senses: Array
-    weights: Array
+    data: Data
+    start: Start
+    gains: Gains
+    jacobians: Jacobians
     noise: Array
     diffusion: Array
     par: Array
     chan: Array
-    probed: tuple[Array, Array] | None = None
+    weights: Array
+    probed: Entries | None = None

@@ -15,26 +15,43 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numba
 import numpy as np
 
+from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction import (
     extended_kalman_filter,
     free_loops,
     probing,
+    run,
     smoothing,
     static_forces,
 )
 from hil_emulator.identify.prediction import filter as predictor
+from hil_emulator.identify.prediction.records import (
+    Data,
+    Entries,
+    Errors,
+    Gains,
+    Jacobians,
+    ParametrisedModel,
+    Places,
+    Restarts,
+    Start,
+    Tuning,
+)
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MODEL = ("tick", "rate", "sense")
 """The model's functions that a loop may take."""
 
-_INNER: tuple[Callable[..., Any], ...] = (
-    predictor.advance,
+_INNER: tuple[Callable[..., object], ...] = (
+    run.advance,
+    run.follow,
+    run.begin,
+    run.beside,
+    run.install,
     extended_kalman_filter.root_of_inverse,
     extended_kalman_filter.multiply,
     extended_kalman_filter.congruence,
@@ -42,10 +59,15 @@ _INNER: tuple[Callable[..., Any], ...] = (
     smoothing.observe,
     smoothing.proceed,
 )
-_LOOPS: tuple[Callable[..., None], ...] = (
+_LOOPS: tuple[Callable[..., object], ...] = (
     predictor.predict, extended_kalman_filter.linearise, probing.probe, probing.propagate,
     static_forces.forces, free_loops.run_freely, free_loops.carry, smoothing.smooth,
 )  # fmt: skip
+
+_RECORDS = (
+    run.Run, run.Instruments, Gains, Jacobians, Entries, Errors,
+)  # fmt: skip
+"""Named tuples that the loops make."""
 
 
 @dataclass(frozen=True)
@@ -64,14 +86,14 @@ class Loops:
 
     """
 
-    predict: Callable[..., None]
-    linearise: Callable[..., None]
-    probe: Callable[..., None]
-    propagate: Callable[..., None]
-    forces: Callable[..., None]
-    run_freely: Callable[..., None]
-    carry: Callable[..., None]
-    smooth: Callable[..., None]
+    predict: Callable[[ParametrisedModel, Data, Start, Gains, Array, Array], None]
+    linearise: Callable[[ParametrisedModel, Data, Start, Tuning, Array], tuple[Gains, Jacobians]]
+    probe: Callable[[ParametrisedModel, Data, Start, Gains, Index, Array], Entries]
+    propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Array], None]
+    forces: Callable[[ParametrisedModel, Array, Array, Places, float], tuple[Array, Array]]
+    run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]
+    carry: Callable[[Gains, Jacobians, Array, Array, Restarts, Array, Array], None]
+    smooth: Callable[[Gains, Jacobians, Entries, Array, Array, float, float, Array], None]
 
 
 class _Binding(ast.NodeTransformer):
@@ -108,8 +130,9 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
     module = ModuleType(file.stem if file else "hil_emulator_identify")
     sys.modules[module.__name__] = module
     module.__dict__.update({name: getattr(kernel, name) for name in _MODEL})
+    module.__dict__.update({record.__name__: record for record in _RECORDS})
     module.__dict__.update(
-        np=np, INPUT_COUNT=predictor.INPUT_COUNT,
+        np=np, INPUT_COUNT=run.INPUT_COUNT,
         compiled=numba.njit(error_model="numpy", nogil=True),
         entry=numba.njit(error_model="numpy", nogil=True, cache=file is not None),
     )  # fmt: skip
@@ -120,7 +143,7 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
     )  # fmt: skip
 
 
-def _bound(loop: Callable[..., Any]) -> str:
+def _bound(loop: Callable[..., object]) -> str:
     """Return the text of a loop in which the model's functions are globals."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(loop)))
     return ast.unparse(_Binding().visit(tree))

@@ -8,8 +8,9 @@ from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
+from hil_emulator.identify.prediction.records import Data, Entries, ParametrisedModel, Start
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
-from hil_emulator.identify.prediction.tuning import tuning
+from hil_emulator.identify.prediction.tuning import decay, tuning
 
 LARGEST_STEP = 2.5e-4
 """Integration step of a prediction [s]; half of it moves no estimate by more than 1 %, and twice as
@@ -26,9 +27,6 @@ INNOVATION_CORRELATION_TIME = 0.1
 
 BURN_IN = 0.05
 """Time at the start of an experiment that counts for nothing [s]: the states settle."""
-
-EARLIER_COMMAND_TIME = 0.02
-"""Time for which set points from before the recording may act [s] (assumed)."""
 
 _INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
 
@@ -75,73 +73,51 @@ class Observer:
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
         """Run the extended Kalman filter at given parameters and keep its gains."""
-        model, n_m = self.model, len(self.channels)
         measured = experiment.matrix(self.channels)
         noise = noise_levels(experiment, self.channels)
-        names = list(model.kernel.state.names or ())
-        active_names = model.active(par)
+        names = list(self.model.kernel.state.names or ())
+        active_names = self.model.active(par)
         active = np.array([names.index(n) for n in active_names])
-        start = self._start(par, measured)
-        tuned = tuning(model, par, active_names, start[active], experiment)
-        z0 = np.concatenate([start[active], [0.0, 0.0]])
-        count, n = len(measured), len(z0)
-        shapes = ((n, n_m), (n_m, n_m), (n, n), (n_m, n))
-        arrays = [np.zeros((count, *shape)) for shape in shapes]
-        steps = self._steps(experiment, par)
-        model.loops.linearise(
-            start, z0, tuned.covariance, tuned.scales, active, par, model.drift, model.supply, chan,
-            model.remembered, model.sources, self.chosen, np.ones(n_m), len(model.signal_names),
-            experiment.current, measured, noise**2, tuned.diffusion, tuned.decay,
-            round(EARLIER_COMMAND_TIME / experiment.period), round(BURN_IN / experiment.period),
-            experiment.period, experiment.period / steps, steps, *arrays,
-        )  # fmt: skip
-        gains, whitening, maps, senses = arrays
+        state, period = self._start(par, measured), experiment.period
+        z = np.concatenate([state[active], [0.0, 0.0]])
+        start = Start(state, z, active, decay(period))
+        burn_in = round(BURN_IN / period)
+        data = Data(experiment.current, measured, self.chosen, period, burn_in)
+        tuned = tuning(self.model, par, active_names, state[active], experiment)
+        gains, jacobians = self.model.loops.linearise(
+            self.at(par, chan, period), data, start, tuned, noise**2
+        )
         return Frozen(
-            experiment, self.channels, self.chosen, measured, start, z0, active, tuned.decay,
-            gains, whitening, maps, senses, np.ones(n_m), noise, tuned.diffusion, par, chan,
+            experiment, self.channels, data, start, gains, jacobians, noise, tuned.diffusion, par,
+            chan, np.ones(len(self.channels)),
         )  # fmt: skip
 
-    def probed(self, frozen: Frozen) -> tuple[Array, Array]:
+    def probed(self, frozen: Frozen) -> Entries:
         """Return what each probe adds to the next z and reading, see `probing.probe`."""
         if frozen.probed is None:
-            model, e = self.model, frozen.experiment
-            (count, m), n, steps = frozen.measured.shape, len(frozen.z0), self._steps(e, frozen.par)
-            drives, feeds = (np.zeros((count, rows, len(PROBES))) for rows in (n, m))
-            model.loops.probe(
-                frozen.start, frozen.z0, frozen.active, frozen.par, model.drift, model.supply,
-                model.probes, model.probe_sizes, frozen.chan, model.remembered, model.sources,
-                frozen.chosen, len(model.signal_names), e.current, frozen.measured, frozen.gains,
-                frozen.decay, e.period, e.period / steps, steps, drives, feeds,
+            model = self.at(frozen.par, frozen.chan, frozen.data.period)
+            frozen.probed = self.model.loops.probe(
+                model, frozen.data, frozen.start, frozen.gains, self.model.probes,
+                self.model.probe_sizes,
             )  # fmt: skip
-            frozen.probed = drives, feeds
         return frozen.probed
 
-    def _steps(self, experiment: Experiment, par: Array) -> int:
-        """Return the integration steps of a sample."""
-        return max(1, int(np.ceil(experiment.period / self.step(par) - 1e-9)))
+    def at(self, par: Array, chan: Array, period: float) -> ParametrisedModel:
+        """Return the model at given parameters, with integration steps that are stable there."""
+        steps = max(1, int(np.ceil(period / self.step(par) - 1e-9)))
+        return self.model.at(par, chan, period / steps, steps)
 
     def innovations(
         self, frozen: Frozen, par: Array, chan: Array, track: bool = False
     ) -> tuple[Array, Array]:
         """Return weighted whitened innovations, and predicted signals where wanted."""
-        rows = len(frozen.measured) if track else 1
-        path = np.empty((rows, len(self.model.signal_names)))
-        residual = np.empty_like(frozen.measured)
-        self._predict(frozen, par, chan, residual, path)
-        residual[: round(BURN_IN / frozen.experiment.period)] = 0.0
+        data = frozen.data
+        path = np.empty((len(data.measured) if track else 1, len(self.model.signal_names)))
+        residual = np.empty_like(data.measured)
+        model = self.at(par, chan, data.period)
+        self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path)
+        residual[: data.burn_in] = 0.0
         return residual * frozen.weights, path
-
-    def _predict(
-        self, frozen: Frozen, par: Array, chan: Array, residual: Array, path: Array
-    ) -> None:
-        model, experiment = self.model, frozen.experiment
-        steps = self._steps(experiment, par)
-        model.loops.predict(
-            frozen.start, frozen.z0, frozen.active, par, model.drift, model.supply, chan,
-            model.remembered, model.sources, frozen.chosen, experiment.current, frozen.measured,
-            frozen.gains, frozen.whitening, frozen.decay, experiment.period,
-            experiment.period / steps, steps, residual, path,
-        )  # fmt: skip
 
     def _start(self, par: Array, measured: Array) -> Array:
         """Return the state at rest with what was measured at first put in."""
@@ -168,25 +144,21 @@ class Observer:
 
     def through(self, frozen: Frozen, balance: Balance, term: Array) -> Array:
         """Return the change of the weighted innovations that a term along the track makes."""
-        count, m = frozen.measured.shape
-        drives, feeds = self.probed(frozen)
-        inputs = np.zeros((count, drives.shape[2]))
+        data, entries = frozen.data, self.probed(frozen)
+        count, m = data.measured.shape
+        inputs = np.zeros((count, len(PROBES)))
         outputs = np.zeros((count, m))
         for probe, weight in balance.probes:
             inputs[:, _INDEX[probe]] = weight * term
         if balance.channel:
             outputs[:, frozen.channels.index(balance.channel)] = term
         if balance is SUPPLY:
-            drives = np.ascontiguousarray(frozen.maps[:, :, -1:])
-            feeds = np.ascontiguousarray(frozen.senses[:, :, -1:])
+            entries = Entries(*(np.ascontiguousarray(j[:, :, -1:]) for j in frozen.jacobians))
             inputs = term[:, None].copy()
         column = np.empty((count, m))
-        self.model.loops.propagate(
-            frozen.gains, frozen.whitening, frozen.maps, frozen.senses, drives, feeds, inputs,
-            outputs, column,
-        )  # fmt: skip
-        column[~np.isfinite(frozen.measured)] = 0.0
-        column[: round(BURN_IN / frozen.experiment.period)] = 0.0
+        self.model.loops.propagate(frozen.gains, frozen.jacobians, entries, inputs, outputs, column)
+        column[~np.isfinite(data.measured)] = 0.0
+        column[: data.burn_in] = 0.0
         return np.asarray((column * frozen.weights).ravel())
 
     def weigh(self, frozen: Frozen, par: Array, chan: Array) -> None:
@@ -195,9 +167,9 @@ class Observer:
         A missing effect acts in a part of the time; the quiet part tells how large noise is.
         """
         frozen.weights = np.ones(len(frozen.channels))
-        raw = self.innovations(frozen, par, chan)[0][round(BURN_IN / frozen.experiment.period) :]
-        present = np.isfinite(frozen.measured)[-len(raw) :]
-        length = round(INNOVATION_CORRELATION_TIME / frozen.experiment.period)
+        raw = self.innovations(frozen, par, chan)[0][frozen.data.burn_in :]
+        present = np.isfinite(frozen.data.measured)[-len(raw) :]
+        length = round(INNOVATION_CORRELATION_TIME / frozen.data.period)
         spread = np.array([quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])])
         scale = np.sqrt(frozen.experiment.copies)
         frozen.weights = 1.0 / (scale * spread)

@@ -11,9 +11,10 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration
 from hil_emulator.identify.measured.experiment import SPANS, Array
-from hil_emulator.identify.prediction.filter import INPUT_COUNT
 from hil_emulator.identify.prediction.machine_code import bind
 from hil_emulator.identify.prediction.probes import DRIFT, PROBES
+from hil_emulator.identify.prediction.records import ParametrisedModel
+from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.model import kernel, quantities
 from hil_emulator.model.declare import Effect, Param, is_on
 from hil_emulator.model.kernel import Kernel
@@ -164,6 +165,13 @@ class PlantModel:
             sensor, i = self.index(coordinate)
             (chan if sensor else par)[i] = coordinate.value(float(value))
         return par, chan
+
+    def at(self, par: Array, chan: Array, step: float = 0.0, steps: int = 0) -> ParametrisedModel:
+        """Return the model at given parameters for the loops, which make `steps` per sample [s]."""
+        return ParametrisedModel(
+            par, chan, self.drift, self.supply, self.sources, self.remembered,
+            len(self.signal_names), step, steps,
+        )  # fmt: skip
 
     def start(self, par: Array, step: float, pressures: tuple[float, float] | None) -> Array:
         """Return the state at rest of a parameter set, at the given chamber pressures [Pa]."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -22,7 +22,7 @@ class Batch(Protocol):
     """Experiments that were frozen together."""
 
     @property
-    def frozen(self) -> Sequence[Any]:
+    def frozen(self) -> Sequence[object]:
         """What `Predictor.freeze` made of each, weighed, in this process."""
 
     def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
@@ -67,7 +67,7 @@ class LocalBatch:
     """
 
     predictor: Predictor
-    frozen: Sequence[Any]
+    frozen: Sequence[object]
     jobs: int = 1
 
     def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
@@ -91,13 +91,13 @@ def _side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Itera
         yield from threads.map(work, over)
 
 
-def frozen_at(predictor: Predictor, experiment: Experiment, point: Point) -> Any:
+def frozen_at(predictor: Predictor, experiment: Experiment, point: Point) -> object:
     """Return an experiment frozen and weighed at a point."""
     frozen = predictor.freeze(experiment, *point)
     predictor.weigh(frozen, *point)
     return frozen
 
 
-def residual(predictor: Predictor, frozen: Any, point: Point) -> Array:
+def residual(predictor: Predictor, frozen: object, point: Point) -> Array:
     """Return the residual of one experiment at a point, flat."""
     return tamed(predictor.innovations(frozen, *point)[0])

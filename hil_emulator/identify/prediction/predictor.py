@@ -9,7 +9,10 @@ from hil_emulator.identify.prediction.regressors import Regressors
 
 
 class Predictor(Protocol):
-    """Computes residuals of experiments; `frozen` is what its own `freeze` has returned."""
+    """Computes residuals of experiments; `frozen` is what its own `freeze` has returned.
+
+    Which class that is, only the predictor knows, so nothing stands between the two.
+    """
 
     model: PlantModel
     channels: tuple[str, ...]
@@ -27,7 +30,7 @@ class Predictor(Protocol):
     def cost(self, par: Array) -> float:
         """Return how much longer a prediction takes at these parameters than usually."""
 
-    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Any:
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> object:
         """Prepare an experiment at given parameters."""
 
     def weigh(self, frozen: Any, par: Array, chan: Array) -> None:

@@ -1,93 +1,91 @@
 """What a small term in a balance does to the innovations: along the base trajectory, linearly."""
 
-from typing import Any
-
 import numpy as np
 
-from hil_emulator.identify.prediction.filter import INPUT_COUNT, advance
+from hil_emulator.identify.measured.experiment import Array, Index
+from hil_emulator.identify.prediction.records import (
+    Data,
+    Entries,
+    Gains,
+    Jacobians,
+    ParametrisedModel,
+    Start,
+)
+from hil_emulator.identify.prediction.run import (
+    Sense,
+    Tick,
+    advance,
+    begin,
+    beside,
+    follow,
+    install,
+)
 
 
 def probe(
-    tick: Any, sense: Any, start: Any, z0: Any, active: Any, par: Any, drift: int, supply: int,
-    probes: Any, sizes: Any, chan: Any, remembered: Any, sources: Any, chosen: Any,
-    signal_count: int, current: Any, measured: Any, gains: Any, decay: Any, period: float,
-    step: float, steps: int, drives: Any, feeds: Any,
-) -> None:  # fmt: skip
+    tick: Tick, sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    probes: Index, sizes: Array,
+) -> Entries:  # fmt: skip
     """Run the frozen predictor and derive each of its steps by the probes.
 
     Arguments as in `filter.predict`, and:
         probes: parameters whose effect on the next state is wanted.
         sizes: step of their differences.
-        signal_count: number of the model's signals.
-        drives, feeds: the result: Jacobians of the next z and the next reading, per sample.
 
     """
-    par = par.copy()
-    nominal = par[supply]
-    n, m, size = len(z0), len(chosen), len(start)
-    z, moved = z0.copy(), z0.copy()
-    memory = np.zeros(6 * size)
-    memory[:size] = start
-    other = memory.copy()
-    inputs = np.zeros(INPUT_COUNT)
-    normal = np.zeros(len(sources))
-    reading = np.zeros(len(sources))
-    overrange = np.zeros(len(sources), np.int64)
-    past = np.full(remembered[0], np.nan)
-    past_other = past.copy()
-    trace = np.full(remembered[1], np.nan)
-    history = np.full(remembered[2], np.nan)
-    signals = np.zeros(signal_count)
-    signals_moved = signals.copy()
-    past_before, before, posterior = past.copy(), memory.copy(), z.copy()
-    advance(
-        tick, memory, past, z, active, par, drift, supply, nominal, inputs, current[0], decay,
-        signals, step, 0,
-    )  # fmt: skip
-    for k in range(len(current)):
-        sense(signals, sources, chan, trace, history, normal, period, reading, overrange)
+    current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
+    count, n, m = len(current), len(start.z), len(chosen)
+    entries = Entries(np.zeros((count, n, len(probes))), np.zeros((count, m, len(probes))))
+    run = begin(tick, model, start, current[0])
+    instruments = install(model, run.signals, data.period)
+    corrected, moved = beside(run), beside(run)
+    z, par = run.z, run.par
+    for k in range(count):
+        sense(*instruments)
         for j in range(m):
-            error = measured[k, j] - reading[chosen[j]]
+            error = measured[k, j] - instruments.reading[chosen[j]]
             if np.isfinite(error):
                 for i in range(n):
-                    z[i] += gains[k, i, j] * error
-        before[:] = memory
-        past_before[:] = past
-        posterior[:] = z
-        advance(
-            tick, memory, past, z, active, par, drift, supply, nominal, inputs, current[k], decay,
-            signals, step, steps,
-        )  # fmt: skip
+                    z[i] += gains.kalman[k, i, j] * error
+        follow(corrected, run)
+        advance(tick, run, current[k], model.steps)
         for j in range(len(probes)):
-            moved[:] = posterior
-            other[:] = before
-            past_other[:] = past_before
+            follow(moved, corrected)
+            # both runs have the same parameters
             par[probes[j]] += sizes[j]
-            advance(
-                tick, other, past_other, moved, active, par, drift, supply, nominal, inputs,
-                current[k], decay, signals_moved, step, steps,
-            )  # fmt: skip
+            advance(tick, moved, current[k], model.steps)
             par[probes[j]] -= sizes[j]
             for i in range(n):
-                drives[k, i, j] = (moved[i] - z[i]) / sizes[j]
+                entries.drives[k, i, j] = (moved.z[i] - z[i]) / sizes[j]
             for i in range(m):
                 source = sources[chosen[i]]
-                feeds[k, i, j] = (signals_moved[source] - signals[source]) / sizes[j]
+                entries.feeds[k, i, j] = (moved.signals[source] - run.signals[source]) / sizes[j]
+    return entries
 
 
 def propagate(
-    gains: Any, whitening: Any, maps: Any, senses: Any, drives: Any, feeds: Any, inputs: Any,
-    outputs: Any, column: Any,
+    gains: Gains, jacobians: Jacobians, entries: Entries, inputs: Array, outputs: Array,
+    column: Array,
 ) -> None:  # fmt: skip
     """Fill a residual's derivative by a small term that acts along the base trajectory.
 
-    What comes first is from `linearised.linearise`, drives and feeds from `probe`, and:
-        inputs: what the term adds to each probe, shape (samples, probes).
+    Args:
+        gains: the frozen gains.
+        jacobians: along the base trajectory.
+        entries: where the term can enter.
+        inputs: what the term adds to each entry, shape (samples, entries).
         outputs: what it adds to each reading, shape (samples, chosen).
         column: derivative of the whitened innovations, shape (samples, chosen); overwritten.
 
     """
-    n, m = gains.shape[1], gains.shape[2]
+    kalman, whitening, maps, senses = (
+        gains.kalman,
+        gains.whitening,
+        jacobians.maps,
+        jacobians.senses,
+    )
+    drives, feeds = entries.drives, entries.feeds
+    n, m = kalman.shape[1], kalman.shape[2]
     dz = np.zeros(n)
     after = np.zeros(n)
     dy = np.zeros(m)
@@ -100,7 +98,7 @@ def propagate(
                 column[k, i] -= whitening[k, j, i] * dy[j]
         for i in range(n):
             for j in range(m):
-                dz[i] -= gains[k, i, j] * dy[j]
+                dz[i] -= kalman[k, i, j] * dy[j]
         after[:] = 0.0
         for i in range(n):
             for j in range(n):

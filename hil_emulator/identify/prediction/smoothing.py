@@ -1,13 +1,14 @@
 """The loop that finds what a balance lacked at every moment, as `filter` has the predictor's."""
 
-from typing import Any
-
 import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.records import Entries, Gains, Jacobians
 
 
 def smooth(
-    gains: Any, whitening: Any, maps: Any, senses: Any, drives: Any, feeds: Any, weights: Any,
-    residual: Any, decay: float, variance: float, term: Any,
+    gains: Gains, jacobians: Jacobians, entries: Entries, weights: Array, residual: Array,
+    decay: float, variance: float, term: Array,
 ) -> None:  # fmt: skip
     """Estimate a coloured term in one balance from the innovations, before and after in time.
 
@@ -16,12 +17,9 @@ def smooth(
     covariance.
 
     Args:
-        gains: see `linearised.linearise`, as the next three.
-        whitening: see there.
-        maps: see there.
-        senses: see there.
-        drives: what the term adds to the next z, shape (samples, z).
-        feeds: what it adds to the next reading, shape (samples, channels).
+        gains: the frozen gains.
+        jacobians: along the predictor's trajectory.
+        entries: where the term enters.
         weights: of the whitened innovations, shape (channels,).
         residual: weighted innovations, shape (samples, channels).
         decay: what remains of the term after a sample.
@@ -29,7 +27,14 @@ def smooth(
         term: the estimate, shape (samples,); overwritten.
 
     """
-    count, n, m = gains.shape
+    kalman, whitening, maps, senses = (
+        gains.kalman,
+        gains.whitening,
+        jacobians.maps,
+        jacobians.senses,
+    )
+    drives, feeds = entries.drives, entries.feeds
+    count, n, m = kalman.shape
     size = n + 1
     x, cov = np.zeros(size), np.zeros((size, size))
     cov[n, n] = variance
@@ -51,7 +56,7 @@ def smooth(
         solved[k] = inverse @ error
         x = x + gain @ error
         cov = cov - gain @ inside
-        proceed(gains[k + 1], maps[k], senses[k], drives[k], feeds[k], decay, step)
+        proceed(kalman[k + 1], maps[k], senses[k], drives[k], feeds[k], decay, step)
         x = step @ x
         cov = step @ cov @ step.T
         cov = 0.5 * (cov + cov.T)
@@ -60,13 +65,13 @@ def smooth(
     term[count - 1] = 0.0
     for k in range(count - 2, -1, -1):
         observe(whitening[k + 1], senses[k], feeds[k], weights, seen)
-        proceed(gains[k + 1], maps[k], senses[k], drives[k], feeds[k], decay, step)
+        proceed(kalman[k + 1], maps[k], senses[k], drives[k], feeds[k], decay, step)
         later = step.T @ adjoint
         adjoint = later - seen.T @ (kept[k].T @ later) - seen.T @ solved[k]
         term[k] = level[k] - np.sum(rows[k] * adjoint)
 
 
-def observe(whitening: Any, senses: Any, feeds: Any, weights: Any, seen: Any) -> None:
+def observe(whitening: Array, senses: Array, feeds: Array, weights: Array, seen: Array) -> None:
     """Fill the derivative of the next weighted innovations by deviation and term."""
     m, n = senses.shape
     for i in range(m):
@@ -81,17 +86,23 @@ def observe(whitening: Any, senses: Any, feeds: Any, weights: Any, seen: Any) ->
 
 
 def proceed(
-    gains: Any, maps: Any, senses: Any, drives: Any, feeds: Any, decay: float, step: Any
+    kalman: Array,
+    maps: Array,
+    senses: Array,
+    drives: Array,
+    feeds: Array,
+    decay: float,
+    step: Array,
 ) -> None:
     """Fill the map of deviation and term over one sample, the next correction included."""
-    n, m = gains.shape
+    n, m = kalman.shape
     for i in range(n):
         for j in range(n):
             step[i, j] = maps[i, j]
             for c in range(m):
-                step[i, j] -= gains[i, c] * senses[c, j]
+                step[i, j] -= kalman[i, c] * senses[c, j]
         step[i, n] = drives[i]
         for c in range(m):
-            step[i, n] -= gains[i, c] * feeds[c]
+            step[i, n] -= kalman[i, c] * feeds[c]
         step[n, i] = 0.0
     step[n, n] = decay

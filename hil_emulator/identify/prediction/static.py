@@ -5,14 +5,14 @@ measured state, sample by sample. A chamber that was not measured is at tank pre
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.signal import savgol_filter
 
-from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
 from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.records import Places
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.model.stages import friction, inertia, stop, transducer
 
@@ -38,7 +38,7 @@ class MeasuredStates:
     measured: Array
     states: Array
     acceleration: Array
-    present: np.ndarray[Any, np.dtype[np.bool_]]
+    present: Mask
     weights: Array
 
 
@@ -56,11 +56,11 @@ class StaticObserver:
     def __init__(self, model: PlantModel) -> None:
         self.model = model
         self.channels: tuple[str, ...] = ("load_force",)
-        names = model.signal_names
-        forces = ("hydraulic_force", "friction_force", "stop_force", "load_force", "acceleration")
-        self._places = np.array(
-            [names.index(n) for n in forces] + [model.names.index("load_force")]
-        )
+        at = model.signal_names.index
+        self._places = Places(
+            at("hydraulic_force"), at("friction_force"), at("stop_force"), at("load_force"),
+            at("acceleration"), model.names.index("load_force"),
+        )  # fmt: skip
 
     @property
     def correlation_time(self) -> float:
@@ -96,11 +96,9 @@ class StaticObserver:
     ) -> tuple[Array, Array]:
         """Return the weighted residual of the load force, shape (samples, 1), and the signals."""
         model = self.model
-        path = np.zeros((len(frozen.states), len(model.signal_names)))
-        force = np.zeros(len(frozen.states))
-        model.loops.forces(
-            frozen.states, frozen.acceleration, par, chan, model.remembered, model.sources,
-            self._places, frozen.experiment.period, force, path,
+        force, path = model.loops.forces(
+            model.at(par, chan), frozen.states, frozen.acceleration, self._places,
+            frozen.experiment.period,
         )  # fmt: skip
         residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
         return residual[:, None] * frozen.weights, path
@@ -123,7 +121,7 @@ class StaticObserver:
         return np.asarray(np.where(frozen.present, sign * term, 0.0) * frozen.weights[0])
 
 
-def _sliding(position: Array, velocity: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def _sliding(position: Array, velocity: Array) -> Mask:
     """Tell where the rod has slid on since its last reversal, and goes on to slide.
 
     A balance without memory holds only there: seals bend before they slide.

@@ -1,34 +1,29 @@
 """The model's force on the load for measured states, compiled."""
 
-from typing import Any
-
 import numpy as np
 
-from hil_emulator.identify.prediction.filter import INPUT_COUNT
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.records import ParametrisedModel, Places
+from hil_emulator.identify.prediction.run import INPUT_COUNT, Rate, Sense, install
 
 
 def forces(
-    rate: Any, sense: Any, states: Any, acceleration: Any, par: Any, chan: Any, remembered: Any,
-    sources: Any, places: Any, period: float, force: Any, track: Any,
-) -> None:  # fmt: skip
-    """Fill the reading of the load cell and the signals for each measured state.
-
-    `places` are the indices of hydraulic, friction, stop and load force and of acceleration among
-    the signals, then of the load cell among the channels.
-    """
+    rate: Rate, sense: Sense, model: ParametrisedModel, states: Array, acceleration: Array,
+    at: Places, period: float,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return the reading of the load cell and the signals for each measured state."""
+    force, track = np.zeros(len(states)), np.zeros((len(states), model.signals))
     rates = np.zeros(states.shape[1])
     inputs = np.zeros(INPUT_COUNT)
-    signals = np.zeros(track.shape[1])
-    normal, reading = np.zeros(len(sources)), np.zeros(len(sources))
-    overrange = np.zeros(len(sources), np.int64)
-    trace = np.full(remembered[1], np.nan)
-    history = np.full(remembered[2], np.nan)
+    signals = np.zeros(model.signals)
+    instruments = install(model, signals, period)
     for k in range(len(states)):
-        rate(states[k], rates, par, inputs, signals)
-        net = signals[places[0]] - signals[places[1]] + signals[places[2]]
-        predicted = signals[places[4]]
-        rod = (net - signals[places[3]]) / predicted if predicted != 0.0 else 0.0
-        signals[places[3]] = net - rod * acceleration[k]
-        sense(signals, sources, chan, trace, history, normal, period, reading, overrange)
-        force[k] = reading[places[5]]
+        rate(states[k], rates, model.par, inputs, signals)
+        net = signals[at.hydraulic] - signals[at.friction] + signals[at.stop]
+        predicted = signals[at.acceleration]
+        rod = (net - signals[at.load]) / predicted if predicted != 0.0 else 0.0
+        signals[at.load] = net - rod * acceleration[k]
+        sense(*instruments)
+        force[k] = instruments.reading[at.cell]
         track[k] = signals
+    return force, track

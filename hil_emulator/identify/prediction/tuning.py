@@ -1,13 +1,13 @@
 """How uncertain the model is that a Kalman filter follows: its start, and what disturbs it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment, noise_of
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.rating import largest_current
+from hil_emulator.identify.prediction.records import Tuning
 
 NULL_DRIFT = 1e-3
 """Standard deviation of the null's drift over the rated current (assumed)."""
@@ -37,23 +37,8 @@ FASTEST_SLIP = 1e-2
 DISTURBANCE_TIME = 0.01
 """Time over which both are correlated [s] (assumed)."""
 
-
-@dataclass(frozen=True)
-class Tuning:
-    """What a filter takes for granted about one experiment.
-
-    Attributes:
-        covariance: of the augmented state at the start.
-        diffusion: variance that each element of it gains in a sample.
-        decay: what remains of null drift and supply deviation after a sample.
-        scales: smallest and largest step of the differences by each element, shape (2, z).
-
-    """
-
-    covariance: Array
-    diffusion: Array
-    decay: Array
-    scales: Array
+EARLIER_COMMAND_TIME = 0.02
+"""Time for which set points from before the recording may act [s] (assumed)."""
 
 
 def tuning(
@@ -89,15 +74,19 @@ def tuning(
     rows = [table.get(n, (1e-3 * abs(s), 0.0, 1e-4 * max(abs(s), 1e-3)))
             for n, s in zip(names, start, strict=True)]  # fmt: skip
     drift = NULL_DRIFT * max(top, largest_current(p))
-    times = np.array([NULL_TIME, SUPPLY_TIME])
     levels = np.array([drift, _supply_drift(experiment)])
-    decay = np.exp(-experiment.period / times)
     spread = np.array([r[0] for r in rows] + [drift, SUPPLY_DRIFT])
     growth = np.array([r[1] for r in rows]) ** 2 * experiment.period
-    diffusion = np.concatenate([growth, levels**2 * (1.0 - decay**2)])
+    diffusion = np.concatenate([growth, levels**2 * (1.0 - decay(experiment.period) ** 2)])
     least = np.array([r[2] for r in rows] + [1e-6, 1e4])
     most = np.where([n == "velocity" for n in [*names, "", ""]], FASTEST_SLIP, least)
-    return Tuning(np.diag(spread**2), diffusion, decay, np.array([least, most]))
+    settling = round(EARLIER_COMMAND_TIME / experiment.period)
+    return Tuning(np.diag(spread**2), diffusion, np.array([least, most]), settling)
+
+
+def decay(period: float) -> Array:
+    """Return what remains of null drift and supply deviation after a sample period [s]."""
+    return np.asarray(np.exp(-period / np.array([NULL_TIME, SUPPLY_TIME])))
 
 
 def _supply_drift(experiment: Experiment) -> float:

@@ -44,8 +44,7 @@ def underlap(opening: float, lap: float) -> float:
 @effect(
     metering,
     knob=Param("passage", "A", "opening at which the passages resist as much as the edge",
-               0.03, 1e-3, math.inf, shown="mA"),
-    off=math.inf,
+               0.03, 1e-3, math.inf, shown="mA", off=math.inf),
     source="edge and fixed passage in series: 1/g² = 1/g_1² + 1/g_2²; size assumed",
     signature="flow grows less than the spool at large openings",
 )  # fmt: skip

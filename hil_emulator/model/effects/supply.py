@@ -4,6 +4,7 @@ Without a pump the supply is ideal: whatever flows, the set pressure stays.
 """
 
 import math
+from typing import NamedTuple
 
 from hil_emulator.model.declare import Param, Quantity, effect
 from hil_emulator.model.stages import (
@@ -29,8 +30,8 @@ def relief_valve(
 
 @effect(
     source,
-    knob=Param("flow", "m^3/s", "flow of the pump", 10e-3 / 60.0, 1e-6, math.inf, shown="l/min"),
-    off=math.inf,
+    knob=Param("flow", "m^3/s", "flow of the pump", 10e-3 / 60.0, 1e-6, math.inf, shown="l/min",
+               off=math.inf),
     shape=(
         Param("override", "Pa", "pressure between opening and full flow of the relief valve",
               10e5, 2e5, 100e5, shown="bar", default=10e5),
@@ -48,8 +49,7 @@ def fixed_pump(flow: float) -> float:
 @effect(
     source,
     knob=Param("flow", "m^3/s", "largest flow of the pump", 10e-3 / 60.0, 1e-6, math.inf,
-               shown="l/min"),
-    off=math.inf,
+               shown="l/min", off=math.inf),
     shape=(
         Param("droop", "Pa", "pressure between no and full stroke of the compensator",
               10e5, 2e5, 100e5, shown="bar", default=10e5),
@@ -107,19 +107,33 @@ def accumulator(
     return gas / (exponent * pump_pressure)
 
 
+class Line(NamedTuple):
+    """The pipe between pump and valve, see `supply_line`."""
+
+    length: float
+    diameter: float
+    wave_speed: float
+
+
+class Oil(NamedTuple):
+    """What flows in it, at the reference temperature."""
+
+    oil_density: float
+    oil_kinematic_viscosity: float
+
+
 def _line_rates(
-    pump_pressure: float, drawn: float, viscosity: float, flow: float, excess: float,
-    length: float, diameter: float, wave_speed: float, supply_pressure: float, oil_density: float,
-    oil_kinematic_viscosity: float,
+    pump_pressure: float, drawn: float, viscosity: float, flow: float, excess: float, line: Line,
+    supply_pressure: float, oil: Oil,
 ) -> tuple[float, float]:  # fmt: skip
     """Rates of flow and pressure of the first mode of a line, one end held, one end closed."""
-    area = 0.25 * math.pi * diameter * diameter
-    inertance = oil_density * length / area
-    quarter_wave = 2.0 * length / (math.pi * wave_speed)
+    area = 0.25 * math.pi * line.diameter * line.diameter
+    inertance = oil.oil_density * line.length / area
+    quarter_wave = 2.0 * line.length / (math.pi * line.wave_speed)
     capacity = quarter_wave * quarter_wave / inertance
     # Hagen-Poiseuille: 128 mu l / (pi d^4)
-    mu = oil_density * oil_kinematic_viscosity * viscosity
-    resistance = 8.0 * math.pi * mu * length / (area * area)
+    mu = oil.oil_density * oil.oil_kinematic_viscosity * viscosity
+    resistance = 8.0 * math.pi * mu * line.length / (area * area)
     pressure = max(0.0, supply_pressure + excess)
     return (
         (pump_pressure - pressure - resistance * flow) / inertance,

@@ -193,8 +193,7 @@ def resolution(reading: float, step: float) -> float:
 
 @effect(
     transducer,
-    knob=Param("upper", "span", "largest reading", 1.0, -_INF, _INF),
-    off=_INF,
+    knob=Param("upper", "span", "largest reading", 1.0, -_INF, _INF, off=_INF),
     shape=(Param("lower", "span", "smallest reading", 0.0, -_INF, _INF, default=-_INF),),
     source="measuring range of the transducer",
     signature="flat tops in the channel",

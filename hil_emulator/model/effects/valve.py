@@ -26,8 +26,9 @@ def transport_delay(set_point: float, period: float, time: float, history: Array
 
 @effect(
     command,
-    knob=Param("limit", "A", "largest coil current", 0.01, 1e-4, math.inf, shown="mA"),
-    off=math.inf,
+    knob=Param(
+        "limit", "A", "largest coil current", 0.01, 1e-4, math.inf, shown="mA", off=math.inf
+    ),
     source="S1 3.3; rated current of the Moog E024 in public HyQ bench scripts",
     signature="flat tops of both chamber flows at large commands",
     not_modelled="the driver's supply voltage",
@@ -132,8 +133,7 @@ def threshold(deviation: float, current: float) -> float:
 
 @effect(
     spool,
-    knob=Param("rate", "A/s", "fastest motion of the spool", 3.6, 0.05, math.inf),
-    off=math.inf,
+    knob=Param("rate", "A/s", "fastest motion of the spool", 3.6, 0.05, math.inf, off=math.inf),
     source="S1 3.3.1: 250 Hz at ±25 %, 100 Hz at ±100 %; this one number gives both",
     signature="large, fast commands only: flow lags and turns triangular",
 )

@@ -17,6 +17,7 @@ from scipy.ndimage import gaussian_filter1d
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.records import Data, Gains, Start
 
 Way = Literal["open loop", "multiple shooting", "equation error"]
 
@@ -86,9 +87,10 @@ class Replay:
         residual = np.empty_like(s.measured)
         z0 = np.concatenate([s.start[self._active], [0.0, 0.0]])
         model.loops.predict(
-            s.start, z0, self._active, par, model.drift, model.supply, chan, model.remembered,
-            model.sources, self._observer.chosen, s.current, s.measured, s.gains,
-            np.tile(scale, (count, 1, 1)), np.ones(2), s.period, s.period / steps, steps, residual,
+            model.at(par, chan, s.period / steps, steps),
+            Data(s.current, s.measured, self._observer.chosen, s.period, 0),
+            Start(s.start, z0, self._active, np.ones(2)),
+            Gains(s.gains, np.tile(scale, (count, 1, 1))), residual,
             np.empty((1, len(model.signal_names))),
         )  # fmt: skip
         return np.clip(residual, -WORST, WORST)

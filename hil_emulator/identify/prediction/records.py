@@ -1,0 +1,180 @@
+"""What the compiled loops take and give, by name; all of it SI.
+
+Numba passes a named tuple as cheaply as its fields. It has to be a class of a module: machine code
+that is kept for the next start finds it again by that name.
+"""
+
+from typing import NamedTuple
+
+from hil_emulator.identify.measured.experiment import Array, Index
+
+
+class ParametrisedModel(NamedTuple):
+    """The model at one set of parameters.
+
+    Attributes:
+        par: the plant's parameters.
+        chan: the transducers' parameters.
+        drift: index of the null's drift in `par`.
+        supply: index of the supply pressure in `par`.
+        sources: index of each channel's signal.
+        remembered: how many values the set point, the transducers, and their histories remember.
+        signals: number of signals.
+        step: integration step [s].
+        steps: integration steps per sample.
+
+    """
+
+    par: Array
+    chan: Array
+    drift: int
+    supply: int
+    sources: Index
+    remembered: Index
+    signals: int
+    step: float
+    steps: int
+
+
+class Data(NamedTuple):
+    """One experiment.
+
+    Attributes:
+        current: valve current per sample [A].
+        measured: readings, shape (samples, chosen), NaN where missing.
+        chosen: the channels that were measured.
+        period: sample period [s].
+        burn_in: samples at the start that count for nothing.
+
+    """
+
+    current: Array
+    measured: Array
+    chosen: Index
+    period: float
+    burn_in: int
+
+
+class Start(NamedTuple):
+    """Where a run begins, and which states a filter follows.
+
+    The augmented state z is the active states, then two Ornstein-Uhlenbeck disturbances: null drift
+    of the valve [A] and deviation of the supply pressure [Pa].
+
+    Attributes:
+        state: vector of all states.
+        z: augmented state.
+        active: indices in `state` of the states in z.
+        decay: what remains of the two disturbances after a sample.
+
+    """
+
+    state: Array
+    z: Array
+    active: Index
+    decay: Array
+
+
+class Tuning(NamedTuple):
+    """How uncertain the model is: what a filter takes for granted about one experiment.
+
+    Attributes:
+        covariance: of z at the start.
+        diffusion: variance that each element of z gains in a sample.
+        scales: smallest and largest step of the differences by each element, shape (2, z).
+        settling: samples for which the spool, the first two of z, is as uncertain as at first.
+
+    """
+
+    covariance: Array
+    diffusion: Array
+    scales: Array
+    settling: int
+
+
+class Gains(NamedTuple):
+    """What turns errors into corrections and into innovations.
+
+    Attributes:
+        kalman: Kalman gains, shape (samples, z, chosen).
+        whitening: L with S^-1 = L L^T, shape (samples, chosen, chosen).
+
+    """
+
+    kalman: Array
+    whitening: Array
+
+
+class Jacobians(NamedTuple):
+    """What a change of the corrected z does within a sample.
+
+    Attributes:
+        maps: derivative of the next z, shape (samples, z, z).
+        senses: derivative of the next reading, shape (samples, chosen, z).
+
+    """
+
+    maps: Array
+    senses: Array
+
+
+class Entries(NamedTuple):
+    """What terms in the balances do within a sample; of a single term the last axis is missing.
+
+    Attributes:
+        drives: derivative of the next z, shape (samples, z, terms).
+        feeds: derivative of the next reading, shape (samples, chosen, terms).
+
+    """
+
+    drives: Array
+    feeds: Array
+
+
+class Restarts(NamedTuple):
+    """When a free run starts anew from the filtered state.
+
+    Attributes:
+        first: sample of the first restart.
+        window: samples between restarts.
+
+    """
+
+    first: int
+    window: int
+
+
+class Errors(NamedTuple):
+    """How far the readings are from the model, measured less predicted.
+
+    Attributes:
+        one: one step ahead, shape (samples, chosen).
+        free: in the free run, NaN before it begins.
+        track: the predictor's signals, shape (samples, signals).
+
+    """
+
+    one: Array
+    free: Array
+    track: Array
+
+
+class Places(NamedTuple):
+    """Where the force balance finds its terms: indices among the signals, of the cell among them.
+
+    Attributes:
+        hydraulic: hydraulic force.
+        friction: friction force.
+        stop: force of the cylinder's ends.
+        load: force on the load.
+        acceleration: of the load.
+        cell: the load cell among the channels.
+
+    """
+
+    hydraulic: int
+    friction: int
+    stop: int
+    load: int
+    acceleration: int
+    cell: int

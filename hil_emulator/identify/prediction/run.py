@@ -1,0 +1,146 @@
+"""One run of the model along a recording: how every loop begins, proceeds and reads its sensors."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array, Index
+from hil_emulator.identify.prediction.records import ParametrisedModel, Start
+from hil_emulator.model.quantities import INPUTS
+
+INPUT_COUNT = len(INPUTS)
+"""Inputs of the model; the first is the valve current."""
+
+Tick = Callable[[Array, Array, Array, Array, Array, float, int], None]
+"""The kernel's integration over one sample, see `Kernel.tick`."""
+
+Rate = Callable[[Array, Array, Array, Array, Array], None]
+"""The kernel's derivative of the state, see `Kernel.rate`."""
+
+Sense = Callable[[Array, Array, Array, Array, Array, float, Array, Index], None]
+"""The kernel's sensor chain, see `Kernel.sense`."""
+
+
+class Run(NamedTuple):
+    """A run of the model: what moves in it, and what it needs for its next step.
+
+    Attributes:
+        z: augmented state, see `records.Start`.
+        memory: the integrator's memory; the state vector comes first.
+        past: what the set point remembers.
+        signals: the model's signals at this state.
+        par: the plant's parameters, in which the disturbances act.
+        inputs: of the model.
+        active: indices in the state vector of the states in z.
+        drift: index of the null's drift in `par`.
+        supply: index of the supply pressure in `par`.
+        nominal: supply pressure without its disturbance [Pa].
+        null_decay: what remains of the null's drift after a sample.
+        supply_decay: what remains of the supply's deviation.
+        step: integration step [s].
+
+    """
+
+    z: Array
+    memory: Array
+    past: Array
+    signals: Array
+    par: Array
+    inputs: Array
+    active: Index
+    drift: int
+    supply: int
+    nominal: float
+    null_decay: float
+    supply_decay: float
+    step: float
+
+
+class Instruments(NamedTuple):
+    """The sensors of a run, without noise: what the kernel's `sense` takes, in its order.
+
+    Attributes:
+        signals: what they measure.
+        chan: the transducers' parameters.
+        trace: what they remember.
+        history: the samples that they remember.
+        normal: their noise.
+        period: time since the last sample [s].
+        reading: what they show.
+        overrange: where they are at the end of their range, see `sensors.sample`.
+
+    """
+
+    signals: Array
+    chan: Array
+    trace: Array
+    history: Array
+    normal: Array
+    period: float
+    reading: Array
+    overrange: Index
+
+
+def begin(tick: Tick, model: ParametrisedModel, start: Start, current: float) -> Run:
+    """Return a run at its start; `current` acts until the first sample."""
+    size = len(start.state)
+    memory = np.zeros(6 * size)
+    memory[:size] = start.state
+    past = np.full(model.remembered[0], np.nan)
+    run = Run(
+        start.z.copy(), memory, past, np.zeros(model.signals), model.par.copy(),
+        np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, model.par[model.supply],
+        start.decay[0], start.decay[1], model.step,
+    )  # fmt: skip
+    advance(tick, run, current, 0)
+    return run
+
+
+def beside(run: Run) -> Run:
+    """Return a second run at the same state, with the same parameters."""
+    return Run(
+        run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(), run.par, run.inputs,
+        run.active, run.drift, run.supply, run.nominal, run.null_decay, run.supply_decay, run.step,
+    )  # fmt: skip
+
+
+def follow(run: Run, other: Run) -> None:
+    """Put a run where another one is; its signals stay until it advances."""
+    z, memory, past = run.z, run.memory, run.past
+    for i in range(len(z)):
+        z[i] = other.z[i]
+    for i in range(len(memory)):
+        memory[i] = other.memory[i]
+    for i in range(len(past)):
+        past[i] = other.past[i]
+
+
+def advance(tick: Tick, run: Run, current: float, steps: int) -> None:
+    """Map z over some integration steps; memory and signals then belong to the new state.
+
+    No step at all puts z into the memory and computes the signals there.
+    """
+    z, memory, par, inputs, active = run.z, run.memory, run.par, run.inputs, run.active
+    n = len(active)
+    for i in range(n):
+        memory[active[i]] = z[i]
+    if steps > 0:
+        z[n] *= run.null_decay
+        z[n + 1] *= run.supply_decay
+    inputs[0] = current
+    par[run.drift] = z[n]
+    par[run.supply] = run.nominal + z[n + 1]
+    tick(memory, run.past, par, inputs, run.signals, run.step, steps)
+    for i in range(n):
+        z[i] = memory[active[i]]
+
+
+def install(model: ParametrisedModel, signals: Array, period: float) -> Instruments:
+    """Return sensors that remember nothing yet, and are read once in a sample period [s]."""
+    count = len(model.sources)
+    return Instruments(
+        signals, model.chan, np.full(model.remembered[1], np.nan),
+        np.full(model.remembered[2], np.nan), np.zeros(count), period, np.zeros(count),
+        np.zeros(count, np.int64),
+    )  # fmt: skip
