@@ -107,8 +107,7 @@ def linearise(
 ) -> tuple[Gains, Jacobians]:  # fmt: skip
     """Run the extended Kalman filter with a Jacobian by forward differences.
 
-    The first four arguments as in `filter.predict`, and:
-        start: where it begins.
+    Arguments as in `filter.predict`, and:
         tuning: what it takes for granted. A difference is as long as the deviation of z, between
             the smallest and the largest step, so that a bent law counts by its secant. What a dead
             time still held when the recording began is not known: the spool settles. The null,

@@ -64,9 +64,7 @@ _LOOPS: tuple[Callable[..., object], ...] = (
     static_forces.forces, free_loops.run_freely, free_loops.carry, smoothing.smooth,
 )  # fmt: skip
 
-_RECORDS = (
-    run.Run, run.Instruments, Gains, Jacobians, Entries, Errors,
-)  # fmt: skip
+_RECORDS = (run.Run, run.Instruments, Gains, Jacobians, Entries, Errors)
 """Named tuples that the loops make."""
 
 
@@ -137,10 +135,7 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
         entry=numba.njit(error_model="numpy", nogil=True, cache=file is not None),
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
-    return Loops(
-        module.predict, module.linearise, module.probe, module.propagate, module.forces,
-        module.run_freely, module.carry, module.smooth,
-    )  # fmt: skip
+    return Loops(**{loop.__name__: getattr(module, loop.__name__) for loop in _LOOPS})
 
 
 def _bound(loop: Callable[..., object]) -> str:
