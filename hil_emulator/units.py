@@ -49,7 +49,10 @@ _WORDS = {
 
 @cache
 def _registry() -> pint.UnitRegistry[float]:
-    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True, cache_folder=":auto:")
+    try:
+        return pint.UnitRegistry(autoconvert_offset_to_baseunit=True, cache_folder=":auto:")
+    except Exception:  # a folder that cannot be written, or what another process has begun there
+        return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
 def _dimension(unit: str) -> str:
