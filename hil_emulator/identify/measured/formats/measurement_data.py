@@ -62,6 +62,10 @@ def _silent_ends() -> Iterator[None]:
 
 def _group(mdf: Any, group: int) -> list[LogColumn]:
     found = []
+    record = 8 * int(mdf.groups[group].channel_group.samples_byte_nr)
+    for channel in mdf.groups[group].channels:
+        if _last_bit(channel) > record:  # asammdf would read, and write, beyond its memory
+            raise ValueError(f"channel {channel.name} lies outside its records")
     master = mdf.masters_db.get(group)
     time: Any = None
     for index, channel in enumerate(mdf.groups[group].channels):
@@ -78,3 +82,10 @@ def _group(mdf: Any, group: int) -> list[LogColumn]:
         name, unit = label(channel.name)
         found.append(LogColumn(name, str(signal.unit or "").strip() or unit, values, time))
     return found
+
+
+def _last_bit(channel: Any) -> int:
+    """Return where a channel ends in a record, of MDF 4 or 3, whose names for that differ."""
+    places = {"byte_offset": 8, "bit_offset": 1, "additional_byte_offset": 8, "start_offset": 1}
+    first = sum(bits * int(getattr(channel, name, 0)) for name, bits in places.items())
+    return first + int(channel.bit_count)
