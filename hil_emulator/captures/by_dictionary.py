@@ -1,6 +1,5 @@
 """What frames mean by object dictionaries: of a configuration's nodes, an EDS or a DCF."""
 
-import configparser
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -8,17 +7,12 @@ from pathlib import Path
 from hil_emulator.captures.carrier import COUNTER, Carrier, Signal, channel_of
 from hil_emulator.device.binding import SAFE_SUFFIX
 from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.eds.load import commissioned
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.layout import checked_parameters
 from hil_emulator.device.message import Field, field
-from hil_emulator.device.pdo import (
-    EVENT_MANUFACTURER,
-    MAX_PDOS,
-    RPDO_COMMUNICATION,
-    SYNC_CYCLIC_MAX,
-    TPDO_COMMUNICATION,
-    PdoParameters,
-)
+from hil_emulator.device.pdo import EVENT_MANUFACTURER, SYNC_CYCLIC_MAX, PdoParameters
+from hil_emulator.device.pdo_records import MAX_PDOS, RPDO_COMMUNICATION, TPDO_COMMUNICATION
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.reading import KNOWN, SET_POINT
 
@@ -31,7 +25,6 @@ _CONTROL_WORD = (0x6040, 0)
 _ACTIVE = 0b111  # D, H and M set: only then a set point counts (CiA 408)
 _SYNC_COB_ID = (0x1005, 0)
 _CAN_ID = 0x7FF
-_COMMISSIONING = "DeviceComissioning"  # CiA 306 spells it so
 
 
 def from_file(file: Path, node_id: int | None = None) -> list[Carrier]:
@@ -45,7 +38,7 @@ def from_file(file: Path, node_id: int | None = None) -> list[Carrier]:
         UserError: if the file is no EDS, or the node-ID is unknown.
 
     """
-    own = _commissioned(file)
+    own = commissioned(file)
     number = own if own is not None else node_id
     if number is None:
         raise UserError(f"{file}: which node is it? Give --node, or the DCF, which says so")
@@ -126,16 +119,6 @@ def _meaning(dictionary: Dictionary, entry: Entry) -> tuple[str, float, str]:
     return channel_of(entry.signal, entry.unit), entry.factor, entry.unit
 
 
-def _commissioned(file: Path) -> int | None:
-    """Return the node-ID that a DCF has."""
-    parser = configparser.RawConfigParser(inline_comment_prefixes=(";",), strict=False)
-    try:
-        parser.read_string(file.read_text(encoding="latin-1"))
-        return int(parser.get(_COMMISSIONING, "NodeID", fallback="").strip(), 0)
-    except (OSError, ValueError, configparser.Error):
-        return None  # an EDS; what is wrong with a file, reading its objects says better
-
-
 def from_files(files: Sequence[Path], node_ids: Sequence[int]) -> list[Carrier]:
     """Return the PDOs of several files; those without a node-ID take `node_ids` in turn.
 
@@ -146,7 +129,7 @@ def from_files(files: Sequence[Path], node_ids: Sequence[int]) -> list[Carrier]:
     left = list(node_ids)
     found: list[Carrier] = []
     for file in files:
-        asks = _commissioned(file) is None and left
+        asks = commissioned(file) is None and left
         found += from_file(file, left.pop(0) if asks else None)
     if left:
         raise UserError(f"--node {left[0]}: no EDS is left for it; each takes one, in their order")

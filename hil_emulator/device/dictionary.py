@@ -1,12 +1,14 @@
 """The object dictionary of one node: one value per object, and the rules of access to it."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from hil_emulator.device import eds
 from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.eds import load as eds
+from hil_emulator.device.eds.report import Finding
 from hil_emulator.device.entry import Entry
+from hil_emulator.device.pdo_records import LAST_DUMMY
 from hil_emulator.errors import UserError
 
 COMMUNICATION_OBJECTS = range(0x1000, 0x2000)
@@ -14,9 +16,6 @@ COMMUNICATION_OBJECTS = range(0x1000, 0x2000)
 
 ALL_OBJECTS = range(0x1000, 0x10000)
 """What NMT reset node reloads."""
-
-LAST_DUMMY = 0x0007
-"""Indices 1 to 7 name data types; an RPDO may map them to skip bytes (CiA 301 7.4.7)."""
 
 
 class Watcher(Protocol):
@@ -37,6 +36,10 @@ class Dictionary:
         node_id: the node's number, 1 to 127.
         source: where the entries come from, for messages.
 
+    Attributes:
+        findings: what was odd about the file that the entries come from.
+        bit_rates: what the device can do [bit/s]; empty where that is not known.
+
     Raises:
         UserError: the node id is outside 1 to 127.
 
@@ -47,6 +50,8 @@ class Dictionary:
             raise UserError(f"node id {node_id} is outside 1 to 127 (CiA 301 7.3.5)")
         self.node_id = node_id
         self.source = source
+        self.findings: Sequence[Finding] = ()
+        self.bit_rates: frozenset[int] = frozenset()
         self._entries: dict[tuple[int, int], Entry] = {}
         self._dummies: dict[int, Entry] = {}
         self._indices: set[int] = set()
@@ -65,12 +70,15 @@ class Dictionary:
 
         Raises:
             UserError: the node id is outside 1 to 127, or the file is missing, is not an EDS,
-                describes an object twice or lacks 0x1000, 0x1001 or 0x1018.
+                describes an object twice or lacks 0x1000 or 0x1001.
 
         """
         if not 1 <= node_id <= 127:
             raise UserError(f"node id {node_id} is outside 1 to 127 (CiA 301 7.3.5)")
-        return cls(eds.load(Path(path), node_id), node_id, str(path))
+        sheet = eds.load(Path(path), node_id)
+        made = cls(sheet.entries, node_id, str(path))
+        made.findings, made.bit_rates = sheet.findings, sheet.bit_rates
+        return made
 
     def __iter__(self) -> Iterator[Entry]:
         return iter(self._entries.values())

@@ -1,13 +1,15 @@
 """What a node shows of itself: which object is bound to what, and what its PDOs carry."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from hil_emulator.device.abort import SdoAbort
 from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.entry import Entry
 from hil_emulator.device.mapping import resolve
-from hil_emulator.device.pdo import RPDO_MAPPING, TPDO_MAPPING, PdoParameters
+from hil_emulator.device.pdo import PdoParameters
+from hil_emulator.device.pdo_records import RPDO_MAPPING, TPDO_MAPPING
 from hil_emulator.errors import UserError
 
 MANUFACTURER_OBJECTS = 0x2000
@@ -96,21 +98,19 @@ def checked_parameters(dictionary: Dictionary, number: int, *, receive: bool) ->
     raise UserError(f"{dictionary.source} [{first:04X}]: the default mapping is refused, {refusal}")
 
 
-def check_bound(
-    dictionary: Dictionary, parameters: PdoParameters, sources: Mapping[tuple[int, int], str]
-) -> None:
-    """Refuse a TPDO that would show an object nobody ever gives a value.
+def unfed(
+    pdos: Iterable[PdoParameters], sources: Mapping[tuple[int, int], str]
+) -> list[tuple[str, Entry]]:
+    """Return each object that a TPDO shows though nothing gives it values, with the TPDO's name.
 
-    Raises:
-        UserError: names the object and the three ways out.
-
+    Such an object holds its default. What a master may write counts as fed by the master.
     """
-    for entry in parameters.mapping.entries:
-        bound = (entry.index, entry.subindex) in sources
-        fed = bound or entry.index < MANUFACTURER_OBJECTS or entry.access not in ("ro", "rwr")
-        if not fed:
-            raise UserError(
-                f"{dictionary.source}: {parameters.name} maps {entry.where} {entry.name!r}, "
-                "which no sensor channel of this name and no device function feeds; rename the "
-                "object to a channel's name, map another one, or make it writable"
-            )
+    return [
+        (pdo.name, entry)
+        for pdo in pdos
+        if not pdo.receive and pdo.active
+        for entry in pdo.mapping.entries
+        if entry.index >= MANUFACTURER_OBJECTS
+        and not entry.writable
+        and (entry.index, entry.subindex) not in sources
+    ]

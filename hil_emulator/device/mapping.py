@@ -5,11 +5,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
-from hil_emulator.device.dictionary import LAST_DUMMY, Dictionary
+from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
-
-MAX_BITS = 64
-"""A PDO is one classical CAN frame."""
+from hil_emulator.device.pdo_records import LAST_DUMMY, MAX_BITS
 
 
 def resolve(dictionary: Dictionary, word: int, *, receive: bool) -> Entry:

@@ -62,8 +62,8 @@ class Node:
         on_route: called when these have changed.
 
     Raises:
-        UserError: a command has no RPDO-mappable object, a default PDO maps what does not exist
-            or cannot be mapped, or a default TPDO shows an object that nothing feeds.
+        UserError: a command has no RPDO-mappable object, or a default PDO maps what does not exist
+            or cannot be mapped.
 
     """
 
@@ -105,7 +105,6 @@ class Node:
             dictionary,
             self._emergency,
             self._set_points,
-            self._sources,
             [*self._profile.triggers, *triggers],
             self._on_written,
             self._route,
@@ -219,6 +218,10 @@ class Node:
     def bindings(self) -> list[layout.Binding]:
         """Return the table of objects from 0x2000 on and what each is bound to."""
         return layout.bindings(self.dictionary, self._sources)
+
+    def unfed(self) -> list[tuple[str, Entry]]:
+        """Return the objects in TPDOs that nothing feeds; they hold their defaults."""
+        return layout.unfed(self.pdos, self._sources)
 
     def pdo_map(self) -> list[layout.PdoRow]:
         """Return the PDOs as they are configured now, RPDOs first."""

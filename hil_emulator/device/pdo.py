@@ -16,14 +16,18 @@ from hil_emulator.device.abort import AbortCode, SdoAbort
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.mapping import Mapping, resolve
-
-RPDO_COMMUNICATION = 0x1400
-RPDO_MAPPING = 0x1600
-TPDO_COMMUNICATION = 0x1800
-TPDO_MAPPING = 0x1A00
-MAX_PDOS = 512
-
-COB_ID, TRANSMISSION_TYPE, INHIBIT_TIME, EVENT_TIMER, SYNC_START = 1, 2, 3, 5, 6
+from hil_emulator.device.pdo_records import (
+    COB_ID,
+    EVENT_TIMER,
+    INHIBIT_TIME,
+    MAX_PDOS,
+    RPDO_COMMUNICATION,
+    RPDO_MAPPING,
+    SYNC_START,
+    TPDO_COMMUNICATION,
+    TPDO_MAPPING,
+    TRANSMISSION_TYPE,
+)
 
 SYNC_ACYCLIC = 0
 SYNC_CYCLIC_MAX = 240

@@ -1,13 +1,13 @@
 """All PDOs of a node: who hears SYNC, who falls back, who sends."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 from hil_emulator.device import pdo
 from hil_emulator.device.binding import SetPoints
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency
 from hil_emulator.device.entry import Entry
-from hil_emulator.device.layout import check_bound, checked_parameters
+from hil_emulator.device.layout import checked_parameters
 from hil_emulator.device.rpdo import Rpdo
 from hil_emulator.device.tpdo import Tpdo
 from hil_emulator.device.trigger import Trigger
@@ -24,13 +24,12 @@ class ProcessData:
         dictionary: the node's dictionary.
         emergency: told of PDO errors.
         set_points: told which of them an RPDO has lost.
-        sources: what feeds each object, to refuse a TPDO that shows an object nothing feeds.
         triggers: which changes are events of their own.
         on_written: told which objects an RPDO has written.
         on_change: called when parameters have changed, as frames may have to go elsewhere.
 
     Raises:
-        UserError: a default mapping is faulty, or a default TPDO shows an unbound object.
+        UserError: a default mapping is faulty.
 
     """
 
@@ -39,7 +38,6 @@ class ProcessData:
         dictionary: Dictionary,
         emergency: Emergency,
         set_points: SetPoints,
-        sources: Mapping[tuple[int, int], str],
         triggers: Sequence[Trigger],
         on_written: Callable[[Sequence[Entry]], None],
         on_change: Callable[[], None],
@@ -57,7 +55,6 @@ class ProcessData:
         for number in pdo.numbers(dictionary, receive=False):
             tpdo = Tpdo(checked_parameters(dictionary, number, receive=False))
             tpdo.parameters.on_change = self._restarter(tpdo)
-            check_bound(dictionary, tpdo.parameters, sources)
             self.tpdos.append(tpdo)
         self._select()
 

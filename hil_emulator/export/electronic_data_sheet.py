@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from hil_emulator.device.dictionary import Dictionary
-from hil_emulator.device.eds import BINDING, OBJECT_SECTION
+from hil_emulator.device.eds.load import BINDING
+from hil_emulator.device.eds.sections import OBJECT_SECTION
 from hil_emulator.device.entry import Entry
 
 OBJECT_KEYS = (

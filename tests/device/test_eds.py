@@ -89,11 +89,11 @@ def test_objects_are_described_once(tmp_path: Path, section: str) -> None:
 @pytest.mark.parametrize(
     ("data_type", "line", "message"),
     [
-        (0x04, "DefaultValue=abc", "DefaultValue 'abc' is not a INTEGER32"),
-        (0x05, "DefaultValue=256", "256 does not fit a UNSIGNED8"),
-        (0x08, "LowLimit=low", "LowLimit 'low'|LowLimit 'LOW'"),
-        (0x04, "Factor=0", "Factor"),
-        (0x17, "", "DataType"),
+        (0x05, "DefaultValue=256", "DefaultValue: 256 does not fit a UNSIGNED8"),
+        (0x04, "DefaultValue=0x100000000", "DefaultValue: .* does not fit a INTEGER32"),
+        (0x05, "CompactSubObj=many", "CompactSubObj: 'many' is not a number"),
+        (0x05, "CompactSubObj=255", "CompactSubObj: 255 is not 0 to 254"),
+        (0x00, "", "DataType: is missing"),
     ],
 )
 def test_bad_values_are_refused_with_their_place(
@@ -141,11 +141,13 @@ def test_parameter_value_of_a_dcf_counts(tmp_path: Path) -> None:
     assert Dictionary.from_eds(path, NODE_ID).read(0x1017) == 250
 
 
-def test_unbound_tpdo_object_stops_the_start(tmp_path: Path) -> None:
-    """A mapped object that no channel feeds is named with its TPDO."""
+def test_an_object_that_nothing_feeds_is_named_with_its_tpdo(tmp_path: Path) -> None:
+    """It is transmitted all the same, and holds its default."""
     path = edited(tmp_path, ("ParameterName=pressure_a", "ParameterName=pressure_x"))
-    with pytest.raises(UserError, match="TPDO1 maps 0x2010:00 'pressure_x'"):
-        Node(Dictionary.from_eds(path, NODE_ID), CHANNELS, COMMANDS)
+    node = Node(Dictionary.from_eds(path, NODE_ID), CHANNELS, COMMANDS)
+    ((name, entry),) = node.unfed()
+    assert (name, entry.where, entry.value) == ("TPDO1", "0x2010:00", 0)
+    assert Node(Dictionary.from_eds(EDS, NODE_ID), CHANNELS, COMMANDS).unfed() == []
 
 
 def test_command_without_object_stops_the_start() -> None:
@@ -167,20 +169,25 @@ def test_safe_value_beyond_the_limits_stops_the_start() -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "section", "message"),
     [
-        ("DefaultValue=0x20100010", "DefaultValue=0x2FFF0010", "0x2FFF:00"),
-        ("DefaultValue=0x20100010", "DefaultValue=0x20100020", "0x2010:00 with 32 bits"),
-        ("DefaultValue=0x20000020", "DefaultValue=0x20100010", r"\[1600sub1\]"),
+        ("DefaultValue=0x20100010", "DefaultValue=0x2FFF0010", "1A00", "0x2FFF:00 does not exist"),
+        ("DefaultValue=0x20100010", "DefaultValue=0x20100020", "1A00", "16 bits, not 32"),
+        ("DefaultValue=0x20000020", "DefaultValue=0x20100010", "1600", "0x2010:00 is ro"),
     ],
 )
-def test_faulty_default_mapping_stops_the_start(
-    tmp_path: Path, old: str, new: str, message: str
+def test_a_pdo_that_cannot_be_mapped_does_not_exist(
+    tmp_path: Path, old: str, new: str, section: str, message: str
 ) -> None:
-    """A default mapping of what cannot be mapped is said with its place."""
+    """The first PDO is off, the report says why, and the others are what they were."""
     dictionary = Dictionary.from_eds(edited(tmp_path, (old, new)), NODE_ID)
-    with pytest.raises(UserError, match=message):
-        Node(dictionary, CHANNELS, COMMANDS)
+    (finding,) = dictionary.findings
+    assert finding.section == section
+    assert message in finding.text
+    node = Node(dictionary, CHANNELS, COMMANDS)
+    assert [pdo.name for pdo in node.pdo_map() if not pdo.exists] == [
+        "RPDO1" if section == "1600" else "TPDO1"
+    ]
 
 
 def test_ambiguous_names_stop_the_start(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
-from hil_emulator.device.pdo import EVENT_TIMER, TPDO_COMMUNICATION
+from hil_emulator.device.pdo_records import EVENT_TIMER, TPDO_COMMUNICATION
 
 CYCLIC_TIMER = 0x6200
 

@@ -1,0 +1,99 @@
+"""Default PDO mappings: what of them contradicts the rest of the file.
+
+A device transmits what its default mapping says, also where PDOMapping or AccessType of the object
+would not let a master map it so. Entries that map nothing end the mapping. A PDO that maps what
+cannot be mapped does not exist until a master has configured it.
+"""
+
+from collections.abc import Iterator, Sequence
+
+from hil_emulator.device.cob_id import INVALID
+from hil_emulator.device.eds.report import Report
+from hil_emulator.device.entry import Entry
+from hil_emulator.device.pdo_records import (
+    COB_ID,
+    LAST_DUMMY,
+    MAX_BITS,
+    MAX_PDOS,
+    RPDO_COMMUNICATION,
+    RPDO_MAPPING,
+    TPDO_MAPPING,
+)
+
+_MAPPINGS = (("RPDO", RPDO_MAPPING), ("TPDO", TPDO_MAPPING))
+_TO_COMMUNICATION = RPDO_MAPPING - RPDO_COMMUNICATION
+"""From the index of a mapping record down to that of its communication record."""
+
+
+class DefaultMappings:
+    """Goes through the mapping records of a file.
+
+    Args:
+        entries: every entry; some are altered.
+        report: takes what is odd.
+
+    """
+
+    def __init__(self, entries: Sequence[Entry], report: Report) -> None:
+        self._entries = {(entry.index, entry.subindex): entry for entry in entries}
+        self._report = report
+
+    def admit(self) -> None:
+        """Let objects be mapped where their file maps them, and switch impossible PDOs off."""
+        for kind, first in _MAPPINGS:
+            for index in range(first, first + MAX_PDOS):
+                count = self._entries.get((index, 0))
+                if count is not None and count.default:
+                    self._cut(count)
+                    problems = list(self._problems(count, kind))
+                    if problems:
+                        self._switch_off(index, kind, problems[0])
+
+    def _cut(self, count: Entry) -> None:
+        """End a mapping before the first entry that maps nothing."""
+        for subindex in range(1, count.default + 1):
+            word = self._entries.get((count.index, subindex))
+            if word is None or not word.default:
+                text = f"{count.default} mapped objects, but number {subindex} is none"
+                self._report.note(f"{count.index:04X}", "", text)
+                count.default = count.value = subindex - 1
+                return
+
+    def _problems(self, count: Entry, kind: str) -> Iterator[str]:
+        """Yield why a mapping cannot be."""
+        total = 0
+        for subindex in range(1, count.default + 1):
+            word = self._entries[count.index, subindex].default
+            index, sub, bits = word >> 16, word >> 8 & 0xFF, word & 0xFF
+            total += bits
+            target = self._entries.get((index, sub))
+            where = f"0x{index:04X}:{sub:02X}"
+            if index <= LAST_DUMMY:
+                continue  # what an RPDO may map of these, DummyUsage says
+            if target is None:
+                yield f"{where} does not exist"
+            elif bits != target.type.bits:
+                yield f"{where} has {target.type.bits} bits, not {bits}"
+            elif not (target.writable if kind == "RPDO" else target.readable):
+                yield f"{where} is {target.access}"
+            else:
+                self._permit(target, kind)
+        if total > MAX_BITS:
+            yield f"{total} bits"
+
+    def _permit(self, target: Entry, kind: str) -> None:
+        if target.receivable if kind == "RPDO" else target.transmittable:
+            return
+        if target.access in ("rwr", "rww"):
+            target.access = "rw"
+        target.mappable = True
+        section = f"{target.index:04X}" + (f"sub{target.subindex:X}" if target.subindex else "")
+        self._report.note(section, "", f"mapped by default to {kind}s against its attributes")
+
+    def _switch_off(self, index: int, kind: str, problem: str) -> None:
+        cob_id = self._entries.get((index - _TO_COMMUNICATION, COB_ID))
+        if cob_id is None or cob_id.default & INVALID:
+            return
+        cob_id.default = cob_id.value = cob_id.default | INVALID
+        text = f"this {kind} cannot be mapped and does not exist: {problem}"
+        self._report.note(f"{index:04X}", "", text)

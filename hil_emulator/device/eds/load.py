@@ -1,0 +1,149 @@
+"""Reading an EDS or DCF (CiA 306): entries, what was odd, and what else it says of the device.
+
+Four keys beyond CiA 306 tie an object to the physics behind it:
+
+| key | meaning |
+|---|---|
+| Unit, Factor | one digit stands for `Factor` of the SI unit `Unit` |
+| Signal | the channel it shows or the command it gives, where that is not its ParameterName |
+| Delta | change in digits that is an event for an event-driven TPDO |
+
+They stand in the object's section, or, as checkers that know CiA 306 alone ask, in a line of
+`[Comments]`: `Line1=6100sub1: Signal=pressure_a Unit=Pa Factor=2500000`. Such a line may also give
+the DefaultValue or ParameterValue of a real number, which tools do not agree how to write.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hil_emulator.device.datatype import DATA_TYPES
+from hil_emulator.device.eds import compact, standard_values
+from hil_emulator.device.eds.compact import number
+from hil_emulator.device.eds.default_mappings import DefaultMappings
+from hil_emulator.device.eds.objects import ObjectReader
+from hil_emulator.device.eds.report import Finding, Report
+from hil_emulator.device.eds.sections import Sheet, parse, read
+from hil_emulator.device.entry import Entry
+from hil_emulator.errors import UserError
+
+MANDATORY_OBJECTS = (0x1000, 0x1001)
+"""CiA 301 7.5.1: device type and error register."""
+IDENTITY = 0x1018
+"""Mandatory, too, but older devices have none."""
+BIT_RATES = (10, 20, 50, 125, 250, 500, 800, 1000)
+"""Those that `[DeviceInfo]` speaks of [kbit/s]."""
+DUMMY_TYPES = range(1, 8)
+
+BINDING = re.compile(r"^([0-9A-Fa-f]{4}(?:sub[0-9A-Fa-f]+)?):((?: \w+=\S+)+)$")
+"""A line of [Comments] that gives keys to an object's section."""
+
+_LISTS = ("MandatoryObjects", "OptionalObjects", "ManufacturerObjects")
+_COMMISSIONING = ("DeviceComissioning", "DeviceCommissioning")
+"""CiA 306 spells it the first way, some tools the second."""
+
+
+@dataclass(frozen=True, slots=True)
+class DataSheet:
+    """What a file says.
+
+    Attributes:
+        entries: every entry, dummy types (index 1 to 7) included.
+        findings: what was odd.
+        bit_rates: those that the device can do [bit/s]; empty where the file says none.
+
+    """
+
+    entries: Sequence[Entry]
+    findings: Sequence[Finding]
+    bit_rates: frozenset[int]
+
+
+def load(path: Path, node_id: int) -> DataSheet:
+    """Read a file.
+
+    Args:
+        path: the file.
+        node_id: replaces `$NODEID`, 1 to 127.
+
+    Raises:
+        UserError: the file is missing, is not an EDS, is that of a modular device, describes an
+            object twice, lacks a mandatory object, or says something that has no sense; names
+            section and key.
+
+    """
+    report = Report(str(path))
+    sheet = parse(read(path), report)
+    _refuse_modular(sheet, report)
+    _add_bindings(sheet)
+    compact.add_pdos(sheet, report)
+    standard_values.fill(sheet, report)
+    entries = list(ObjectReader(sheet, node_id, report).entries())
+    indices = {entry.index for entry in entries}
+    _check_indices(sheet, indices, report)
+    DefaultMappings(entries, report).admit()
+    rates = {
+        k * 1000 for k in BIT_RATES if number(sheet.get("DeviceInfo"), f"BaudRate_{k}", report)
+    }
+    return DataSheet([*_dummies(sheet, report), *entries], report.findings, frozenset(rates))
+
+
+def commissioned(path: Path) -> int | None:
+    """Return the node-ID that a DCF has; None for an EDS.
+
+    Raises:
+        UserError: the file cannot be read, or its node-ID is no number.
+
+    """
+    report = Report(str(path))
+    sheet = parse(read(path), report)
+    found = [number(sheet.get(name), "NodeID", report) for name in _COMMISSIONING]
+    return next(filter(None, found), None)
+
+
+def _refuse_modular(sheet: Sheet, report: Report) -> None:
+    section = sheet.get("SupportedModules")
+    modules = number(section, "NrOfEntries", report)
+    if modules:
+        raise report.refusal(
+            section.name,
+            "NrOfEntries",
+            f"a modular device of up to {modules} kinds of module; which ones are plugged in the "
+            "file cannot say. Let the maker's tool write the EDS or DCF of your combination",
+        )
+
+
+def _add_bindings(sheet: Sheet) -> None:
+    """Copy the keys that lines of [Comments] give to objects into the objects' sections."""
+    for found in filter(None, map(BINDING.match, sheet.get("Comments").keys.values())):
+        if found[1] in sheet:
+            for pair in found[2].split():
+                key, _, text = pair.partition("=")
+                sheet.get(found[1]).set(key, text)
+
+
+def _dummies(sheet: Sheet, report: Report) -> list[Entry]:
+    """Return the data types that an RPDO may map in place of objects."""
+    usage = sheet.get("DummyUsage")
+    names = [(code, f"Dummy{code:04d}") for code in DUMMY_TYPES]
+    used = [(code, name) for code, name in names if number(usage, name, report)]
+    return [Entry(code, 0, name, DATA_TYPES[code], "const") for code, name in used]
+
+
+def _check_indices(sheet: Sheet, indices: set[int], report: Report) -> None:
+    missing = [f"0x{index:04X}" for index in MANDATORY_OBJECTS if index not in indices]
+    if missing:
+        raise UserError(
+            f"{report.source} lacks the mandatory object(s) {', '.join(missing)}; "
+            "CiA 301 requires 0x1000 and 0x1001 in every device"
+        )
+    if IDENTITY not in indices:
+        report.note("1018", "", "missing; CiA 301 requires an identity, LSS takes it as 0")
+    for name in _LISTS:
+        section = sheet.get(name)
+        keys = [key for key in section.keys if key.isdigit()]
+        listed = [number(section, key, report) for key in keys]
+        absent = [f"0x{index:04X}" for index in listed if index not in indices]
+        if absent:
+            report.note(section.name, "", f"lists what is not described: {', '.join(absent)}")

@@ -1,0 +1,53 @@
+"""What an import found odd in a file but could read, and how it says what it could not.
+
+Files of makers break CiA 306 in many small ways. What is wrong but harmless is taken in the one
+sense it can have and noted here; what is not is refused with file, section and key.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from hil_emulator.errors import UserError
+
+SHOWN_PLACES = 4
+"""Places that a line of the report names; it counts the others."""
+
+
+class Finding(NamedTuple):
+    """One oddity: its section, its key ("" for the whole section), and how it was taken."""
+
+    section: str
+    key: str
+    text: str
+
+
+class Report:
+    """Findings of one file, in the order of the file.
+
+    Args:
+        source: the file, for messages.
+
+    """
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self.findings: list[Finding] = []
+
+    def note(self, section: str, key: str, text: str) -> None:
+        """Take down what is wrong but harmless."""
+        self.findings.append(Finding(section, key, text))
+
+    def refusal(self, section: str, key: str, text: str) -> UserError:
+        """Return the error that says where the file cannot be used, and why."""
+        place = f" [{section}]" if section else ""
+        return UserError(f"{self.source}{place}{' ' if key else ''}{key}: {text}")
+
+
+def lines(findings: Sequence[Finding]) -> Iterator[str]:
+    """Yield the report, one line for all places where the same is odd."""
+    for (key, text), number in Counter((f.key, f.text) for f in findings).items():
+        places = [f"[{f.section}]" for f in findings if (f.key, f.text) == (key, text)]
+        shown = " ".join(places[:SHOWN_PLACES])
+        more = f" and {number - SHOWN_PLACES} more" if number > SHOWN_PLACES else ""
+        yield f"{shown}{more}{' ' if key else ''}{key}: {text}"

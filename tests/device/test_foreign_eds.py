@@ -1,0 +1,234 @@
+"""EDS files of makers: what is odd is read in its one sense and noted, what is not is refused."""
+
+import contextlib
+from pathlib import Path
+
+import canopen
+import pytest
+from data_sheets import LEAST, described, mapped, written
+from edited_eds import edited
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.eds.load import commissioned
+from hil_emulator.device.eds.report import lines
+from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
+
+NODE_ID = 5
+SHIPPED = sorted((Path(__file__).parents[2] / "eds").glob("*.eds"))
+
+
+def loaded(folder: Path, *parts: str) -> Dictionary:
+    """Return the dictionary of an EDS of these parts."""
+    return Dictionary.from_eds(written(folder, *parts), NODE_ID)
+
+
+def notes(dictionary: Dictionary) -> list[tuple[str, str]]:
+    """Return section and key of every finding."""
+    return [(finding.section, finding.key) for finding in dictionary.findings]
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_our_own_files_are_not_odd(path: Path) -> None:
+    """The shipped EDS files give no cause for a finding."""
+    assert list(Dictionary.from_eds(path, NODE_ID).findings) == []
+
+
+@pytest.mark.parametrize(
+    ("data_type", "text", "value"),
+    [
+        (0x07, "$NODEID+0x180", 0x185),
+        (0x07, "0x180+$NODEID", 0x185),
+        (0x07, "$NodeID + 0x180", 0x185),
+        (0x07, "0xC0000180 + $nodeid", 0xC0000185),
+        (0x07, "$NODEID", 5),
+        (0x07, "$NODEID+384", 0x185),
+        (0x03, "0xFFFF", -1),
+        (0x04, "0x80000000", -(1 << 31)),
+        (0x10, "0xFFFFF0", -16),
+        (0x04, "-5", -5),
+        (0x04, "0x-5", -5),
+        (0x05, "017", 15),
+        (0x08, "2.5", 2.5),
+        (0x08, "0x40200000", 2.5),
+        (0x11, "0x4004000000000000", 2.5),
+        (0x09, "1.0 ; a remark", b"1.0"),
+        (0x0A, "00 ff", b"\x00\xff"),
+        (0x0B, "ab", b"a\0b\0"),
+    ],
+)
+def test_values_of_cia_306(tmp_path: Path, data_type: int, text: str, value: object) -> None:
+    """Numbers in every notation the standard knows are no oddity."""
+    dictionary = loaded(tmp_path, described("2000", data_type, f"DefaultValue={text}"))
+    assert dictionary.read(0x2000) == value
+    assert notes(dictionary) == []
+
+
+@pytest.mark.parametrize(
+    ("data_type", "key", "text", "value"),
+    [
+        (0x0F, "DefaultValue", "0", b""),
+        (0x0F, "DefaultValue", "0x0", b""),
+        (0x06, "DefaultValue", "Manufacturer-specific", 0),
+        (0x1B, "DefaultValue", "0x1234567890ABCDEFLL", 0x1234567890ABCDEF),
+        (0x07, "DefaultValue", "0000 00FFh", 255),
+        (0x06, "DefaultValue", "3.00", 3),
+        (0x06, "DefaultValue", "3 # three", 3),
+        (0x05, "DefaultValue", "09", 9),
+        (0x01, "DefaultValue", "true", 1),
+        (0x0A, "DefaultValue", "none", b"none"),
+        (0x06, "HighLimit", "65536", 0),
+        (0x06, "LowLimit", "low", 0),
+        (0x06, "Factor", "0", 0),
+        (0x06, "Delta", "a bit", 0),
+        (0x40, "DataType", "", b""),
+    ],
+)
+def test_odd_values_are_read_and_noted(
+    tmp_path: Path, data_type: int, key: str, text: str, value: object
+) -> None:
+    """A value in nobody's notation is taken in its one sense, with section and key."""
+    line = f"{key}={text}" if text else ""
+    dictionary = loaded(tmp_path, described("2000", data_type, line))
+    assert dictionary.read(0x2000) == value
+    assert notes(dictionary) == [("2000", key)]
+
+
+def test_empty_numbers_are_none(tmp_path: Path) -> None:
+    """Keys that editors leave empty say nothing, and that is no oddity."""
+    empty = ("DefaultValue=", "LowLimit=", "HighLimit=", "ObjectType=", "PDOMapping=")
+    path = written(tmp_path, described("2000", 5, *empty))
+    path.write_text(path.read_text().replace("VendorNumber=0x0000029C", "VendorNumber="))
+    dictionary = Dictionary.from_eds(path, NODE_ID)
+    assert dictionary.read(0x2000) == 0
+    assert notes(dictionary) == []
+
+
+def test_keys_and_sections_in_any_case(tmp_path: Path) -> None:
+    """Upper or lower case, blanks around and before: the same file."""
+    text = "[2FfFSUB0]\n  PARAMETERNAME = x\n\tdatatype = 0X05\naccesstype=RW\ndefaultvalue = 7\n"
+    dictionary = loaded(tmp_path, "[2fff]\nparametername=y\nobjecttype=8\n" + text)
+    assert (dictionary.read(0x2FFF), dictionary.entry(0x2FFF).name) == (7, "x")
+    assert notes(dictionary) == []
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+def test_encodings(tmp_path: Path, encoding: str) -> None:
+    """A byte order mark or a letter beyond ASCII is read as its maker meant it."""
+    text = described("2000", 5).replace("object 2000", "Öldruck")
+    path = written(tmp_path, text.replace("\n", "\r\n"), encoding=encoding)
+    assert Dictionary.from_eds(path, NODE_ID).entry(0x2000).name == "Öldruck"
+
+
+def test_compact_arrays_have_values_and_names(tmp_path: Path) -> None:
+    """[xxxxValue] and [xxxxName] of CiA 306 reach the members they number."""
+    compact = described("1016", 7, "ObjectType=8", "CompactSubObj=3", "DefaultValue=0")
+    values = "[1016Value]\nNrOfEntries=2\n1=0x000A05DC\n3=$NODEID+0x10000\n"
+    names = "[1016Name]\nNrOfEntries=1\n2=second\n"
+    dictionary = loaded(tmp_path, compact, values, names)
+    assert [dictionary.read(0x1016, n) for n in range(4)] == [3, 0x000A05DC, 0, 0x10005]
+    assert dictionary.entry(0x1016, 2).name == "second"
+
+
+def test_compact_pdos_exist(tmp_path: Path) -> None:
+    """CompactPDO gives the PDOs that are not described, at the predefined connection set."""
+    value = described("2000", 6, "PDOMapping=1", "DefaultValue=0x1234")
+    info = ("NrOfTXPDO=1", "CompactPDO=0x13\nNrOfTXPDO=2")
+    mapping = "[1A00Value]\nNrOfEntries=1\n1=0x20000010\n"
+    path = written(tmp_path, value, mapping)
+    path.write_text(path.read_text().replace(*info))
+    node = Node(Dictionary.from_eds(path, NODE_ID), (), {})
+    first, second = node.pdo_map()
+    assert (first.can_id, first.transmission_type, first.entries) == (0x185, 255, ("object 2000",))
+    assert (second.can_id, second.entries) == (0x285, ())
+    assert {e.subindex for e in node.dictionary if e.index == 0x1800} == {0, 1, 2, 5}
+
+
+def test_a_dcf_says_what_its_device_is(tmp_path: Path) -> None:
+    """ParameterValue stands above DefaultValue, and the node-ID is that of the file."""
+    path = written(
+        tmp_path,
+        described("2000", 6, "DefaultValue=1", "ParameterValue=2"),
+        "[DeviceComissioning]\nNodeID=0x2A\n",
+    )
+    assert Dictionary.from_eds(path, NODE_ID).read(0x2000) == 2
+    assert commissioned(path) == 42
+
+
+def test_identity_may_stand_in_device_info(tmp_path: Path) -> None:
+    """A vendor-ID without a value is the VendorNumber, so that a master finds what it expects."""
+    path = written(tmp_path)
+    path.write_text(LEAST.replace("DefaultValue=0x0000029C", "DefaultValue="))
+    dictionary = Dictionary.from_eds(path, NODE_ID)
+    assert dictionary.read(0x1018, 1) == 0x29C
+    assert notes(dictionary) == [("1018sub1", "DefaultValue")]
+
+
+def test_a_cob_id_without_value_is_not_that_of_nmt(tmp_path: Path) -> None:
+    """The first PDOs and EMCY have their predefined identifiers, further PDOs do not exist."""
+    mapping = [mapped(n, cob_id="0") for n in (1, 5)]
+    dictionary = loaded(tmp_path, described("1014", 7), *mapping)
+    assert dictionary.read(0x1014) == 0x085
+    assert dictionary.read(0x1800, 1) == 0x185
+    assert dictionary.read(0x1804, 1) == 0x80000000
+
+
+def test_a_default_mapping_stands_above_attributes(tmp_path: Path) -> None:
+    """What a file maps by default is mapped, though its PDOMapping denies it, and noted."""
+    value = described("2000", 6, "PDOMapping=0", "DefaultValue=3", access="ro")
+    dictionary = loaded(tmp_path, value, mapped(1, "0x20000010", "0x00000000"))
+    (row,) = Node(dictionary, (), {}).pdo_map()
+    assert row.entries == ("object 2000",)
+    assert notes(dictionary) == [("1A00", ""), ("2000", "")]
+
+
+def test_repeated_words_are_no_contradiction(tmp_path: Path) -> None:
+    """The first of two values of a key counts; a section may be repeated word for word."""
+    text = described("2000", 5, "DefaultValue=1", "DefaultValue=2")
+    dictionary = loaded(tmp_path, text, text)
+    assert dictionary.read(0x2000) == 1
+    assert notes(dictionary) == [("2000", "DefaultValue")] * 2 + [("2000", "")]
+
+
+def test_modular_devices_are_refused_in_words(tmp_path: Path) -> None:
+    """Which modules are plugged in no EDS can say; the message tells the way out."""
+    modules = "[SupportedModules]\nNrOfEntries=3\n[M1ModuleInfo]\nProductName=8 DI\n"
+    with pytest.raises(UserError, match=r"\[SupportedModules\].*modular.*DCF of your combination"):
+        loaded(tmp_path, modules)
+    assert 0x1000 in loaded(tmp_path, modules.replace("=3", "=0"))
+
+
+def test_the_report_has_one_line_for_one_oddity(tmp_path: Path) -> None:
+    """Fifty equal findings are one line that names some places and counts the rest."""
+    odd = [described(f"{0x2000 + n:04X}", 0x0F, "DefaultValue=0") for n in range(50)]
+    (line,) = lines(loaded(tmp_path, *odd).findings)
+    assert line.startswith("[2000] [2001] [2002] [2003] and 46 more DefaultValue: ")
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_stock_import_finds_the_same(path: Path) -> None:
+    """Integer defaults agree with those that stock `canopen` reads."""
+    stock = canopen.import_od(str(path), NODE_ID)
+    for entry in Dictionary.from_eds(path, NODE_ID):
+        if entry.type.kind == "integer":
+            item = stock[entry.index]
+            variable = item[entry.subindex] if hasattr(item, "subindices") else item
+            assert entry.default == (variable.default or 0), entry
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_any_text_is_an_eds_or_refused(tmp_path: Path, data: st.DataObject) -> None:
+    """Whatever is done to lines of a file: it loads and runs, or is refused in words."""
+    text = edited(tmp_path).read_text().splitlines()
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(text) - 1))
+        key, equals, _ = text[at].partition("=")
+        text[at] = key + equals + data.draw(st.text("0x-9F$N;[]=.#é ", max_size=8))
+    path = tmp_path / "mutated.eds"
+    path.write_text("\n".join(text))
+    with contextlib.suppress(UserError):
+        Node(Dictionary.from_eds(path, NODE_ID), (), {})
