@@ -1,7 +1,9 @@
 """`hil-emulator check`: what a configuration would do, without doing it."""
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -9,6 +11,8 @@ from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import MachineSettings, load_machine
 from hil_emulator.device.collisions import collisions
+from hil_emulator.device.dictionary import UNCONFIGURED
+from hil_emulator.device.eds.report import lines
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 from hil_emulator.model.plant import longest_delay
@@ -35,6 +39,8 @@ def check(files: Sequence[Path]) -> None:
         made = nodes(actuator.config, [c.name for c in CHANNELS])
         on_bus[actuator.bus] += made
         _show(actuator.name, actuator.config, made)
+        for warning in _of_nodes(made, settings.buses[actuator.bus]):
+            click.echo(f"warning: {actuator.name}: {warning}")
     for name, there in on_bus.items():
         refuse_collisions(name, there)
         click.echo(_load(name, settings, there))
@@ -53,6 +59,17 @@ def refuse_collisions(bus: str, there: Sequence[Node]) -> None:
     found = collisions(there)
     if found:
         raise UserError("\n".join(f"bus {bus}: {message}" for message in found))
+
+
+def _of_nodes(made: Sequence[Node], bus: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what nodes cannot do for their actuator and on their bus."""
+    if not any(b.bound_to.startswith("command ") for node in made for b in node.bindings()):
+        yield "no node commands valve_current, so the valve keeps its safe current"
+    rate = bus.get("bitrate")
+    for node in made:
+        rates = node.dictionary.bit_rates
+        if isinstance(rate, int) and rates and rate not in rates:
+            yield f"{near(Path(node.dictionary.source))} knows no bit rate of {rate / 1e3:g} kbit/s"
 
 
 def warnings(config: Configuration) -> Iterator[str]:
@@ -81,9 +98,15 @@ def _show(name: str, config: Configuration, made: Sequence[Node]) -> None:
     files = ", ".join(near(f) for f in config.files)
     click.echo(f"{name}: {files}: valid (digest {config.digest})\n")
     for node, settings in zip(made, config.nodes, strict=True):
-        click.echo(f"Node {node.node_id}, {near(settings.eds)}")
+        number = "without a node-ID" if node.node_id == UNCONFIGURED else node.node_id
+        click.echo(f"Node {number}, {near(settings.eds)}")
         click.echo(_bindings(node) + "\n")
         click.echo(_pdo_map(node) + "\n")
+        for line in lines(node.dictionary.findings):
+            click.echo(f"note: {line}")
+        for pdo, group in itertools.groupby(node.unfed(), key=lambda row: row[0]):
+            names = ", ".join(f"{entry.where} {entry.name}" for _, entry in group)
+            click.echo(f"note: {pdo} shows what nothing feeds, so its default: {names}")
 
 
 def _bindings(node: Node) -> str:

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from hil_emulator.config import datasheet
 from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.mistakes import describe
+from hil_emulator.config.nodes import UNCONFIGURED, NodeSettings, NodeTable, node_settings
 from hil_emulator.config.schema import plant_tables, schema
 from hil_emulator.config.table import StrictTable
 from hil_emulator.config.toml_file import parse_toml, read_text
@@ -28,29 +29,6 @@ DEFAULT_BUS = {
     "port": 29536,
 }
 """A TCP server any process can connect to without root; 29536 is socketcand's port."""
-
-
-@dataclass(frozen=True)
-class NodeSettings:
-    """One CANopen node.
-
-    Attributes:
-        id: its node-ID.
-        eds: path of its EDS.
-        commands: what it commands, with the values in SI that hold without a controller; empty
-            for a node that only measures.
-        storage: folder in which it keeps parameters stored by 0x1010; None forgets them.
-        serial_number: as configured; None leaves it to the EDS, or to node-ID and bus.
-        bus_number: counts the buses of a machine.
-
-    """
-
-    id: int
-    eds: Path
-    commands: dict[str, float]
-    storage: Path | None = None
-    serial_number: int | None = None
-    bus_number: int = 0
 
 
 @dataclass(frozen=True)
@@ -248,6 +226,23 @@ def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
     return values
 
 
+def _nodes(
+    tables: Sequence[NodeTable], bus: Mapping[str, Any], file: Path
+) -> tuple[NodeSettings, ...]:
+    nodes = tuple(node_settings(table, file.parent) for table in tables)
+    ids = [node.id for node in nodes if node.id != UNCONFIGURED]
+    for number in {i for i in ids if ids.count(i) > 1}:
+        raise UserError(f"{file}: two nodes have the ID {number}; each node on a bus needs its own")
+    rate = bus.get("bitrate")
+    for node in nodes:
+        if node.bit_rate and isinstance(rate, int) and node.bit_rate != rate:
+            raise UserError(
+                f"{file}: node {node.id} has {node.bit_rate / 1e3:g} kbit/s, its bus "
+                f"{rate / 1e3:g} kbit/s; one bus has one bit rate"
+            )
+    return nodes
+
+
 def _configuration(
     checked: Any,
     merged: dict[str, Any],
@@ -258,14 +253,10 @@ def _configuration(
 ) -> Configuration:
     rig = checked.rig
     steps = round(rig.tick / rig.step)
-    ids = [node.id for node in checked.node]
-    for number in {i for i in ids if ids.count(i) > 1}:
-        raise UserError(
-            f"{origin[('node',)]}: two nodes have the ID {number}; each node on a bus needs its own"
-        )
     chain = [e for e in effects if e.stage == transducer]
     channels = type(checked.sensors).model_fields
-    folder = origin.get(("node",), files[-1]).parent
+    bus = dict(checked.bus) or dict(DEFAULT_BUS)
+    nodes = _nodes(checked.node, bus, origin.get(("node",), files[-1]))
     canonical = json.dumps(merged, sort_keys=True, default=str).encode()
     return Configuration(
         tick_ns=round(rig.tick * 1e9),
@@ -275,17 +266,8 @@ def _configuration(
         late=rig.late,
         not_finite=rig.not_finite,
         sync_period_ns=round(rig.sync_period * 1e9),
-        bus=dict(checked.bus) or dict(DEFAULT_BUS),
-        nodes=tuple(
-            NodeSettings(
-                n.id,
-                folder / n.eds,
-                dict.fromkeys(n.commands, n.safe_current),
-                None if n.storage is None else folder / n.storage,
-                n.serial_number,
-            )
-            for n in checked.node
-        ),
+        bus=bus,
+        nodes=nodes,
         effects=effects,
         plant=_plant_values(checked, effects),
         sensors={name: _effect_values(getattr(checked.sensors, name), chain) for name in channels},

@@ -21,6 +21,7 @@ from pydantic import Field, ValidationError
 
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.config.mistakes import describe
+from hil_emulator.config.nodes import UNCONFIGURED
 from hil_emulator.config.table import StrictTable
 from hil_emulator.config.toml_file import read_toml
 from hil_emulator.errors import UserError
@@ -110,10 +111,15 @@ def _actuator(file: Path, position: int, table: ActuatorTable, bus: int) -> Actu
     """Load one actuator; its noise and serial numbers differ from those of the others."""
     config = load_rig([file.parent / name for name in table.files])
     nodes = tuple(
-        dataclasses.replace(n, id=n.id + table.node_offset, bus_number=bus) for n in config.nodes
+        dataclasses.replace(n, id=_offset(n.id, table.node_offset), bus_number=bus)
+        for n in config.nodes
     )
     config = dataclasses.replace(config, nodes=nodes, seed=config.seed + position)
     return ActuatorSettings(table.name, config, table.bus)
+
+
+def _offset(number: int, offset: int) -> int:
+    return number if number == UNCONFIGURED else number + offset
 
 
 def _check_together(file: Path, table: MachineTable, actuators: Sequence[ActuatorSettings]) -> None:
@@ -134,6 +140,8 @@ def _check_together(file: Path, table: MachineTable, actuators: Sequence[Actuato
                 "one loop has one tick"
             )
         for node in actuator.config.nodes:
+            if node.id == UNCONFIGURED:
+                continue
             if node.id > 127:
                 raise UserError(
                     f"{file}: actuator {actuator.name}: node-ID {node.id} is above 127; "

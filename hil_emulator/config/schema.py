@@ -7,11 +7,11 @@ from typing import Annotated, Any
 from pydantic import Field, create_model
 
 from hil_emulator.config import datasheet
+from hil_emulator.config.nodes import NodeTable
 from hil_emulator.config.table import StrictTable, quantity
 from hil_emulator.config.tables import (
     CylinderDatasheet,
     ModelTable,
-    NodeTable,
     RigTable,
     ValveDatasheet,
 )

@@ -1,4 +1,4 @@
-"""The tables written by hand: loop, node, and what data sheets of valve and cylinder print."""
+"""The tables written by hand: loop, and what data sheets of valve and cylinder print."""
 
 import math
 from typing import Annotated, Literal
@@ -18,7 +18,6 @@ def _time(name: str, meaning: str, typical: float, low: float, high: float, show
 TICK = _time("tick", "period of the loop", 1e-3, 1e-4, 0.1, "ms")
 STEP = _time("step", "integration step", 20e-6, 1e-6, 1e-3, "us")
 SYNC_PERIOD = _time("sync_period", "time that one SYNC stands for", 1e-3, 1e-4, 10.0, "ms")
-SAFE_CURRENT = Param("safe_current", "A", "set point without a controller", 0.0, -0.1, 0.1, "mA")
 BORE = Param("bore", "m", "diameter of the piston", 0.016, 1e-3, 2.0, "mm")
 ROD = Param("rod", "m", "diameter of the rod", 0.010, 1e-3, 2.0, "mm")
 NOMINAL_FLOW = Param("nominal_flow", "m^3/s", "flow at rated current", 1.25e-4, 1e-7, 0.1, "l/min")
@@ -54,17 +53,6 @@ class RigTable(StrictTable):
                     f"{show(part, 's', 'us')}, the {of}; the nearest that fit: {nearest}"
                 )
         return self
-
-
-class NodeTable(StrictTable):
-    """One CANopen node: its IDs, EDS, commands, safe current, and folder of stored parameters."""
-
-    id: int = Field(ge=1, le=127)
-    serial_number: int | None = Field(default=None, ge=1, le=0xFFFF_FFFF)
-    eds: str
-    commands: tuple[Literal["valve_current"], ...] = ("valve_current",)
-    storage: str | None = None
-    safe_current: Annotated[float, quantity(SAFE_CURRENT)] = SAFE_CURRENT.typical
 
 
 class ModelTable(StrictTable):

@@ -67,12 +67,12 @@ class SensorObjects:
         self._integers: list[tuple[int, Entry, float, int, int]] = []
         self._reals: list[tuple[int, Entry, float, float, float]] = []
         for position, name in enumerate(channels):
-            entry = _numeric(dictionary, name)
-            if entry is None:
-                continue
-            self._positions.append(position)
-            if (entry.index, entry.subindex) not in claimed:
-                self._bind(position, entry)
+            shown = [_checked(dictionary, entry) for entry in dictionary.showing(name)]
+            if shown:
+                self._positions.append(position)
+            for entry in shown:
+                if (entry.index, entry.subindex) not in claimed:
+                    self._bind(position, entry)
         self._counter = self._internal(dictionary, SAMPLE_COUNTER)
         self._time = self._internal(dictionary, SAMPLE_TIME)
 
@@ -236,8 +236,13 @@ def _unlisted(entry: Entry) -> Entry:
 
 def _numeric(dictionary: Dictionary, name: str) -> Entry | None:
     entry = dictionary.named(name)
-    if entry is not None and not entry.type.numeric:
+    return None if entry is None else _checked(dictionary, entry)
+
+
+def _checked(dictionary: Dictionary, entry: Entry) -> Entry:
+    if not entry.type.numeric:
         raise UserError(
-            f"{dictionary.source} {entry.where} {name}: a {entry.type.name} cannot hold a number"
+            f"{dictionary.source} {entry.where} {entry.signal}: a {entry.type.name} cannot hold "
+            "a number"
         )
     return entry

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from hil_emulator.device import cob_id
-from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.dictionary import UNCONFIGURED, Dictionary
 from hil_emulator.device.emergency import EMCY_BASE, EMCY_COB_ID
 from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
 from hil_emulator.device.lss import LSS_ANSWER, LSS_REQUEST
@@ -37,6 +37,7 @@ def collisions(nodes: Sequence[Node]) -> list[str]:
 
     """
     messages = []
+    nodes = [node for node in nodes if node.node_id != UNCONFIGURED]
     numbers = [node.node_id for node in nodes]
     for number in sorted({n for n in numbers if numbers.count(n) > 1}):
         messages.append(f"two nodes have the node-ID {number}; give each node on a bus its own")

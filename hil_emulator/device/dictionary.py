@@ -11,6 +11,9 @@ from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo_records import LAST_DUMMY
 from hil_emulator.errors import UserError
 
+UNCONFIGURED = 0xFF
+"""Node-ID of a device that has none yet (CiA 305)."""
+
 COMMUNICATION_OBJECTS = range(0x1000, 0x2000)
 """What NMT reset communication reloads (CiA 301 7.3.2.2.1)."""
 
@@ -33,7 +36,7 @@ class Dictionary:
 
     Args:
         entries: every object; indices 1 to 7 are taken as the dummies an RPDO may map.
-        node_id: the node's number, 1 to 127.
+        node_id: the node's number, 1 to 127, or `UNCONFIGURED`.
         source: where the entries come from, for messages.
 
     Attributes:
@@ -46,7 +49,7 @@ class Dictionary:
     """
 
     def __init__(self, entries: Iterable[Entry], node_id: int, source: str = "dictionary") -> None:
-        if not 1 <= node_id <= 127:
+        if not 1 <= node_id <= 127 and node_id != UNCONFIGURED:
             raise UserError(f"node id {node_id} is outside 1 to 127 (CiA 301 7.3.5)")
         self.node_id = node_id
         self.source = source
@@ -54,6 +57,8 @@ class Dictionary:
         self.bit_rates: frozenset[int] = frozenset()
         self._entries: dict[tuple[int, int], Entry] = {}
         self._dummies: dict[int, Entry] = {}
+        self._assigned: set[Entry] = set()
+        self._scaled: set[Entry | None] = set()
         self._indices: set[int] = set()
         self._watchers: dict[int, Watcher] = {}
         self._observers: list[Callable[[Entry], None]] = []
@@ -73,7 +78,7 @@ class Dictionary:
                 describes an object twice or lacks 0x1000 or 0x1001.
 
         """
-        if not 1 <= node_id <= 127:
+        if not 1 <= node_id <= 127 and node_id != UNCONFIGURED:
             raise UserError(f"node id {node_id} is outside 1 to 127 (CiA 301 7.3.5)")
         sheet = eds.load(Path(path), node_id)
         made = cls(sheet.entries, node_id, str(path))
@@ -102,20 +107,49 @@ class Dictionary:
         """Return the dummy entry of a data type, or None where the EDS forbids its use."""
         return self._dummies.get(index)
 
+    def forget_signals(self) -> None:
+        """Let no object show a channel or give a command because of its name in the EDS."""
+        for entry in self._entries.values():
+            entry.signal = ""
+
+    def assign(self, entry: Entry, signal: str, scale: tuple[str, float] | None = None) -> None:
+        """Let an object show a channel, as others may too, or give a command.
+
+        Args:
+            entry: the object.
+            signal: the channel or command.
+            scale: SI unit, and how much of it one digit is; None leaves both to the EDS.
+
+        """
+        entry.signal = signal
+        self._assigned.add(entry)
+        if scale is not None:
+            entry.unit, entry.factor = scale
+            self._scaled.add(entry)
+
+    def scaled(self, entry: Entry | None) -> bool:
+        """Return whether an object has been assigned a scale: no profile may give it another."""
+        return entry in self._scaled
+
     def named(self, name: str) -> Entry | None:
-        """Return the entry with this Signal (its ParameterName, where the EDS has none), or None.
+        """Return the first entry that `showing` returns, or None."""
+        found = self.showing(name)
+        return found[0] if found else None
+
+    def showing(self, name: str) -> list[Entry]:
+        """Return the entries with this Signal (their ParameterName, where the EDS has none).
 
         Raises:
-            UserError: several objects have this name.
+            UserError: several objects have this name without having been assigned it.
 
         """
         found = [entry for entry in self._entries.values() if entry.signal == name]
-        if len(found) > 1:
+        if len(found) > 1 and not self._assigned.issuperset(found):
             places = ", ".join(entry.where for entry in found)
             raise UserError(
                 f"{self.source}: ParameterName or Signal {name!r} is not unique: {places}"
             )
-        return found[0] if found else None
+        return found
 
     def read(self, index: int, subindex: int = 0) -> Any:
         """Return a value as an SDO client would see it.

@@ -9,13 +9,12 @@ bus the emulator is attached to and cannot be configured.
 from collections.abc import Callable
 from enum import IntEnum
 
-from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.dictionary import UNCONFIGURED, Dictionary
 from hil_emulator.device.storage import Storage
 from hil_emulator.frame import Frame
 
 LSS_REQUEST, LSS_ANSWER = 0x7E5, 0x7E4
 IDENTITY = 0x1018
-UNCONFIGURED = 0xFF
 NODE_IDS = frozenset({*range(1, 128), UNCONFIGURED})
 STORED_NODE_ID = (0x0000, 0x00)
 """Key of the stored node-ID; no object has it."""

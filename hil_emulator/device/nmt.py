@@ -39,6 +39,11 @@ COMMUNICATION_ERROR = 1
 """Sub-index of 0x1029 for a lost heartbeat or master."""
 
 
+NMT_STARTUP = 0x1F80
+NMT_MASTER, NOT_SELF_STARTING = 0x01, 0x04
+"""Bits of 0x1F80 (CiA 302-2): the device is the master; a slave waits for its master to start."""
+
+
 class ErrorBehaviour(IntEnum):
     """Where the node goes after a serious error (CiA 301 7.5.2.32)."""
 

@@ -10,7 +10,13 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
 from hil_emulator.device import bus_load, layout, nmt
 from hil_emulator.device.binding import SensorObjects, SetPoints
-from hil_emulator.device.dictionary import ALL_OBJECTS, COMMUNICATION_OBJECTS, Dictionary
+from hil_emulator.device.course import Course, Courses
+from hil_emulator.device.dictionary import (
+    ALL_OBJECTS,
+    COMMUNICATION_OBJECTS,
+    UNCONFIGURED,
+    Dictionary,
+)
 from hil_emulator.device.emergency import Emergency, ErrorBit
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.error_control import (
@@ -19,11 +25,14 @@ from hil_emulator.device.error_control import (
     Heartbeat,
 )
 from hil_emulator.device.heartbeat_consumer import HeartbeatConsumer
-from hil_emulator.device.lss import LSS_REQUEST, UNCONFIGURED, LssSlave
+from hil_emulator.device.lss import LSS_REQUEST, LssSlave
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.nmt import (
     COMMUNICATION_ERROR,
     ERROR_BEHAVIOUR,
+    NMT_MASTER,
+    NMT_STARTUP,
+    NOT_SELF_STARTING,
     Command,
     ErrorBehaviour,
     State,
@@ -53,6 +62,8 @@ class Node:
         commands: safe value in SI of each command the plant understands; the object of the
             same name is its set point.
         storage: where parameters saved by 0x1010 are kept; in memory by default.
+        courses: objects that follow a course over time.
+        autostart: whether it enters OPERATIONAL by itself; None leaves it to 0x1F80.
 
     Attributes:
         dictionary: as given.
@@ -73,6 +84,8 @@ class Node:
         channels: Sequence[str],
         commands: Mapping[str, float],
         storage: Storage | None = None,
+        courses: Sequence[tuple[Entry, Course]] = (),
+        autostart: bool | None = None,
     ) -> None:
         self.dictionary = dictionary
         self.on_route: Callable[[], None] = lambda: None
@@ -86,7 +99,14 @@ class Node:
         claimed = self._profile.sources
         self._sensors = SensorObjects(dictionary, channels, self._emergency, claimed)
         self._set_points = SetPoints(dictionary, commands)
-        self._sources = {**self._sensors.sources, **self._set_points.sources, **claimed}
+        self._courses = Courses(courses)
+        self._autostart = autostart
+        self._sources = {
+            **self._sensors.sources,
+            **self._set_points.sources,
+            **claimed,
+            **self._courses.sources,
+        }
         self._store = ParameterStore(dictionary, storage)
         self._store.reset(ALL_OBJECTS)
         self._set_points.fall_back()
@@ -159,6 +179,7 @@ class Node:
         """
         if self._sensors.sample(now_ns, measured):
             self._profile.measure(now_ns, measured)
+        self._courses.publish(now_ns)
         frames: list[Frame] = []
         if self._lss.answers:
             self._lss.publish(frames)
@@ -166,6 +187,8 @@ class Node:
             if self._lss.node_id != UNCONFIGURED:
                 frames.append(self._heartbeat.boot_up(now_ns))
                 self._enter(State.PRE_OPERATIONAL)
+                if self._self_starting():
+                    self._enter(State.OPERATIONAL)
             return frames
         self._sensors.check_ranges(measured.overrange)
         if self._state is not State.STOPPED:
@@ -272,6 +295,13 @@ class Node:
         if state is State.OPERATIONAL:
             self._pdos.start()
         self._route()
+
+    def _self_starting(self) -> bool:
+        """Return whether the node starts without a master (CiA 302-2, 0x1F80)."""
+        startup = self.dictionary.get(NMT_STARTUP)
+        if self._autostart is not None or startup is None:
+            return bool(self._autostart)
+        return not startup.value & (NMT_MASTER | NOT_SELF_STARTING)
 
     def _check_partners(self, now_ns: int) -> None:
         if self._consumer.expired(now_ns) or self._guarding.expired(now_ns):

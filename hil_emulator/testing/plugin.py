@@ -102,10 +102,13 @@ def can_bus(emulator: Emulator) -> Iterator[Any]:
 @pytest.fixture
 def network(emulator: Emulator) -> Iterator[LockStepNetwork]:
     """Yield a connected `canopen.Network` that knows the emulator's nodes by their EDS."""
+    from hil_emulator.config.nodes import UNCONFIGURED
     from hil_emulator.testing.lockstep_network import LockStepNetwork
 
     made = LockStepNetwork(emulator)
     for settings in emulator.config.nodes:
+        if settings.id == UNCONFIGURED:
+            continue
         made.add_node(settings.id, str(settings.eds))
     emulator.tick()  # the boot-up message
     yield made

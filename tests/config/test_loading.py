@@ -135,7 +135,7 @@ def test_all_mistakes_are_reported_at_once_each_with_its_remedy(layer: Layer) ->
         ('[cylinder]\nbore = "10 mm"\nrod = "12 mm"', "the rod must be thinner than the bore"),
         ('[rig]\ntick = "1 ms"\nstep = "30 us"', "the nearest that fit: 990 us and 1020 us"),
         ('[rig]\ntick = "1 ms"\nsync_period = "0.2 ms"', "the nearest that fit: 1000 us"),
-        ('[[node]]\nid = 0\neds = "x"', "node.0.id: 0: input should be greater than"),
+        ('[[node]]\nid = 0\neds = "x"', "node.0.id: 0 is no node-ID: 1 to 127"),
         ('[[node]]\nid = 3\neds = "x"\n[[node]]\nid = 3\neds = "x"', "two nodes have the ID 3"),
         ("[frction]\n", 'frction: unknown key; did you mean "friction"?'),
         ("[valve\n", "not valid TOML"),

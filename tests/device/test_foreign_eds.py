@@ -175,6 +175,18 @@ def test_a_cob_id_without_value_is_not_that_of_nmt(tmp_path: Path) -> None:
     assert dictionary.read(0x1804, 1) == 0x80000000
 
 
+def test_cob_ids_that_lack_their_node_id_get_it(tmp_path: Path) -> None:
+    """EMCY at 0x80 would be SYNC; an SDO server is where the node-ID puts it, in a DCF, too."""
+    server = "[1200]\nParameterName=SDO\nObjectType=9\n" + "".join(
+        described(f"1200sub0{n}", 7, f"DefaultValue={base}+$NODEID", f"ParameterValue={base}+32")
+        for n, base in ((1, "0x600"), (2, "0x580"))
+    )
+    dictionary = loaded(tmp_path, server, described("1014", 7, "DefaultValue=0x80"), mapped(
+        1, cob_id="0x40000180"))  # fmt: skip
+    places = (0x1014, 0), (0x1200, 1), (0x1200, 2), (0x1800, 1)
+    assert [dictionary.read(*place) for place in places] == [0x085, 0x605, 0x585, 0x40000185]
+
+
 def test_a_default_mapping_stands_above_attributes(tmp_path: Path) -> None:
     """What a file maps by default is mapped, though its PDOMapping denies it, and noted."""
     value = described("2000", 6, "PDOMapping=0", "DefaultValue=3", access="ro")

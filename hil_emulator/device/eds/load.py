@@ -76,6 +76,7 @@ def load(path: Path, node_id: int) -> DataSheet:
     report = Report(str(path))
     sheet = parse(read(path), report)
     _refuse_modular(sheet, report)
+    _note_node_id(sheet, node_id, report)
     _add_bindings(sheet)
     compact.add_pdos(sheet, report)
     standard_values.fill(sheet, report)
@@ -97,9 +98,19 @@ def commissioned(path: Path) -> int | None:
 
     """
     report = Report(str(path))
-    sheet = parse(read(path), report)
+    return _node_id(parse(read(path), report), report)
+
+
+def _node_id(sheet: Sheet, report: Report) -> int | None:
     found = [number(sheet.get(name), "NodeID", report) for name in _COMMISSIONING]
     return next(filter(None, found), None)
+
+
+def _note_node_id(sheet: Sheet, node_id: int, report: Report) -> None:
+    own = _node_id(sheet, report)
+    if own not in (None, node_id):
+        text = f"{own}, but this is node {node_id}; COB-IDs may be those of the other one"
+        report.note(_COMMISSIONING[0], "NodeID", text)
 
 
 def _refuse_modular(sheet: Sheet, report: Report) -> None:

@@ -54,7 +54,7 @@ class Section:
 
 
 class Sheet:
-    """All sections of a file, by name in any case."""
+    """All sections of a file, by name in any case, sub-indices with zeros in front or without."""
 
     def __init__(self) -> None:
         self._sections: dict[str, Section] = {}
@@ -63,15 +63,23 @@ class Sheet:
         return iter(list(self._sections.values()))
 
     def __contains__(self, name: str) -> bool:
-        return name.upper() in self._sections
+        return _plain(name) in self._sections
 
     def get(self, name: str) -> Section:
         """Return a section; an empty one where there is none of this name."""
-        return self._sections.get(name.upper()) or Section(name)
+        return self._sections.get(_plain(name)) or Section(name)
 
     def add(self, section: Section) -> None:
         """Add a section."""
-        self._sections[section.name.upper()] = section
+        self._sections[_plain(section.name)] = section
+
+
+def _plain(name: str) -> str:
+    """Return what all spellings of a section's name have in common."""
+    if not OBJECT_SECTION.match(name):
+        return name.upper()
+    index, _, subindex = name.upper().partition("SUB")
+    return f"{index}SUB{subindex.lstrip('0') or '0'}" if subindex else index
 
 
 def read(path: Path) -> str:

@@ -2,19 +2,23 @@
 
 A COB-ID without a value, or of 0, would be NMT's. The predefined connection set has one for each
 of the first four PDOs, for EMCY and for the SDO server; a further PDO does not exist until a master
-says where. An identity without values is that of `[DeviceInfo]`.
+says where. One that is that of node 0, such as 0x180, lacks its $NODEID; the SDO server that every
+device has, is where the node-ID puts it. An identity without values is that of `[DeviceInfo]`.
 """
 
 from collections.abc import Iterator
 
+from hil_emulator.device.cob_id import CAN_ID_MASK
 from hil_emulator.device.eds.report import Report
-from hil_emulator.device.eds.sections import Sheet
-from hil_emulator.device.eds.values import integer
+from hil_emulator.device.eds.sections import Section, Sheet
+from hil_emulator.device.eds.values import Value, integer
 from hil_emulator.device.pdo_records import MAX_PDOS, RPDO_COMMUNICATION, TPDO_COMMUNICATION
 
 PREDEFINED_PDOS = 4
 NO_PDO = "0x80000000"
 """Bit 31 of a COB-ID: the PDO does not exist (CiA 301 7.5.2.35)."""
+
+SDO_SERVER = "1200"
 
 _COB_IDS = {
     "1005": "0x80",
@@ -30,13 +34,12 @@ _IDENTITY = {1: "VendorNumber", 2: "ProductNumber", 3: "RevisionNumber"}
 
 def fill(sheet: Sheet, report: Report) -> None:
     """Give values to COB-IDs and to an identity that have none."""
-    for name, cob_id in _cob_ids():
-        if name in sheet and _zero(sheet, name):
-            sheet.get(name).set("DefaultValue", cob_id)
-            report.note(name, "DefaultValue", f"no COB-ID; {cob_id}")
+    for name, predefined in _cob_ids():
+        if name in sheet:
+            _complete(sheet.get(name), predefined, report)
     for subindex, key in _IDENTITY.items():
         name, text = f"1018sub{subindex}", sheet.get("DeviceInfo").get(key)
-        if name in sheet and text and not (_text(sheet, name)):
+        if name in sheet and text and not _text(sheet.get(name)):
             sheet.get(name).set("DefaultValue", text)
             report.note(name, "DefaultValue", f"missing; that of [DeviceInfo] {key}")
 
@@ -49,13 +52,24 @@ def _cob_ids() -> Iterator[tuple[str, str]]:
             yield f"{first + pdo:04X}sub1", predefined if pdo < PREDEFINED_PDOS else NO_PDO
 
 
-def _text(sheet: Sheet, name: str) -> str:
-    return sheet.get(name).get("ParameterValue") or sheet.get(name).get("DefaultValue")
-
-
-def _zero(sheet: Sheet, name: str) -> bool:
-    text = _text(sheet, name)
+def _complete(section: Section, predefined: str, report: Report) -> None:
+    """Give a COB-ID its value, or the node-ID that its value lacks."""
+    key = "ParameterValue" if section.get("ParameterValue") else "DefaultValue"
+    text = section.get(key)
     try:
-        return not text or not integer(text, 1).value & 0x7FF
+        given = integer(text) if text else Value(0)
     except ValueError:
-        return False  # whoever reads the value, notes it
+        given = Value(0)
+    if not given.value & CAN_ID_MASK and not given.relative:
+        section.set(key, predefined)
+        report.note(section.name, key, f"no COB-ID; {predefined}")
+    elif "$NODEID" in predefined and not given.relative:
+        base = integer(predefined).value
+        if section.name[:4] == SDO_SERVER or given.value & CAN_ID_MASK == base:
+            flags = given.value & ~CAN_ID_MASK
+            section.set(key, f"$NODEID+0x{flags | base:X}")
+            report.note(section.name, key, f"does not follow the node-ID; $NODEID+0x{base:X}")
+
+
+def _text(section: Section) -> str:
+    return section.get("ParameterValue") or section.get("DefaultValue")

@@ -38,7 +38,7 @@ def integer(text: str, node_id: int = 0) -> Value:
 
     """
     plain = re.sub(r"\s+", "", text.partition("#")[0]).upper()
-    odd = f"remark in the value {text!r}" if "#" in text else ""
+    odd = "a remark behind the value" if "#" in text else ""
     try:
         return Value(*_sum(plain, node_id), odd)
     except ValueError:

@@ -4,19 +4,24 @@ from collections.abc import Sequence
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency
-from hil_emulator.device.profiles.analogue_input import FIELD_VALUE
-from hil_emulator.device.profiles.encoder import POSITION, Encoder
+from hil_emulator.device.profiles import measuring_device, valve
+from hil_emulator.device.profiles.encoder import MULTI_POSITION, POSITION, Encoder
 from hil_emulator.device.profiles.measuring_device import MeasuringDevice
 from hil_emulator.device.profiles.profile import NoProfile, Profile
-from hil_emulator.device.profiles.valve import SET_POINT, ValveDriver
+from hil_emulator.device.profiles.valve import ValveDriver
 
 DEVICE_TYPE = 0x1000
 PROFILE_NUMBER = 0xFFFF
 """The low word of 0x1000 (CiA 301 7.5.2.1)."""
+ROTARY = range(1, 6)
+"""High word of 0x1000: encoders that count angle, which no channel is (CiA 406)."""
 
 
 def profile_of(dictionary: Dictionary, channels: Sequence[str], emergency: Emergency) -> Profile:
     """Return the profile the dictionary claims and has the objects of.
+
+    Objects that show a channel as a configuration scales it are left alone: whoever says what one
+    digit of a device is, knows it better than its profile.
 
     Args:
         dictionary: the node's dictionary.
@@ -24,11 +29,21 @@ def profile_of(dictionary: Dictionary, channels: Sequence[str], emergency: Emerg
         emergency: told of the profile's own errors.
 
     """
-    number = int(dictionary.entry(DEVICE_TYPE).value) & PROFILE_NUMBER
-    if number == 404 and FIELD_VALUE in dictionary:
-        return MeasuringDevice(dictionary, channels)
-    if number == 406 and POSITION in dictionary:
+    device_type = int(dictionary.entry(DEVICE_TYPE).value)
+    number, kind = device_type & PROFILE_NUMBER, device_type >> 16
+    if number == 404:
+        direct = measuring_device.shown_directly(dictionary, channels)
+        if not direct and measuring_device.complete(dictionary):
+            return MeasuringDevice(dictionary, channels)
+        measuring_device.scale_by_unit(dictionary, direct)
+    if number == 406 and kind not in ROTARY and _positions(dictionary):
         return Encoder(dictionary, channels)
-    if number == 408 and SET_POINT in dictionary:
+    if number == 408 and all(dictionary.get(*place) for place in valve.REQUIRED):
         return ValveDriver(dictionary, channels, emergency)
     return NoProfile()
+
+
+def _positions(dictionary: Dictionary) -> bool:
+    """Return whether there is a position, and its scale is left to the profile."""
+    found = [dictionary.get(POSITION), dictionary.get(MULTI_POSITION, 1)]
+    return any(found) and not any(dictionary.scaled(entry) for entry in found)

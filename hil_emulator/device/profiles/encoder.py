@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from hil_emulator.device.datatype import DATA_TYPES
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.measured import Measured
@@ -33,6 +34,7 @@ POSITION_ERROR = 0x0001
 FREQUENCY_EXCEEDED = 0x0001
 """Bit of 0x6505: faster than 0x6030 can tell."""
 
+_UNSIGNED16 = DATA_TYPES[0x06]
 _Limited = tuple[Entry, int, int]
 """An object and the limits of its type."""
 
@@ -85,15 +87,15 @@ class Encoder:
     def reset(self) -> None:
         """Take over the parameters, all at once."""
         parameters = self._value(OPERATING_PARAMETERS)
-        step = self._value(MEASURING_STEP, missing=1)
+        step = self._value(MEASURING_STEP, missing=1) or 1
         if parameters & SCALING:
-            step = self._value(STEP_SETTINGS, 1, missing=step)
+            step = self._value(STEP_SETTINGS, 1, missing=step) or 1
         self._step = step / STEPS_PER_METRE * (-1 if parameters & REVERSED else 1)
         self._range = self._value(TOTAL_RANGE)
         for entry in self._position_values:
             entry.factor = self._step
         if self._speed_value is not None:
-            step = self._value(STEP_SETTINGS, 2, missing=1)
+            step = self._value(STEP_SETTINGS, 2, missing=1) or 1
             self._speed_value.factor = step / STEPS_PER_METRE_PER_SECOND
         status = self._dictionary.get(OPERATING_STATUS)
         if status is not None:
@@ -149,8 +151,9 @@ class Encoder:
         return channels.index(signal)
 
     def _bits(self, index: int) -> Entry:
+        """Return an object of bits; one that the EDS has not is set for nobody."""
         self.sources[index, 0] = "profile"
-        return self._dictionary.entry(index)
+        return self._dictionary.get(index) or Entry(index, 0, "unlisted", _UNSIGNED16)
 
     def _value(self, index: int, subindex: int = 0, missing: int = 0) -> int:
         entry = self._dictionary.get(index, subindex)

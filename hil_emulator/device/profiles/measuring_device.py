@@ -7,8 +7,16 @@ from typing import Any
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.measured import Measured
-from hil_emulator.device.profiles.analogue_input import FIELD_VALUE, SIGNATURES, AnalogueInput
-from hil_emulator.errors import UserError
+from hil_emulator.device.profiles.analogue_input import (
+    DECIMAL_DIGITS,
+    FIELD_VALUE,
+    NET_VALUES,
+    PHYSICAL_UNIT,
+    PROCESS_VALUES,
+    SIGNATURES,
+    AnalogueInput,
+)
+from hil_emulator.device.profiles.physical_unit import si_unit
 
 FUNCTION_BLOCKS = range(0x6110, 0x61B0)
 """Parameters and values of the analogue inputs (CiA 404)."""
@@ -27,9 +35,6 @@ class MeasuringDevice:
         sources: by (index, sub-index), what feeds the inputs' values.
         triggers: one for each input.
 
-    Raises:
-        UserError: an input has no process value or no physical unit.
-
     """
 
     def __init__(self, dictionary: Dictionary, channels: Sequence[str]) -> None:
@@ -40,7 +45,7 @@ class MeasuringDevice:
             field = dictionary.get(FIELD_VALUE, number)
             if field is None:
                 break
-            self._inputs[number] = made = _input(dictionary, number)
+            self._inputs[number] = made = AnalogueInput(dictionary, number)
             if field.signal in channels:
                 self._wired.append((channels.index(field.signal), made))
                 for entry in made.shown:
@@ -86,11 +91,27 @@ class MeasuringDevice:
             self._inputs[entry.subindex].changed(entry)
 
 
-def _input(dictionary: Dictionary, number: int) -> AnalogueInput:
-    for index, what in ((0x6130, "process value"), (0x6131, "physical unit")):
-        if dictionary.get(index, number) is None:
-            raise UserError(
-                f"{dictionary.source}: input {number} of 0x6100 has no {what}; "
-                f"add [{index:04X}sub{number:X}] (CiA 404)"
-            )
-    return AnalogueInput(dictionary, number)
+def complete(dictionary: Dictionary) -> bool:
+    """Return whether there is an input, and each has a process value and a physical unit."""
+    numbers = [e.subindex for e in dictionary if e.index == FIELD_VALUE and e.subindex]
+    needed = (PROCESS_VALUES[0], PHYSICAL_UNIT)
+    return bool(numbers) and all(dictionary.get(i, n) for i in needed for n in numbers)
+
+
+def shown_directly(dictionary: Dictionary, channels: Sequence[str]) -> list[Entry]:
+    """Return the process values that show a channel themselves, rather than by a field value."""
+    values = (*PROCESS_VALUES, *NET_VALUES)
+    return [e for e in dictionary if e.index in values and e.signal in channels]
+
+
+def scale_by_unit(dictionary: Dictionary, shown: Sequence[Entry]) -> None:
+    """Give process values the unit and the decimal digits that their objects state (CiA 404)."""
+    for entry in shown:
+        coded = dictionary.get(PHYSICAL_UNIT, entry.subindex)
+        unit = None if coded is None else si_unit(int(coded.value))
+        if unit is None or dictionary.scaled(entry):
+            continue
+        places = dictionary.get(DECIMAL_DIGITS, entry.subindex)
+        whole = entry.type.kind == "integer" and places is not None
+        entry.unit = unit[0]
+        entry.factor = unit[1] * (10.0 ** -int(places.value) if whole and places else 1.0)

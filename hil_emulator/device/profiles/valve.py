@@ -28,6 +28,12 @@ SET_POINT, ACTUAL_VALUE = 0x6300, 0x6301
 DEMAND_VALUE, REFERENCE_VALUE, HOLD_SET_POINT = 0x6310, 0x6311, 0x6314
 PARAMETERS = range(0x6320, 0x6360)
 
+REQUIRED = (
+    (CONTROL_WORD, 0), (STATUS_WORD, 0), (DEVICE_MODE, 0), (ERROR_CODE, 0), (SET_POINT, VALUE),
+    (ACTUAL_VALUE, VALUE), (DEMAND_VALUE, VALUE), (REFERENCE_VALUE, VALUE), (HOLD_SET_POINT, VALUE),
+)  # fmt: skip
+"""Objects without which a driver is none of this profile, by index and sub-index."""
+
 SET_POINT_BY_BUS = 1
 """Device mode in which 0x6300 counts; the driver has no other source, so else HOLD's holds."""
 POSITION_MONITORING = 0x8301
@@ -46,7 +52,7 @@ class ValveDriver:
 
     Attributes:
         sources: by (index, sub-index), what feeds status word and values.
-        triggers: none.
+        triggers: each change of the status word is an event, with an event timer and without.
 
     """
 
@@ -54,7 +60,6 @@ class ValveDriver:
         self, dictionary: Dictionary, channels: Sequence[str], emergency: Emergency
     ) -> None:
         self.sources: dict[tuple[int, int], str] = {}
-        self.triggers: Sequence[Trigger] = ()
         self._emergency = emergency
         self._machine = StateMachine()
         self._control = dictionary.entry(CONTROL_WORD)
@@ -62,6 +67,7 @@ class ValveDriver:
         self._set_point = dictionary.entry(SET_POINT, VALUE)
         self._hold = dictionary.entry(HOLD_SET_POINT, VALUE)
         self._status = self._fed(dictionary.entry(STATUS_WORD))
+        self.triggers: Sequence[Trigger] = [Trigger(self._status, delta=1)]
         self._error = self._fed(dictionary.entry(ERROR_CODE))
         self._actual = self._fed(dictionary.entry(ACTUAL_VALUE, VALUE))
         self._demand = self._fed(dictionary.entry(DEMAND_VALUE, VALUE))

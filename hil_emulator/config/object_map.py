@@ -1,0 +1,155 @@
+"""`[[node]] map`: what objects of a node show and command, without a change to its EDS.
+
+map = {
+"0x6130:1" = "pressure_a",                                    # channel or command
+"0x2090:1" = { channel = "pressure_b", unit = "0.1 mbar" },   # one digit
+"0x6077:0" = 0,                                               # digits
+"0x2100"   = { ramp = [0, 500], time = "2 s" },               # digits, and then held
+"0x2101"   = { table = [["0 s", 20], ["5 s", 60]], repeat = true },
+"0x2102"   = { file = "oil.csv", column = "temperature" },    # first column: time in s
+}
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from hil_emulator.config.course_points import Points, points
+from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.units import to_si
+
+COMMAND_UNITS = {"valve_current": "A"}
+"""What a node may command, with its SI unit."""
+DEVICE_SIGNALS = ("sample_counter", "sample_time")
+"""What a node itself feeds."""
+
+_PLACE = re.compile(r"0[xX]([0-9A-Fa-f]{4})(?::([0-9A-Fa-f]{1,2}))?")
+_UNITS = {c.name: c.unit for c in CHANNELS} | COMMAND_UNITS
+_KEYS = {
+    "channel": ("unit",),
+    "command": ("unit",),
+    "constant": (),
+    "ramp": ("time", "repeat"),
+    "table": ("repeat",),
+    "file": ("column", "repeat"),
+}
+"""By the key that says what an object shows, the keys that may stand beside it."""
+
+
+@dataclass(frozen=True)
+class ObjectSettings:
+    """What one object shows or commands.
+
+    Attributes:
+        index: 16-bit index.
+        subindex: 8-bit sub-index.
+        signal: channel or command, "" for neither.
+        unit: SI unit of `factor`.
+        factor: what one digit stands for; None leaves it to the EDS.
+        constant: its value, None for none.
+        points: corners of its course over time, empty without one.
+        repeat: whether the course begins anew at its end.
+        column: where the course is in a CSV file: file and name of the column.
+
+    """
+
+    index: int
+    subindex: int
+    signal: str = ""
+    unit: str = ""
+    factor: float | None = None
+    constant: float | str | None = None
+    points: Points = ()
+    repeat: bool = False
+    column: tuple[str, str] | None = None
+
+    @property
+    def where(self) -> str:
+        """Index and sub-index as people write them."""
+        return f"0x{self.index:04X}:{self.subindex:02X}"
+
+
+def read_map(content: object) -> tuple[ObjectSettings, ...]:
+    """Return the settings of a table.
+
+    Raises:
+        ValueError: names the object and the mistake.
+
+    """
+    if not isinstance(content, Mapping):
+        raise ValueError('is a table of objects, such as { "0x6130:1" = "pressure_a" }')
+    found = tuple(_object(str(key), said) for key, said in content.items())
+    places = [settings.where for settings in found]
+    signals = [settings.signal for settings in found]
+    for settings in found:
+        if places.count(settings.where) > 1:
+            raise ValueError(f"{settings.where} stands there twice")
+        if settings.signal in COMMAND_UNITS and signals.count(settings.signal) > 1:
+            raise ValueError(f"two objects give the command {settings.signal}; keep one")
+    return found
+
+
+def _object(key: str, said: object) -> ObjectSettings:
+    place = _PLACE.fullmatch(key)
+    if place is None:
+        raise ValueError(f'{key!r} is not an object; write it as "0x6130:1", in hexadecimal')
+    index, subindex = int(place[1], 16), int(place[2] or "0", 16)
+    try:
+        return ObjectSettings(index, subindex, **_said(said))
+    except ValueError as error:
+        raise ValueError(f"{key}: {error}") from None
+
+
+def _said(said: object) -> dict[str, Any]:
+    """Return the fields of `ObjectSettings` that a value stands for."""
+    if isinstance(said, str):
+        return _signal(said, None)
+    if isinstance(said, int | float):
+        return _constant(said)
+    if not isinstance(said, Mapping):
+        raise ValueError(f"{said!r} is no name, number or table")
+    kinds = [kind for kind in _KEYS if kind in said]
+    if len(kinds) != 1:
+        raise ValueError(f"give one of {', '.join(_KEYS)}; found {', '.join(kinds) or 'none'}")
+    (kind,) = kinds
+    wrong = [key for key in said if key != kind and key not in _KEYS[kind]]
+    if wrong:
+        known = ", ".join(_KEYS[kind]) or "nothing"
+        raise ValueError(f"unknown key '{wrong[0]}'; beside {kind} may stand {known}")
+    return _of_kind(kind, said)
+
+
+def _of_kind(kind: str, said: Mapping[str, Any]) -> dict[str, Any]:
+    content = said[kind]
+    repeat = bool(said.get("repeat", False))
+    if kind in ("channel", "command"):
+        return _signal(str(content), said.get("unit"))
+    if kind == "constant":
+        return _constant(content)
+    if kind == "file":
+        return {"column": (str(content), str(said.get("column", ""))), "repeat": repeat}
+    if kind == "ramp":
+        if not isinstance(content, list) or len(content) != 2:
+            raise ValueError("a ramp goes from one value to another: ramp = [0, 500]")
+        content = [["0 s", content[0]], [said.get("time", ""), content[1]]]
+    return {"points": points(content), "repeat": repeat}
+
+
+def _constant(content: object) -> dict[str, Any]:
+    if isinstance(content, str) or (isinstance(content, int | float) and isfinite(content)):
+        return {"constant": content}
+    raise ValueError(f"constant {content!r} is no number or text")
+
+
+def _signal(name: str, unit: object) -> dict[str, Any]:
+    if name not in _UNITS and name not in DEVICE_SIGNALS:
+        known = ", ".join((*_UNITS, *DEVICE_SIGNALS))
+        raise ValueError(f"no channel or command {name!r}; there are {known}")
+    if unit is None or name in DEVICE_SIGNALS:
+        return {"signal": name}
+    factor = to_si(unit, _UNITS[name], f"1 {_UNITS[name]}")
+    if not factor:
+        raise ValueError("unit is what one digit stands for, so not 0")
+    return {"signal": name, "unit": _UNITS[name], "factor": factor}

@@ -1,0 +1,58 @@
+"""Objects that follow a course over time, whatever the plant does."""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+
+from hil_emulator.device.entry import Entry
+
+
+class Course:
+    """Values that change linearly from corner to corner.
+
+    Before its first corner and after its last the course holds their values; one that repeats
+    begins anew, at time 0, as soon as it has reached the last.
+
+    Args:
+        points: time [ns], rising, and value [digits] of each corner; at least one.
+        repeat: whether it begins anew.
+
+    """
+
+    def __init__(self, points: Sequence[tuple[int, float]], *, repeat: bool = False) -> None:
+        self._times = [time for time, _ in points]
+        self._values = [value for _, value in points]
+        self._repeat = repeat and self._times[-1] > 0
+
+    def value(self, now_ns: int) -> float:
+        """Return the value at a time."""
+        time = now_ns % self._times[-1] if self._repeat else now_ns
+        after = bisect_right(self._times, time)
+        if after == 0:
+            return self._values[0]
+        if after == len(self._times):
+            return self._values[-1]
+        begin, end = self._times[after - 1], self._times[after]
+        start, stop = self._values[after - 1], self._values[after]
+        return start + (stop - start) * (time - begin) / (end - begin)
+
+
+class Courses:
+    """The objects of a node that follow courses.
+
+    Args:
+        courses: by entry, which has to be a number.
+
+    Attributes:
+        sources: by (index, sub-index), that a course feeds it.
+
+    """
+
+    def __init__(self, courses: Sequence[tuple[Entry, Course]]) -> None:
+        self._followed = [(entry, course, *entry.bounds) for entry, course in courses]
+        self.sources = {(entry.index, entry.subindex): "course" for entry, _ in courses}
+
+    def publish(self, now_ns: int) -> None:
+        """Bring every object to its value of now, within its limits."""
+        for entry, course, low, high in self._followed:
+            value = min(max(course.value(now_ns), low), high)
+            entry.value = round(value) if entry.type.kind == "integer" else value
