@@ -54,7 +54,7 @@ ROOMS = {
         "recording", "signals", "simulation",
     },
     "testing": {
-        "canopen", "pytest", "bus", "config", "faults", "platform", "recording",
+        "canopen", "pytest", "bus", "config", "device", "faults", "platform", "recording",
         "signals", "simulation",
     },
 }  # fmt: skip

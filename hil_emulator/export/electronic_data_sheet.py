@@ -14,7 +14,8 @@ from typing import Any
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.eds.load import BINDING
-from hil_emulator.device.eds.sections import OBJECT_SECTION
+from hil_emulator.device.eds.report import Report
+from hil_emulator.device.eds.sections import OBJECT_SECTION, Section, parse, read
 from hil_emulator.device.entry import Entry
 
 OBJECT_KEYS = (
@@ -64,12 +65,12 @@ class _Sheet:
     def __init__(self, dictionary: Dictionary, file_name: str) -> None:
         self._dictionary = dictionary
         self._sections = _parser()
-        self._sections.read_string(Path(dictionary.source).read_text(encoding="latin-1"))
+        source = dictionary.source
+        self._sections.read_dict({"FileInfo": {"FileName": file_name}})
+        for section in parse(read(Path(source)), Report(source)):
+            self._sections.read_dict({section.name: _copied(section)})
         self._sections["FileInfo"]["FileName"] = file_name
         self._remarks = self._free_remarks()
-        for name in filter(OBJECT_SECTION.match, self._sections.sections()):
-            for key in self._sections[name].keys() - set(OBJECT_KEYS):
-                del self._sections[name][key]
         for entry, section in self._described():
             self._describe(entry, section)
 
@@ -145,6 +146,13 @@ class _Sheet:
     def _remark(self, section: configparser.SectionProxy, pairs: Sequence[str]) -> None:
         if pairs:
             self._remarks.append(f"{section.name}: {' '.join(pairs)}")
+
+
+def _copied(section: Section) -> dict[str, str]:
+    """Return the keys of a section that are copied, those of objects as CiA 306 spells them."""
+    if not OBJECT_SECTION.match(section.name):
+        return section.keys
+    return {key: section.get(key) for key in OBJECT_KEYS if key in section}
 
 
 def _parser() -> configparser.RawConfigParser:

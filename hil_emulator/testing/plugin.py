@@ -103,13 +103,13 @@ def can_bus(emulator: Emulator) -> Iterator[Any]:
 def network(emulator: Emulator) -> Iterator[LockStepNetwork]:
     """Yield a connected `canopen.Network` that knows the emulator's nodes by their EDS."""
     from hil_emulator.config.nodes import UNCONFIGURED
+    from hil_emulator.testing.known_objects import known_objects
     from hil_emulator.testing.lockstep_network import LockStepNetwork
 
     made = LockStepNetwork(emulator)
-    for settings in emulator.config.nodes:
-        if settings.id == UNCONFIGURED:
-            continue
-        made.add_node(settings.id, str(settings.eds))
+    for settings, node in zip(emulator.config.nodes, emulator.rig.nodes, strict=True):
+        if settings.id != UNCONFIGURED:
+            made.add_node(settings.id, known_objects(settings.eds, node.dictionary))
     emulator.tick()  # the boot-up message
     yield made
     made.disconnect()

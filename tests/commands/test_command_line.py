@@ -58,6 +58,23 @@ def test_check_shows_binding_pdos_and_bus_load() -> None:
     assert "warning" not in text
 
 
+def test_check_reports_what_is_odd_about_a_makers_file(
+    tmp_path: Path, layer: Callable[[str], Path]
+) -> None:
+    """Section, key and how it was taken; what holds its default; a bus too fast for the device."""
+    text = shipped("eds/hydraulic_actuator.eds").read_text()
+    eds = tmp_path / "odd.eds"
+    eds.write_text(
+        text.replace("[2010]\nParameterName=pressure_a\n", "[2010]\nParameterName=p\nHighLimit=?\n")
+        .replace("BaudRate_500=1", "BaudRate_500=0")
+    )  # fmt: skip
+    over = layer(f'[bus]\nbitrate = 500000\n[[node]]\nid = 5\neds = "{eds}"')
+    said = hil_emulator("check", REFERENCE, over).stdout
+    assert "note: [2010] HighLimit: '?' is no INTEGER16; no limit\n" in said
+    assert "note: TPDO1 shows what nothing feeds, so its default: 0x2010:00 p\n" in said
+    assert "odd.eds knows no bit rate of 500 kbit/s\n" in said
+
+
 def test_check_warns_of_what_will_not_run_well(layer: Callable[[str], Path]) -> None:
     """A step too wide for the machine and a bus too slow for its PDOs are named with numbers."""
     over = layer('[rig]\ntick = "1 ms"\nstep = "100 us"\n[bus]\nbitrate = 250000')

@@ -108,6 +108,15 @@ def test_default_pdos(encoder: Master) -> None:
     assert encoder.data(TPDO2) == [struct.pack("<i", 40000)]
 
 
+def test_the_device_type_maps_what_it_says(encoder: Master) -> None:
+    """0x00080196 is an absolute linear encoder: its position is 0x6004, not 0x6020 (CiA 406)."""
+    encoder.remote.tpdo.read()
+    assert encoder.remote.sdo[0x1000].raw == 0x00080196
+    assert [variable.index for n in (1, 2) for variable in encoder.remote.tpdo[n].map] == [
+        0x6004
+    ] * 2
+
+
 def test_speed_of_a_plant_without_velocity_is_not_bound() -> None:
     """Without a velocity channel nothing claims to feed the speed."""
     encoder = instrument("position_sensor", CHANNELS[:5])

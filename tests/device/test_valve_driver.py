@@ -295,6 +295,18 @@ def test_without_a_spool_sensor_the_actual_value_is_the_demand() -> None:
     assert valve.remote.sdo[0x6301][1].raw == 5000
 
 
+def test_a_change_of_state_does_not_wait_for_the_event_timer(valve: Master) -> None:
+    """Each new status word is told in the tick in which it is taken, by TPDO1, timer or not."""
+    valve.start()
+    valve.run(3)
+    valve.forget()
+    for word in (DISABLED, HOLD, ACTIVE):
+        control(valve, word)
+    valve.run(10)
+    told = [struct.unpack_from("<H", data)[0] for data in valve.data(TPDO1)]
+    assert told == [DISABLED, HOLD, ACTIVE]
+
+
 def test_default_pdos_are_those_of_real_drivers(valve: Master) -> None:
     """RPDO1 is control word and set point, TPDO1 status word and actual value each 100 ms."""
     valve.start()

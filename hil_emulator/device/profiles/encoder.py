@@ -45,7 +45,7 @@ STEPS_PER_METRE_PER_SECOND = 1e5
 
 
 class Encoder:
-    """A position sensor; the channels are those of the Signals of 0x6020:01 and 0x6030:01.
+    """A position sensor; the channels are the Signals of 0x6004 or 0x6020:01, and of 0x6030:01.
 
     Args:
         dictionary: the node's dictionary.
@@ -69,7 +69,8 @@ class Encoder:
         self._position_limited = [_limited(entry) for entry in self._position_values]
         self._speed_value = dictionary.get(SPEED, 1)
         self._speed_limited = None if self._speed_value is None else _limited(self._speed_value)
-        self._at = self._wire(channels, self._position_values[0].signal, *self._position_values)
+        signals = [entry.signal for entry in self._position_values if entry.signal in channels]
+        self._at = self._wire(channels, signals[0] if signals else "", *self._position_values)
         self._speed_at = None
         if self._speed_value is not None:
             self._speed_at = self._wire(channels, self._speed_value.signal, self._speed_value)

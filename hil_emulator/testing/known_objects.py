@@ -1,0 +1,48 @@
+"""What a stock master knows of a node whose EDS stock `canopen` cannot read."""
+
+import configparser
+from pathlib import Path
+
+import canopen
+from canopen.objectdictionary import ODRecord, ODVariable
+
+from hil_emulator.device.datatype import DATA_TYPES
+from hil_emulator.device.dictionary import Dictionary
+
+_CODES = {kind.name: code for code, kind in DATA_TYPES.items()}
+
+
+def known_objects(eds: Path, dictionary: Dictionary) -> canopen.ObjectDictionary:
+    """Return a node's objects as stock `canopen` has them.
+
+    Args:
+        eds: the node's file; read by `canopen`, if it can.
+        dictionary: what the emulator has made of it; records are then named by their index.
+
+    """
+    try:
+        return canopen.import_od(str(eds), dictionary.node_id)
+    except (configparser.Error, LookupError, ValueError, TypeError):
+        return _converted(dictionary)
+
+
+def _converted(dictionary: Dictionary) -> canopen.ObjectDictionary:
+    found = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
+    found.node_id = dictionary.node_id
+    several = {entry.index for entry in dictionary if entry.subindex}
+    for entry in dictionary:
+        variable = ODVariable(entry.name, entry.index, entry.subindex)
+        variable.data_type = _CODES[entry.type.name]
+        variable.access_type = entry.access
+        variable.pdo_mappable = entry.mappable
+        variable.default = entry.default
+        variable.factor, variable.unit = entry.factor, entry.unit
+        if entry.index not in several:
+            found.add_object(variable)
+            continue
+        if entry.index not in found:
+            found.add_object(ODRecord(f"0x{entry.index:04X}", entry.index))
+        record = found[entry.index]
+        assert isinstance(record, ODRecord)
+        record.add_member(variable)
+    return found
