@@ -75,7 +75,9 @@ class ProgramDownload:
 
     def check(self, entry: Entry, value: Any) -> None:
         """Refuse what the state forbids (0800 0022, 0800 0024) and unknown commands (0609 0030)."""
-        program = self._programs[entry.subindex]
+        program = self._programs.get(entry.subindex)
+        if program is None:
+            return  # some files let a master write how many programs there are
         if entry.index == PROGRAM_CONTROL and value not in list(Control):
             raise SdoAbort(AbortCode.INVALID_VALUE)
         if entry.index == PROGRAM_CONTROL and value in (Control.START, Control.RESET):
@@ -86,7 +88,9 @@ class ProgramDownload:
 
     def changed(self, entry: Entry) -> None:
         """Keep a program, or obey a command."""
-        program = self._programs[entry.subindex]
+        program = self._programs.get(entry.subindex)
+        if program is None:
+            return
         if entry.index == PROGRAM_DATA:
             program.data = entry.value
         else:

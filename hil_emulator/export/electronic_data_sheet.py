@@ -67,8 +67,8 @@ class _Sheet:
         self._sections = _parser()
         source = dictionary.source
         self._sections.read_dict({"FileInfo": {"FileName": file_name}})
-        for section in parse(read(Path(source)), Report(source)):
-            self._sections.read_dict({section.name: _copied(section)})
+        copied = {s.name: _copied(s) for s in parse(read(Path(source)), Report(source))}
+        self._sections.read_dict(copied)
         self._sections["FileInfo"]["FileName"] = file_name
         self._remarks = self._free_remarks()
         for entry, section in self._described():
