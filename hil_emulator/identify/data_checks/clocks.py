@@ -1,28 +1,24 @@
 """Channels from two loggers: a lag between quantities that physics ties together.
 
-Each pair moves together, the second after the first by a time that belongs to the machine: the rod
-follows the valve, the load cell follows the pressures, the load's acceleration follows them, too. A
-lag that grows with time belongs to two clocks; so does one that no actuator has.
+Quantities move together, one after the other by a time that belongs to the machine: the rod follows
+the valve, the load cell follows the pressures less friction, the forces of the motion follow them,
+too. A lag that grows with time belongs to two clocks; so does one that no actuator has.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import savgol_filter
 
+from hil_emulator.identify.data_checks.lags import FARTHEST, cross, lags_of, peak
 from hil_emulator.identify.measured.experiment import Array, Experiment
-
-LAG_WINDOW = 0.5
-"""Length of a stretch in which one lag is measured [s] (assumed)."""
-
-FARTHEST = 0.2
-"""Lag up to which a pair is compared [s] (assumed)."""
-
-LAG_CORRELATION = 0.6
-"""Correlation of a stretch from which its lag counts."""
 
 FEWEST_LAGS = 6
 """Stretches from which a drift can be told."""
+
+FEWEST_STEADY_LAGS = 4
+"""Stretches from which a lag that stays can be told (assumed)."""
 
 LAG_GROWTH = 12e-3
 """Growth of the lag within an experiment that is no machine's [s] (assumed): the lag of a rod
@@ -37,7 +33,26 @@ LAG = 0.05
 MOTION_WINDOW = 0.02
 """Time over which velocity and acceleration are fitted to the position [s]."""
 
-_Pair = tuple[str, str, Array, Array]
+DRY_FRICTION_SHARE = 0.1
+"""Part of the speed's deviation at which dry friction has its full size (assumed)."""
+
+
+@dataclass(frozen=True)
+class Following:
+    """Quantities that follow another one.
+
+    Attributes:
+        names: of what leads and of what follows.
+        leader: values of the one.
+        followers: values of the others; together, and with one lag, they account for it.
+        beside: what accounts for it without a lag.
+
+    """
+
+    names: tuple[str, str]
+    leader: Array
+    followers: tuple[Array, ...]
+    beside: tuple[Array, ...] = ()
 
 
 def two_clocks(
@@ -52,9 +67,10 @@ def two_clocks(
     """
     found = []
     for e in experiments:
-        for first, second, a, b in _pairs(e, force):
-            said = _said(a, b, e.period)
+        for following in _followings(e, force):
+            said = _said(following, e.period)
             if said:
+                first, second = following.names
                 found.append(
                     f"{e.name}: {second} follows {first} {said}; the channels come from two "
                     "clocks, so put them on one"
@@ -63,18 +79,27 @@ def two_clocks(
     return found
 
 
-def _pairs(e: Experiment, force: Callable[[Experiment], Array]) -> list[_Pair]:
-    pairs: list[_Pair] = []
+def _followings(e: Experiment, force: Callable[[Experiment], Array]) -> list[Following]:
+    found = []
     pressures = {"pressure_a", "pressure_b"} <= set(e.readings)
-    driven = len(e.current) > 0 and "position" in e.readings
-    if driven:
-        pairs.append(("valve_current", "position", e.current, motion(e, 1)))
+    moving = "position" in e.readings
+    if len(e.current) and moving:
+        found.append(Following(("valve_current", "position"), e.current, (motion(e, 1),)))
     if pressures and "load_force" in e.readings:
-        pairs.append(("pressure", "load_force", force(e), e.readings["load_force"]))
-    # friction makes this lag depend on frequency, which a chirp changes all the time
-    if pressures and "position" in e.readings and not driven:
-        pairs.append(("pressure", "position", force(e), motion(e, 2)))
-    return pairs
+        cell = e.readings["load_force"]
+        found.append(Following(("pressure", "load_force"), force(e), (cell,), friction(e)))
+    if pressures and moving:
+        inertia = motion(e, 2)
+        found.append(Following(("pressure", "position"), force(e), (inertia, *friction(e))))
+    return found
+
+
+def friction(e: Experiment) -> tuple[Array, ...]:
+    """Return viscous and dry friction, each of any size; nothing without a position."""
+    if "position" not in e.readings:
+        return ()
+    v = motion(e, 1)
+    return v, np.tanh(v / (DRY_FRICTION_SHARE * max(float(np.nanstd(v)), 1e-6)))
 
 
 def motion(e: Experiment, derivative: int) -> Array:
@@ -90,14 +115,16 @@ def motion(e: Experiment, derivative: int) -> Array:
     return np.asarray(np.where(good, values, np.nan))
 
 
-def _said(a: Array, b: Array, period: float) -> str:
-    """Return in words what is wrong with the lags of a pair, or ""."""
-    times, lags = lags_of(a, b, period)
-    if len(lags) < FEWEST_LAGS:
+def _said(f: Following, period: float) -> str:
+    """Return in words what is wrong with the lags, or ""."""
+    times, lags = lags_of(f.leader, f.followers, f.beside, period)
+    if len(lags) < FEWEST_STEADY_LAGS:
         return ""
     typical = float(np.median(lags))
     if abs(typical) > LAG and np.median(np.abs(lags - typical)) < 0.3 * abs(typical):
         return f"{typical * 1e3:.0f} ms late" if typical > 0 else f"{-typical * 1e3:.0f} ms early"
+    if len(lags) < FEWEST_LAGS:
+        return ""
     design = np.column_stack([np.ones(len(times)), times - times.mean()])
     (_, slope), *_ = np.linalg.lstsq(design, lags, rcond=None)
     rest = lags - design @ np.array([lags.mean(), slope])
@@ -112,22 +139,6 @@ def _said(a: Array, b: Array, period: float) -> str:
     )
 
 
-def lags_of(a: Array, b: Array, period: float) -> tuple[Array, Array]:
-    """Return times and lags [s] of `b` after `a` in the stretches where both move alike."""
-    length = round(LAG_WINDOW / period)
-    reach = round(FARTHEST / period)
-    times, lags = [], []
-    for start in range(0, len(a) - length + 1, max(1, length // 2)):
-        one, other = a[start : start + length], b[start : start + length]
-        if not (np.isfinite(one).all() and np.isfinite(other).all()):
-            continue
-        lag, likeness = _lag(one - one.mean(), other - other.mean(), min(reach, length // 2))
-        if likeness > LAG_CORRELATION and abs(lag) < min(reach, length // 2):
-            times.append((start + 0.5 * length) * period)
-            lags.append(lag * period)
-    return np.array(times), np.array(lags)
-
-
 def likeness(a: Array, b: Array, period: float) -> float:
     """Return the largest correlation of two channels at any lag."""
     good = np.isfinite(a) & np.isfinite(b)
@@ -135,21 +146,10 @@ def likeness(a: Array, b: Array, period: float) -> float:
         return 0.0
     one = np.where(good, a - np.mean(a[good]), 0.0)
     other = np.where(good, b - np.mean(b[good]), 0.0)
-    return _lag(one, other, min(round(FARTHEST / period), len(a) // 4))[1]
-
-
-def _lag(a: Array, b: Array, reach: int) -> tuple[float, float]:
-    """Return the lag in samples at which the correlation is largest, and that correlation."""
-    scale = float(np.sqrt(np.sum(a**2) * np.sum(b**2)))
+    scale = float(np.sqrt(np.sum(one**2) * np.sum(other**2)))
     if scale <= 0.0:
-        return 0.0, 0.0
-    size = 2 ** int(np.ceil(np.log2(2 * len(a))))
-    product = np.fft.irfft(np.fft.rfft(b, size) * np.conj(np.fft.rfft(a, size)), size)
-    around = np.concatenate([product[-reach:], product[: reach + 1]]) / scale
-    peak = int(np.argmax(around))
-    if not 0 < peak < len(around) - 1:
-        return float(peak - reach), float(around[peak])
-    left, top, right = around[peak - 1 : peak + 2]
-    bend = left - 2.0 * top + right
-    shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
-    return peak - reach + shift, float(top)
+        return 0.0
+    return (
+        peak(cross(one, other[:, None], min(round(FARTHEST / period), len(a) // 4))[:, 0])[1]
+        / scale
+    )

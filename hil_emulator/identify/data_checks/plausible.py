@@ -101,7 +101,7 @@ def _loaded(e: Experiment, plant: Mapping[str, float]) -> str:
         return ""
     if exchanged := _exchanged(e, plant):
         return exchanged
-    alike = _accounted(force, [measured, *_friction(e)])
+    alike = _accounted(force, [measured, *clocks.friction(e)])
     clear = all(np.nanstd(x) > CLEAR * noise_of(x) for x in (force, measured))
     if clear and alike < UNRELATED:
         return (
@@ -121,18 +121,10 @@ def _exchanged(e: Experiment, plant: Mapping[str, float]) -> str:
         "pressure_a": e.readings["pressure_b"], "pressure_b": e.readings["pressure_a"]
     }  # fmt: skip
     both = hydraulic_force(e, plant), hydraulic_force(replace(e, readings=swapped), plant)
-    right, other = (_accounted(force, [*columns, *_friction(e)]) for force in both)
+    right, other = (_accounted(force, [*columns, *clocks.friction(e)]) for force in both)
     if other < right + BETTER or other < RELATED:
         return ""
     return "the pressures fit the motion if they change places; exchange pressure_a and pressure_b"
-
-
-def _friction(e: Experiment) -> list[Array]:
-    """Return viscous and dry friction of any size."""
-    if "position" not in e.readings:
-        return []
-    v = clocks.motion(e, 1)
-    return [v, np.tanh(v / (0.1 * max(float(np.nanstd(v)), 1e-6)))]
 
 
 def _accounted(force: Array, columns: Sequence[Array]) -> float:
