@@ -10,7 +10,7 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import formats
-from hil_emulator.identify.measured.data import experiment
+from hil_emulator.identify.measured.data import experiments as experiments_of
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
 from hil_emulator.identify.measured.reading import digest_of, read, recording
@@ -55,17 +55,17 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
 
     """
     carriers, sync_id = _carriers(files, config, meaning)
-    found = []
+    found: list[Experiment] = []
     for file in files:
         ending = file.suffix.lower()
         if ending in capture.SUFFIXES:
             digest = digest_of(file)
             table = capture.read(file, carriers, sync_id, meaning.rated_current)
-            found.append(experiment(recording(file, table, digest)))
+            found += experiments_of(recording(file, table, digest))
         elif ending == SUFFIX:
-            found.append(experiment(recording(file, _journal(file), digest_of(file))))
+            found += experiments_of(recording(file, _journal(file), digest_of(file)))
         elif ending in formats.READERS:
-            found.append(experiment(read(file, meaning.names)))
+            found += experiments_of(read(file, meaning.names))
         else:
             raise UserError(f"{file}: unknown ending; recorded data end in {', '.join(ENDINGS)}")
     return found

@@ -100,3 +100,31 @@ def test_an_irregular_clock_is_resampled_and_reported(tmp_path: Path) -> None:
     assert any("irregular" in note for note in read.notes)
     assert read.period == pytest.approx(0.01, rel=0.02)
     np.testing.assert_allclose(np.diff(read.readings["position"]), read.period, rtol=1e-6)
+
+
+def test_a_clock_that_starts_again_makes_two_experiments(tmp_path: Path) -> None:
+    """Two runs in one file are two experiments, whichever times they cover; none is sorted in."""
+    for begin in (0.0, 0.1, -5.0):
+        time = np.concatenate([TIME, TIME[:150] + begin])
+        position = np.concatenate([TIME, 1.0 - TIME[:150]]) * 1e3
+        file = written(tmp_path, "time [s],position [mm]", [time + 7.0, position])
+        first, second = load_experiments([file])
+        assert (first.name, second.name) == ("log.csv#1", "log.csv#2")
+        np.testing.assert_allclose(first.readings["position"], TIME, atol=1e-9)
+        np.testing.assert_allclose(second.readings["position"], 1.0 - TIME[:150], atol=1e-9)
+        assert any("time starts again 1 times" in note for note in first.notes)
+
+
+def test_a_short_rest_after_a_restart_is_left_out(tmp_path: Path) -> None:
+    """Ten samples after the clock began again are no experiment; the first run is."""
+    time = np.concatenate([TIME, TIME[:10]])
+    (first,) = load_experiments([written(tmp_path, "time [s],position [mm]", [time, time])])
+    assert first.samples == len(TIME)
+    assert any("1 with less than 50 samples left out" in note for note in first.notes)
+
+
+def test_rows_in_disorder_are_one_experiment(tmp_path: Path) -> None:
+    """Rows shuffled through and through come from one clock."""
+    time = np.random.default_rng(1).permutation(TIME)
+    (read,) = load_experiments([written(tmp_path, "time [s],position [mm]", [time, time * 1e3])])
+    np.testing.assert_allclose(np.diff(read.readings["position"]), 1e-3, atol=1e-9)

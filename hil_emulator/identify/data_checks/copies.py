@@ -33,7 +33,7 @@ def counted(
     """
     every = [*training, *validation]
     for i, e in enumerate(every):
-        if e.digest and e.digest in [other.digest for other in every[:i]]:
+        if any(_identical(e, other) for other in every[:i]):
             raise UserError(f"{e.name}: given twice; held-out data must be another experiment")
     noises = [_noises(e) for e in every]
     found = []
@@ -47,6 +47,15 @@ def counted(
             e = replace(e, copies=1 + len(twins), notes=(*e.notes, note))
         found.append(e)
     return found[: len(training)], found[len(training) :]
+
+
+def _identical(a: Experiment, b: Experiment) -> bool:
+    """Tell whether two experiments are the same part of the same file."""
+    return bool(
+        a.digest and a.digest == b.digest and a.samples == b.samples
+        and all(np.array_equal(v, b.readings.get(n, 0.0), equal_nan=True)
+                for n, v in a.readings.items())
+    )  # fmt: skip
 
 
 def _noises(e: Experiment) -> dict[str, Array]:

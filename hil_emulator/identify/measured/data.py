@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from hil_emulator.identify.measured import grid
+from hil_emulator.identify.measured.bad_samples import without_bad_samples
 from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment
 from hil_emulator.identify.measured.reading import SET_POINT, MeasuredFile, read
+from hil_emulator.identify.measured.restarts import pieces
 
 DEAD = 1e-9
 """Change of a channel over its span below which it shows nothing."""
@@ -32,30 +34,32 @@ def load_experiments(
         UserError: if a file cannot be used.
 
     """
-    return [experiment(read(file, names)) for file in files]
+    return [e for file in files for e in experiments(read(file, names))]
 
 
-def experiment(recording: MeasuredFile) -> Experiment:
-    """Bring a recording to a uniform grid and report what was found.
+def experiments(recording: MeasuredFile) -> list[Experiment]:
+    """Bring each experiment of a recording to a uniform grid and report what was found.
 
     Raises:
         UserError: if there are too few samples, or two clocks.
 
     """
+    return [_experiment(piece) for piece in pieces(recording)]
+
+
+def _experiment(recording: MeasuredFile) -> Experiment:
     notes: list[str] = list(recording.notes)
     if recording.ignored:
         notes.append(f"ignored columns: {_some(recording.ignored)}")
-    series = grid.ordered(recording.series, notes)
-    period, columns = grid.uniform(str(recording.file), series, notes)
+    series = without_bad_samples(grid.ordered(recording.series, notes), notes)
+    period, columns = grid.uniform(f"{recording.file}{recording.part}", series, notes)
     current = columns.pop(SET_POINT, np.zeros(0))
     if len(current) and recording.set_point_first:
         current = np.append(current[1:], current[-1])
     current, columns = _held(current, columns, notes)
     _inspect(columns, notes)
     readings = {n: v for n, v in columns.items() if np.isfinite(v).any()}
-    return Experiment(
-        recording.file.name, period, current, readings, tuple(notes), recording.digest
-    )
+    return Experiment(recording.name, period, current, readings, tuple(notes), recording.digest)
 
 
 def _some(names: Sequence[str]) -> str:
@@ -76,7 +80,7 @@ def _held(
         current, good = current[first:], good[first:]
         columns = {n: v[first:] for n, v in columns.items()}
     if not good.all():
-        notes.append(f"{SET_POINT}: {int(np.sum(~good))} missing values were held")
+        notes.append(f"{SET_POINT}: {int(np.sum(~good))} missing values; the one before was held")
     last = np.maximum.accumulate(np.where(good, np.arange(len(current)), 0))
     return np.asarray(current[last]), columns
 

@@ -50,6 +50,7 @@ class MeasuredFile:
         set_point_first: see `formats.table.LogTable`.
         ignored: columns that identification does not know.
         notes: what was found while reading.
+        part: which of several experiments in the file it is, such as "#2"; "" for the only one.
 
     """
 
@@ -59,6 +60,12 @@ class MeasuredFile:
     set_point_first: bool
     ignored: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    part: str = ""
+
+    @property
+    def name(self) -> str:
+        """The file's name, and which part of it this is."""
+        return f"{self.file.name}{self.part}"
 
 
 def read(file: Path, names: Mapping[str, str] | None = None) -> MeasuredFile:
