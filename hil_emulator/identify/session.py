@@ -15,6 +15,7 @@ from hil_emulator.identify.conclusion import account
 from hil_emulator.identify.conclusion.conclude import conclude
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.copies import counted
+from hil_emulator.identify.data_checks.sound import without_contradictions
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.cluster_pool import ClusterPool
@@ -93,12 +94,15 @@ def _identified(
     question: Question, pooled: Pools, tell: Tell, cache: Path | None,
 ) -> Result:  # fmt: skip
     model = PlantModel(config, cache)
-    learn, check = counted(*_split(training, validation))
-    notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
+    learn, check, left_out = without_contradictions(
+        *counted(training, validation), model.plant_values
+    )
+    learn, check = _split(learn, check)
+    notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     predictor, learn, check, why = predicting(model, learn, check)
     if predictor is None:
         return Result("cannot_examine", why, notes=notes)
-    notes = [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
+    notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     model = predictor.model
     candidates = _chosen(examinable(model, predictor), question)
     nuisances = parameters.ordinary(model, priors(predictor))

@@ -1,11 +1,14 @@
 """What cannot be examined is said, with the reason; nothing crashes and nothing gets a name."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hil_emulator.identify.data_checks.sound import without_contradictions
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import identify
-from tests.identify.rig_data import CACHE, knee
+from tests.identify.rig_data import CACHE, knee, knee_model, recorded
 
 TIME = np.arange(1000) * 1e-3
 WAVE = np.sin(2.0 * np.pi * 1.5 * TIME)
@@ -48,3 +51,16 @@ def test_load_force_against_the_pressures_is_refused() -> None:
     result = identify(knee(), [log(load_force=-force)], cache=CACHE)
     assert result.verdict == "cannot_examine"
     assert "load force and pressures are opposite" in result.reason
+
+
+def test_one_contradictory_log_is_left_out_by_name() -> None:
+    """A load cell of the wrong sign in one log of three does not keep the others from use."""
+    good = [recorded({}, kind, i) for i, kind in enumerate(("multisine", "steps"))]
+    wrong = recorded({}, "triangles", 5)
+    wrong = replace(wrong, readings=wrong.readings | {"load_force": -wrong.readings["load_force"]})
+    plant = knee_model().plant_values
+    train, check, notes = without_contradictions([good[0], wrong], [good[1]], plant)
+    assert (train, check) == ([good[0]], [good[1]])
+    assert len(notes) == 1
+    assert notes[0].startswith("left out: triangles-5: load force and pressures are opposite")
+    assert without_contradictions([wrong], [good[1]], plant) == ([wrong], [good[1]], [])

@@ -148,7 +148,7 @@ def _usual(values: Array) -> Array:
     steps = np.abs(np.diff(values))
     moved = steps[steps > 0.0]
     floor = float(np.median(moved)) if len(moved) else np.inf
-    return np.maximum(np.repeat(around, DEVIATION_WINDOW)[: len(size)], floor)
+    return np.asarray(np.maximum(np.repeat(around, DEVIATION_WINDOW)[: len(size)], floor))
 
 
 def _alone_odd(values: Array, run: _Rows, predicted: Array, deviation: float) -> bool:

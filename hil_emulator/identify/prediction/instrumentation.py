@@ -2,9 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from hil_emulator.identify.data_checks import plausible
+from hil_emulator.identify.data_checks.sound import DRIVEN, travel
 from hil_emulator.identify.measured.experiment import FLOW, Experiment
 from hil_emulator.identify.prediction import parameters, static
 from hil_emulator.identify.prediction.flow_bench import FLOW_PRIORS, FlowBench, flow_bench
@@ -14,9 +13,6 @@ from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.valve_bench import VOLUME_PRIORS, ValveBench, bench
 from hil_emulator.model.sensors import CHANNELS
-
-DRIVEN = 0.2e-3
-"""Least travel of a rod that was moved at all [m] (assumed)."""
 
 SLOWEST = 5e-3
 """Longest sample period that shows a hydraulic mode of some 50 Hz [s]."""
@@ -41,8 +37,7 @@ def predicting(
         c.name for c in CHANNELS
         if not c.differenced and all(c.name in e.readings for e in everything)
     )  # fmt: skip
-    travels = [float(np.ptp(x[np.isfinite(x)])) for x in
-               (e.readings.get("position", np.zeros(1)) for e in everything)]  # fmt: skip
+    travels = [travel(e) for e in everything]
     if any(FLOW in e.readings for e in everything) and max(travels) < DRIVEN:
         metered, why = flow_bench(model, everything)
         return metered, learn, check, why
