@@ -248,7 +248,8 @@ def _meaning(said: dict[str, Any]) -> Any:
     from hil_emulator.commands.logs import Meaning, pairs
 
     names = pairs(said.pop("channels"))
-    return Meaning(names=names, **said)
+    headings = [cell.strip() for cell in said.pop("columns").split(",") if cell.strip()]
+    return Meaning(names=names, headings=headings, **said)
 
 
 @main.command(cls=Examination)

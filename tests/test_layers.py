@@ -27,7 +27,7 @@ ROOMS = {
     "faults": {"signals", "device", "model"},
     "recording": {"numpy", "scipy", "bus", "config", "device", "export", "model", "signals"},
     "remote": {"faults", "signals"},
-    "identify/measured": {"numpy", "model"},
+    "identify/measured": {"numpy", "scipy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},
     "identify/prediction": {"numpy", "numba", "scipy", "model", "config", "platform"},
     "identify/estimation": {"numpy"},

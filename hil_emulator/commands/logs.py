@@ -18,7 +18,7 @@ from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.recording import SUFFIX, journal
 from hil_emulator.simulation.rig import nodes
 
-ENDINGS = (*formats.READERS, SUFFIX, *capture.SUFFIXES)
+ENDINGS = (*formats.ENDINGS, SUFFIX, *capture.SUFFIXES)
 """Endings of files that can be examined."""
 
 
@@ -31,6 +31,7 @@ class Meaning:
         sheets: EDS and DCF files that do.
         node_ids: node-IDs of those that are EDS files, in their order.
         names: channel by the name that the data have for it, where they differ.
+        headings: names and units of the columns of files that do not tell.
         rated_current: what 100 % of a set point that is a share are [A].
 
     """
@@ -39,6 +40,7 @@ class Meaning:
     sheets: Sequence[Path] = ()
     node_ids: Sequence[int] = ()
     names: Mapping[str, str] = field(default_factory=dict)
+    headings: Sequence[str] = ()
     rated_current: float | None = None
 
 
@@ -64,8 +66,8 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
             found += experiments_of(recording(file, table, digest))
         elif ending == SUFFIX:
             found += experiments_of(recording(file, _journal(file), digest_of(file)))
-        elif ending in formats.READERS:
-            found += experiments_of(read(file, meaning.names))
+        elif ending in formats.ENDINGS:
+            found += experiments_of(read(file, meaning.names, meaning.headings))
         else:
             raise UserError(f"{file}: unknown ending; recorded data end in {', '.join(ENDINGS)}")
     return found

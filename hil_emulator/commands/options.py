@@ -107,6 +107,10 @@ def recordings(function: Any) -> Any:
             help="What a channel is called in the data, such as position=CylPos.",
         ),
         click.option(
+            "--columns", default="", metavar="NAME [UNIT],...",
+            help='Columns of files without a header, such as "time [s],position [mm]".',
+        ),
+        click.option(
             "--node", "node_ids", multiple=True, type=click.IntRange(1, 127),
             help="Node-ID of an --eds file that states none.",
         ),

@@ -22,19 +22,20 @@ IMPLAUSIBLE_SPANS = 3.0
 
 
 def load_experiments(
-    files: Sequence[Path], names: Mapping[str, str] | None = None
+    files: Sequence[Path], names: Mapping[str, str] | None = None, headings: Sequence[str] = ()
 ) -> list[Experiment]:
     """Read experiments.
 
     Args:
         files: tables in a format of `formats`.
         names: channel by the name that the files have for it, where they differ.
+        headings: names and units of their columns, where the files do not tell.
 
     Raises:
         UserError: if a file cannot be used.
 
     """
-    return [e for file in files for e in experiments(read(file, names))]
+    return [e for file in files for e in experiments(read(file, names, headings))]
 
 
 def experiments(recording: MeasuredFile) -> list[Experiment]:

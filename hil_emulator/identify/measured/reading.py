@@ -3,7 +3,7 @@
 import difflib
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,19 +68,22 @@ class MeasuredFile:
         return f"{self.file.name}{self.part}"
 
 
-def read(file: Path, names: Mapping[str, str] | None = None) -> MeasuredFile:
+def read(
+    file: Path, names: Mapping[str, str] | None = None, headings: Sequence[str] = ()
+) -> MeasuredFile:
     """Read a recording in one of the formats of `formats`.
 
     Args:
         file: the file.
         names: channel by the name that the file has for it, where they differ.
+        headings: names and units of its columns, if the file does not tell.
 
     Raises:
         UserError: if the file is missing, damaged, or without a usable column.
 
     """
     digest = digest_of(file)
-    return recording(file, formats.read(file), digest, names)
+    return recording(file, formats.read(file, headings), digest, names)
 
 
 def digest_of(file: Path) -> str:
@@ -140,7 +143,26 @@ def _renamed(
         if theirs not in [c.name for c in columns]:
             raise UserError(f"{file}: no column is called {theirs}; its columns are "
                             f"{_listed(columns)}")  # fmt: skip
-    return tuple(LogColumn(names.get(c.name, c.name), c.unit, c.values, c.time) for c in columns)
+    return tuple(_named(c, names) for c in columns)
+
+
+def _named(column: LogColumn, names: Mapping[str, str]) -> LogColumn:
+    """Return a column by its channel's name: `Position` and `position_mm` are positions."""
+    name, unit = names.get(column.name, column.name), column.unit
+    if name not in KNOWN and name.lower() in KNOWN:
+        name = name.lower()
+    head, _, end = name.rpartition("_")
+    if name not in KNOWN and head.lower() in KNOWN and unit is None and _is_unit(end, head.lower()):
+        name, unit = head.lower(), end
+    return LogColumn(name, unit, column.values, column.time)
+
+
+def _is_unit(text: str, channel: str) -> bool:
+    try:
+        factor(KNOWN[channel], text)
+    except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
+        return False
+    return True
 
 
 def _factor(file: Path, column: LogColumn) -> float:

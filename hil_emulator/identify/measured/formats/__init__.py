@@ -2,45 +2,70 @@
 
 | ending | format | names and units | times |
 |---|---|---|---|
-| .csv .txt | comma-separated | header `name [unit]` | the column `time` |
+| .csv .txt .tsv | text in columns | header `name [unit]`, or a row of units | the column `time` |
+| .xlsx | Excel | the same | the same |
+| .lvm | LabVIEW measurement | the channels' own | X columns or rate |
+| .tdms | LabVIEW, DIAdem | the channels' own | waveform rate, or the column `time` |
+| .mat | MATLAB | `name_unit`, or a structure `units` | the vector `time` |
 | .npz | recording of the emulator | its table of units | the column `time` |
 | .parquet | Apache Parquet | `name [unit]`, or metadata `unit` of the field | the column `time` |
 | .mf4 .mdf .dat | ASAM MDF | the channels' own | the channel groups' own |
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats import (
-    comma_separated,
+    delimited_text,
+    labview_binary,
+    labview_text,
+    matlab,
     measurement_data,
     numpy_archive,
     parquet,
+    spreadsheet,
 )
 from hil_emulator.identify.measured.formats.table import LogTable
 
-READERS: dict[str, Callable[[Path], LogTable]] = {
-    ".csv": comma_separated.read,
-    ".txt": comma_separated.read,
+NAMED: dict[str, Callable[[Path, Sequence[str]], LogTable]] = {
+    ".csv": delimited_text.read,
+    ".txt": delimited_text.read,
+    ".tsv": delimited_text.read,
+    ".xlsx": spreadsheet.read,
+    ".mat": matlab.read,
+}
+"""What reads each ending, in lower case, whose columns may have to be named."""
+
+OTHERS: dict[str, Callable[[Path], LogTable]] = {
+    ".lvm": labview_text.read,
+    ".tdms": labview_binary.read,
     ".npz": numpy_archive.read,
     ".parquet": parquet.read,
     ".mf4": measurement_data.read,
     ".mdf": measurement_data.read,
     ".dat": measurement_data.read,
 }
-"""What reads each ending, in lower case."""
+"""What reads each other ending."""
+
+ENDINGS = (*NAMED, *OTHERS)
 
 
-def read(file: Path) -> LogTable:
+def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     """Read a file in the format of its ending.
+
+    Args:
+        file: the file.
+        headings: names and units of its columns, such as "position [mm]", if it does not tell.
 
     Raises:
         UserError: if the ending is unknown, the file is damaged, or its format needs a package
             that is not installed.
 
     """
-    reader = READERS.get(file.suffix.lower())
-    if reader is None:
-        raise UserError(f"{file}: unknown ending; a table of columns ends in {', '.join(READERS)}")
-    return reader(file)
+    ending = file.suffix.lower()
+    if ending in NAMED:
+        return NAMED[ending](file, headings)
+    if ending in OTHERS:
+        return OTHERS[ending](file)
+    raise UserError(f"{file}: unknown ending; a table of columns ends in {', '.join(ENDINGS)}")

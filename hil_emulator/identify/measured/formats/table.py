@@ -9,7 +9,9 @@ from typing import Any
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array
 
-_LABEL = re.compile(r"^\s*(?P<name>[^\[\]]+?)\s*\[\s*(?P<unit>[^\[\]]*)\s*\]\s*$")
+_LABEL = re.compile(
+    r"^\s*(?P<name>[^\[\]()]+?)\s*(\[\s*(?P<unit>[^\[\]]*)\s*\]|\((?P<other>[^()\[\]]*)\))\s*$"
+)
 
 
 @dataclass(frozen=True)
@@ -48,15 +50,22 @@ class LogTable:
 
 
 def label(text: str) -> tuple[str, str | None]:
-    """Return name and unit of a heading such as `position [mm]`; no brackets, no unit."""
+    """Return name and unit of a heading such as `position [mm]` or `position (mm)`."""
     match = _LABEL.match(text)
     if match is None:
         return text.strip(), None
-    return match["name"].strip(), match["unit"].strip() or "1"
+    unit = match["unit"] if match["unit"] is not None else match["other"]
+    return match["name"].strip(), unit.strip() or "1"
 
 
-def module(name: str, file: Path) -> Any:
+def module(name: str, file: Path, extra: str = "recording", package: str = "") -> Any:
     """Import what a format needs, or say what to install.
+
+    Args:
+        name: of the module.
+        file: that needs it.
+        extra: of this package that brings it.
+        package: what it is called where it is installed from, if not like the module.
 
     Raises:
         UserError: if the package is not there.
@@ -65,8 +74,8 @@ def module(name: str, file: Path) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        package = name.partition(".")[0]
+        package = package or name.partition(".")[0]
         raise UserError(
             f"{file}: reading it needs {package}, which is not installed; "
-            "pip install 'hil-emulator[recording]'"
+            f"pip install 'hil-emulator[{extra}]'"
         ) from None

@@ -1,0 +1,198 @@
+"""Rows of cells, as text files and spreadsheets hold them: header, units, times and numbers."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label
+
+Row = Sequence[str]
+
+DAY = 86400.0
+"""Length of a day [s]: a clock without a date begins again after it."""
+
+_CLOCK = re.compile(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?$")
+_DAY_FIRST = re.compile(
+    r"^(\d{1,2})[./](\d{1,2})[./](\d{4})[ T]+(\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?)$"
+)
+_UNIT = re.compile(r"^[\[(]?\s*([^\d\s\[\]()][^\s\[\]()]*|-|1)?\s*[\])]?$")
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where things are in rows.
+
+    Attributes:
+        heads: name and unit of each column.
+        first: the first row of numbers.
+        notes: what was assumed.
+
+    """
+
+    heads: list[tuple[str, str | None]]
+    first: int
+    notes: list[str]
+
+
+def table(
+    file: Path, rows: Sequence[Row], decimal_comma: bool = False, headings: Sequence[str] = ()
+) -> LogTable:
+    """Return the columns of rows.
+
+    Args:
+        file: where they come from, for messages.
+        rows: cells as text; an empty one is missing.
+        decimal_comma: whether numbers have a comma for a point.
+        headings: names and units of the columns, in place of those in the file.
+
+    Raises:
+        UserError: if there is no header, or a row is longer than it.
+
+    """
+    found = _located(file, rows, decimal_comma, headings)
+    cells = rows[found.first :]
+    width = len(found.heads)
+    for i, row in enumerate(cells):
+        if len(row) > width and any(cell.strip() for cell in row[width:]):
+            raise UserError(
+                f"{file}: row {found.first + i + 1} has {len(row)} cells, the header has {width}"
+            )
+    columns = [
+        _column(head, [row[i] if i < len(row) else "" for row in cells], decimal_comma, found.notes)
+        for i, head in enumerate(found.heads)
+    ]
+    return LogTable(_with_time(columns, found.notes), notes=tuple(found.notes))
+
+
+def _located(
+    file: Path, rows: Sequence[Row], decimal_comma: bool, headings: Sequence[str]
+) -> Found:
+    """Find the header: the row above the numbers, or above a row of units."""
+    notes: list[str] = []
+    numeric = (i for i, row in enumerate(rows) if _holds_numbers(row, decimal_comma))
+    first = next(numeric, len(rows))
+    if headings:
+        heads = [label(h) for h in headings]
+        if first < len(rows) and len(rows[first]) != len(heads):
+            raise UserError(
+                f"{file}: --columns names {len(heads)} columns, and the rows have "
+                f"{len(rows[first])} cells"
+            )
+        return Found(heads, first, [f"columns by --columns, numbers from row {first + 1} on"])
+    if first == 0:
+        raise UserError(
+            f"{file}: has no header; name its {len(rows[0])} columns in their order, such as "
+            '--columns "time [s],position [mm]"'
+        )
+    if first == len(rows):  # names, and nothing below them
+        first = 1
+    at = first - 1
+    units: Row = ()
+    if at > 0 and _holds_units(rows[at], rows[at - 1]):
+        units, at = rows[at], at - 1
+        notes.append(f"units in row {at + 2}")
+    if at > 0:
+        notes.append(f"header in row {at + 1}; what is above it is left out")
+    heads = [label(cell) for cell in rows[at]]
+    while heads and not heads[-1][0]:  # rows that end in a separator
+        heads.pop()
+    if units:
+        heads = [(name, unit or _unit(cell))
+                 for (name, unit), cell in zip(heads, units, strict=False)]  # fmt: skip
+    return Found(heads, first, notes)
+
+
+def _holds_numbers(row: Row, decimal_comma: bool) -> bool:
+    """Tell whether at least half of a row's cells are numbers or times."""
+    filled = [cell for cell in row if cell.strip()]
+    good = [c for c in filled if math.isfinite(number(c, decimal_comma)) or moment(c) is not None]
+    return bool(filled) and 2 * len(good) >= len(filled)
+
+
+def _holds_units(row: Row, above: Row) -> bool:
+    """Tell whether a row holds units for the names above it, which state none themselves."""
+    filled = [cell for cell in row if cell.strip()]
+    return (
+        len(filled) > 0
+        and len([c for c in above if c.strip()]) >= len(filled)
+        and all(_UNIT.match(cell.strip()) for cell in filled)
+        and not any(label(cell)[1] for cell in above)
+    )
+
+
+def _unit(cell: str) -> str | None:
+    match = _UNIT.match(cell.strip())
+    text = match[1] if match else None
+    return "1" if text == "-" else text
+
+
+def number(cell: str, decimal_comma: bool = False) -> float:
+    """Return a number, NaN for what is none."""
+    text = cell.strip()
+    try:
+        return float(text.replace(",", ".") if decimal_comma else text)
+    except ValueError:
+        return math.nan
+
+
+def moment(cell: str) -> datetime | timedelta | None:
+    """Return a date with its time, or the time of some day; None for anything else."""
+    text = cell.strip()
+    if ":" not in text:
+        return None
+    if clock := _CLOCK.match(text):
+        hours, minutes, seconds = (float((g or "0").replace(",", ".")) for g in clock.groups())
+        return timedelta(hours=hours, minutes=minutes, seconds=seconds)
+    if date := _DAY_FIRST.match(text):
+        day, month, year, clock_time = date.groups()
+        text = f"{year}-{int(month):02d}-{int(day):02d}T{clock_time.zfill(8)}"
+    try:
+        return datetime.fromisoformat(text.replace(",", "."))
+    except ValueError:
+        return None
+
+
+def _column(
+    head: tuple[str, str | None], cells: Sequence[str], decimal_comma: bool, notes: list[str]
+) -> LogColumn:
+    name, unit = head
+    values = np.array([number(cell, decimal_comma) for cell in cells])
+    if cells and not np.isfinite(values).any():
+        times = _seconds([moment(cell) for cell in cells])
+        if np.isfinite(times).any():
+            notes.append(f'"{name}" holds times of day or dates; counted in s from the first')
+            return LogColumn(name, "s", times)
+    return LogColumn(name, unit, values)
+
+
+def _seconds(moments: Sequence[datetime | timedelta | None]) -> Array:
+    """Return seconds since the first moment; clocks without a date pass midnight."""
+    first = next((m for m in moments if m is not None), None)
+    out = np.full(len(moments), np.nan)
+    for i, m in enumerate(moments):
+        if isinstance(m, datetime) and isinstance(first, datetime):
+            if (m.tzinfo is None) == (first.tzinfo is None):
+                out[i] = (m - first).total_seconds()
+        elif isinstance(m, timedelta) and isinstance(first, timedelta):
+            out[i] = (m - first).total_seconds()
+    good = np.flatnonzero(np.isfinite(out))
+    if isinstance(first, timedelta):
+        out[good] += DAY * np.cumsum(np.diff(out[good], prepend=0.0) < -0.5 * DAY)
+    return out
+
+
+def _with_time(columns: list[LogColumn], notes: list[str]) -> tuple[LogColumn, ...]:
+    """Call the only column of dates or clocks `time`, where no other is called so."""
+    dated = [i for i, c in enumerate(columns) if any(f'"{c.name}" holds times' in n for n in notes)]
+    if len(dated) == 1 and not any(c.name.lower() == "time" for c in columns):
+        one = columns[dated[0]]
+        columns[dated[0]] = LogColumn("time", one.unit, one.values)
+        notes.append(f'"{one.name}" is taken for the time')
+    return tuple(columns)
