@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hil_emulator.identify.data_checks.clocks import motion
+from hil_emulator.identify.data_checks.unit_mistakes import likely, of_position
 from hil_emulator.identify.measured.data import IMPLAUSIBLE_SPANS
 from hil_emulator.identify.measured.experiment import (
     FLOW,
@@ -22,6 +23,10 @@ from hil_emulator.units import show
 
 WRONG_UNIT_RATIO = 8.0
 """Ratio to the configuration from which a unit is wrong (assumed)."""
+
+CHAMBER_SUM_RATIO = 6.0
+"""Sum of both chambers' pressures over the supply's, or its inverse, from which a unit is wrong
+(assumed: a valve's two edges share the supply's pressure between them)."""
 
 SLOWEST_RATIO = 200.0
 """How many times slower than the valve allows a rod may be at its fastest (assumed)."""
@@ -48,9 +53,10 @@ def impossible(experiments: Sequence[Experiment], plant: Mapping[str, float]) ->
 
 
 def _of_one(e: Experiment, plant: Mapping[str, float]) -> list[str]:
-    found = [_far(name, values) for name, values in e.readings.items()]
+    found = [_position(e, plant), _supply(e, plant), _chambers(e, plant)]
+    if not any(found):
+        found += [_far(name, values) for name, values in e.readings.items()]
     found += [_pressure(name, e.readings[name]) for name in _PRESSURES if name in e.readings]
-    found += [_position(e, plant), _supply(e, plant), _chambers(e, plant)]
     said = [text for text in found if text]
     return said or [text for text in (_speed(e, plant),) if text]
 
@@ -82,7 +88,8 @@ def _position(e: Experiment, plant: Mapping[str, float]) -> str:
     if travel > 1.5 * stroke:
         return (
             f"position moves over {show(travel, 'm', 'mm')}, and the stroke is "
-            f"{show(stroke, 'm', 'mm')}; is its unit right, and is it the position?"
+            f"{show(stroke, 'm', 'mm')}{of_position(values, stroke)}; is its unit right, and is it "
+            "the position?"
         )
     if travel > 0.0 and noise_of(values) > NOISE_SHARE * float(np.nanstd(values)):
         return "position is noise; it shows no motion"
@@ -97,14 +104,17 @@ def _supply(e: Experiment, plant: Mapping[str, float]) -> str:
     if not configured / WRONG_UNIT_RATIO < measured < configured * WRONG_UNIT_RATIO:
         return (
             f"supply_pressure is about {show(measured, 'Pa', 'bar')}, and the configuration says "
-            f"{show(configured, 'Pa', 'bar')}; is its unit right?"
+            f"{show(configured, 'Pa', 'bar')}{likely('Pa', measured / configured)}; is its unit "
+            "right?"
         )
     for name in ("pressure_a", "pressure_b"):
         typical = float(np.nanmedian(e.readings[name])) if name in e.readings else 0.0
         if typical > 1.1 * measured and len(e.current):
+            wrong = typical > 3.0 * measured
             return (
                 f"{name} is about {show(typical, 'Pa', 'bar')}, and supply_pressure only "
-                f"{show(measured, 'Pa', 'bar')}; are they exchanged?"
+                f"{show(measured, 'Pa', 'bar')}; "
+                f"{'is its unit right?' if wrong else 'are they exchanged?'}"
             )
     return ""
 
@@ -115,6 +125,12 @@ def _chambers(e: Experiment, plant: Mapping[str, float]) -> str:
         return ""
     highest = max(float(np.nanquantile(p, 0.99)) for p in both)
     configured = plant["supply_pressure"]
+    ratio = float(np.nanmedian(np.sum(both, axis=0))) / configured
+    if len(both) == 2 and not 1.0 / CHAMBER_SUM_RATIO < ratio < CHAMBER_SUM_RATIO:
+        return (
+            f"pressure_a and pressure_b together are about {ratio:.2g} times the supply"
+            f"{likely('Pa', ratio)}; are their units right?"
+        )
     if highest > configured / (10.0 * WRONG_UNIT_RATIO):
         return ""
     return (

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.signal import savgol_filter
 
-from hil_emulator.identify.data_checks import clocks, magnitudes
+from hil_emulator.identify.data_checks import clocks, magnitudes, unit_mistakes
 from hil_emulator.identify.measured.experiment import Array, Experiment, noise_of
 
 CONTRARY = -0.3
@@ -58,7 +58,8 @@ def contradictions(experiments: Sequence[Experiment], plant: Mapping[str, float]
     """Return what in experiments contradicts units, signs, one clock, or any relation at all."""
     found = magnitudes.impossible(experiments, plant)
     if found:
-        return found
+        likely = {e.name: unit_mistakes.balance(e, plant) for e in experiments}
+        return found + [f"{name}: {text}" for name, text in likely.items() if text]
     for e in experiments:
         found += [f"{e.name}: {text}" for text in (_driven(e), _loaded(e, plant)) if text]
     return found or clocks.two_clocks(experiments, lambda e: hydraulic_force(e, plant))
@@ -97,6 +98,8 @@ def _loaded(e: Experiment, plant: Mapping[str, float]) -> str:
             "load force and pressures are opposite; reverse load_force, "
             "or exchange pressure_a and pressure_b"
         )
+    if unbalanced := unit_mistakes.balance(e, plant):
+        return unbalanced
     if "pressure_b" not in e.readings or not len(e.current):
         return ""
     if exchanged := _exchanged(e, plant):
@@ -150,8 +153,8 @@ def _scale(force: Array, measured: Array) -> str:
     if 1.0 / magnitudes.WRONG_UNIT_RATIO < ratio < magnitudes.WRONG_UNIT_RATIO:
         return ""
     return (
-        f"load_force is {ratio:.2g} times what the pressures give; is its unit, or that of the "
-        "pressures, right?"
+        f"load_force is {ratio:.2g} times what the pressures give"
+        f"{unit_mistakes.likely('N', ratio)}; is its unit, or that of the pressures, right?"
     )
 
 

@@ -34,7 +34,7 @@ def ordered(series: Mapping[str, Series], notes: list[str]) -> dict[str, Series]
         if id(one.time) not in clocks:
             clocks[id(one.time)] = _order(one.time, notes)
         time, rows = clocks[id(one.time)]
-        values = one.values[rows]
+        values = np.where(np.isfinite(one.values), one.values, np.nan)[rows]
         missing = int(np.sum(~np.isfinite(values)))
         if missing and name != SET_POINT:  # it holds; `data` says what was missing
             notes.append(f"{name}: {missing} values are missing")

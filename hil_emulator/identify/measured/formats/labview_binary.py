@@ -38,7 +38,7 @@ def _column(channel: Any, clocks: dict[tuple[float, float, int], Array]) -> LogC
     name, unit = label(channel.name)
     if values.dtype.kind == "M":
         whole = values.astype("datetime64[ns]").astype(np.int64)
-        return LogColumn(name, "s", (whole - whole[:1]) * 1e-9) if len(whole) else None
+        return LogColumn(name, "s", np.asarray((whole - whole[:1]) * 1e-9)) if len(whole) else None
     if values.dtype.kind not in "iufb":
         return None
     stated = next((str(channel.properties[u]) for u in UNITS if channel.properties.get(u)), None)
@@ -47,5 +47,5 @@ def _column(channel: Any, clocks: dict[tuple[float, float, int], Array]) -> LogC
         return LogColumn(name, unit or stated, values.astype(np.float64))
     key = (float(channel.properties.get("wf_start_offset", 0.0)), step, len(values))
     if key not in clocks:  # one object for all channels of one clock
-        clocks[key] = key[0] + step * np.arange(key[2])
+        clocks[key] = np.asarray(key[0] + step * np.arange(key[2]))
     return LogColumn(name, unit or stated, values.astype(np.float64), clocks[key])

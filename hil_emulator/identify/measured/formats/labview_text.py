@@ -68,7 +68,7 @@ def _header(cells: Cells) -> dict[str, list[str]]:
 
 def _segments(cells: Cells, ends: Sequence[int]) -> list[tuple[Header, list[str], Cells]]:
     """Return header, names and rows of each segment."""
-    found = []
+    found: list[tuple[Header, list[str], Cells]] = []
     for at, following in zip(ends[1:], [*ends[2:], None], strict=True):
         begin = max(e for e in ends if e < at) + 1
         while begin < at and cells[begin][0].strip() != "Channels":
@@ -106,8 +106,8 @@ def _one_clock(columns: list[LogColumn]) -> tuple[LogColumn, ...]:
     kept: list[np.ndarray] = []
     out = []
     for c in columns:
-        same = next((t for t in kept if np.array_equal(t, c.time, equal_nan=True)), None)
-        if same is None and c.time is not None:
-            kept.append(same := c.time)
+        time = np.zeros(0) if c.time is None else c.time
+        same = next((t for t in kept if np.array_equal(t, time, equal_nan=True)), time)
+        kept.append(same)
         out.append(LogColumn(c.name, c.unit, c.values, same))
     return tuple(out)
