@@ -41,7 +41,7 @@ def read(recording: Recording, file: Path) -> Experiment:
     return found
 
 
-@pytest.mark.parametrize("ending", [".rec", ".csv", ".npz", ".parquet", ".mf4"])
+@pytest.mark.parametrize("ending", [".rec", ".csv", ".npz", ".parquet", ".mf4", ".mat"])
 def test_a_set_point_acts_after_the_readings_before_it(
     recording: Recording, tmp_path: Path, ending: str
 ) -> None:

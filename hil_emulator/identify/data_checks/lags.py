@@ -24,7 +24,7 @@ EXPLAINED_SHARE = 0.36
 LAG_BAND = 6e-3
 """Distance from the best lag at which others have to explain less [s] (assumed)."""
 
-PEAK_SHARPNESS = 1.2
+PEAK_SHARPNESS = 1.05
 """How many times as much remains unexplained there (assumed)."""
 
 _RIDGE = 1e-6  # of the shifted signals' Gram matrix, whose diagonal is 1 at most

@@ -17,6 +17,9 @@ from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, la
 UNITS = "units"
 """Structure whose texts are the units of the vectors of the same names."""
 
+OWN_MARK = "provenance"
+"""Structure in a file that the emulator has written."""
+
 
 def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     """Read all vectors of numbers.
@@ -37,6 +40,9 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     except Exception as error:  # scipy answers a damaged file with many kinds of exception
         raise UserError(f"{file}: is not a readable MATLAB file: {error}") from None
     units = content.pop(UNITS, {})
+    own = content.pop(OWN_MARK, None) is not None
+    if own:
+        content.pop("model", None)  # what no sensor sees
     arrays = dict(_numbers(content))
     if headings:
         return LogTable(_matrix(file, arrays, headings), notes=("columns by --columns",))
@@ -49,10 +55,11 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     known = units if isinstance(units, Mapping) else {}
     lengths = [len(v) for v in vectors.values()]
     usual = max(set(lengths), key=lengths.count)
-    return LogTable(tuple(
-        LogColumn(n, str(known[n]) if n in known else None, v)
+    columns = tuple(
+        LogColumn(n, (str(known[n]) or "1") if n in known else None, v)
         for n, v in vectors.items() if len(v) == usual
-    ))  # fmt: skip
+    )  # fmt: skip
+    return LogTable(columns, set_point_first=own)
 
 
 def _numbers(content: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
