@@ -166,7 +166,11 @@ def test_the_catalogue_is_large_and_its_names_are_single() -> None:
 
 
 def test_every_effect_has_a_test_of_its_physics() -> None:
-    """For each effect some test is named after it: `test_<effect>_...` beside this file."""
+    """A test named `test_<effect>_...` beside this file holds its law against an outer truth.
+
+    This guards the catalogue: the tests above ask of every effect what all have in common, and an
+    effect with a wrong equation would pass them.
+    """
     tests = {
         node.name
         for file in Path(__file__).parent.glob("test_*.py")
