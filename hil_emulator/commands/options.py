@@ -1,5 +1,6 @@
 """What the arguments of several commands share: kinds of values, and groups of options."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,11 @@ FILES = click.argument(
 
 
 class Commands(click.Group):
-    """A group that shows a `UserError` as one message and ends with its exit code."""
+    """A group that shows a `UserError` as one message and ends with its exit code.
+
+    So does a law of the user's that cannot become machine code: that is found out only when the
+    model is compiled, whichever command does it.
+    """
 
     def invoke(self, ctx: click.Context) -> Any:
         """Invoke a command."""
@@ -22,6 +27,23 @@ class Commands(click.Group):
         except UserError as error:
             click.echo(f"hil-emulator: {error}", err=True)
             ctx.exit(error.exit_code)
+        except Exception as error:
+            if not type(error).__module__.startswith("numba."):
+                raise
+            click.echo(f"hil-emulator: {_uncompilable(str(error))}", err=True)
+            ctx.exit(UserError.exit_code)
+
+
+def _uncompilable(told: str) -> str:
+    """Return what numba says of a law that it cannot compile, without the way to it."""
+    lines = [line.strip() for line in told.splitlines() if line.strip()]
+    reasons = (x for x in lines if not x.startswith(("Failed in", "During:", "File ", "def ", ">")))
+    place = re.search(r'File "([^"]*)", line (\d+)', told)
+    where = f"{place[1]}, line {place[2]}: " if place else ""
+    return (
+        f"{where}an effect cannot be compiled: {next(reasons, lines[0])}; a law takes numbers and "
+        "calls nothing but math"
+    )
 
 
 class Duration(click.ParamType[float]):

@@ -83,6 +83,25 @@ def test_check_warns_of_what_will_not_run_well(layer: Callable[[str], Path]) -> 
     assert "more than it can carry" in text
 
 
+def test_a_law_that_cannot_become_machine_code_is_named(
+    tmp_path: Path, layer: Callable[[str], Path]
+) -> None:
+    """File, line and what stands there; it is found out only when the model is compiled."""
+    file = tmp_path / "own.py"
+    file.write_text(
+        "from hil_emulator.model.declare import Param, effect\n"
+        "from hil_emulator.model.stages import friction\n\n\n"
+        "def table(v):\n    return open('table.csv').read()\n\n\n"
+        "@effect(friction, knob=Param('level', 'N', 'force', 1.0, 0.0, 9.0), source='assumed',\n"
+        "        signature='none')\n"
+        "def own_drag(velocity: float, level: float) -> float:\n"
+        "    'F = T(v).'\n    return level * table(velocity)\n\n\nEFFECTS = (own_drag,)\n"
+    )
+    over = layer(f'[model]\neffects = ["{file}"]\n[friction]\nown_drag = "2 N"')
+    message = refused("check", REFERENCE, over)
+    assert re.search(r"own\.py, line \d+: an effect cannot be compiled: .*'table'", message)
+
+
 def test_effects_lists_the_catalogue() -> None:
     """Every effect stands in the table, and its declaration in the JSON."""
     text = hil_emulator("effects").stdout
