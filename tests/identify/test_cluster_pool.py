@@ -75,8 +75,9 @@ def test_threads_do_not_change_a_residual() -> None:
 
 def test_an_effect_of_the_user_travels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the file is not, its content gives the same effect in a module of the same name."""
-    (tmp_path / "drag.py").write_text(OWN)
-    (original,) = read_effects(tmp_path / "drag.py")
+    file = tmp_path / "drag.py"
+    file.write_text(OWN)
+    (original,) = read_effects(file, OWN.encode())
     files = effect_files([original])
     monkeypatch.delitem(sys.modules, original.law.__module__)
     (found,) = restored(files, tmp_path)

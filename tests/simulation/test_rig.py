@@ -185,12 +185,12 @@ def test_stored_parameters_survive_a_restart(tmp_path: Path) -> None:
 
 
 def test_a_missing_eds_object_is_named(tmp_path: Path) -> None:
-    """A node that cannot take the valve's set point is refused before anything starts."""
+    """A node that is to command the valve, and has no object for it, is refused at the start."""
     config = reference()
     eds = config.nodes[0].eds.read_text()
     file = tmp_path / "other.eds"
     file.write_text(eds.replace("ParameterName=valve_current\n", "ParameterName=spool\n"))
-    node = dataclasses.replace(config.nodes[0], eds=file)
+    node = dataclasses.replace(config.nodes[0], eds=file, any_commands=False)
     with (
         pytest.raises(UserError, match="valve_current"),
         bench(dataclasses.replace(config, nodes=(node,))),
