@@ -17,19 +17,26 @@ TRAIN = [str(DATA / f"oring_{bar}bar.csv") for bar in (1, 5)]
 CHECK = [f"--validate={DATA / f'oring_{bar}bar.csv'}" for bar in (3, 7)]
 
 
-def test_identify_writes_page_result_and_layer(tmp_path: Path) -> None:
-    """The layer it writes is accepted after the original; page and JSON tell the same."""
-    done = CliRunner().invoke(main, ["identify", RIG, *TRAIN, *CHECK, f"--out={tmp_path}"])
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder that `identify` has written."""
+    folder = tmp_path_factory.mktemp("found")
+    done = CliRunner().invoke(main, ["identify", RIG, *TRAIN, *CHECK, f"--out={folder}"])
     assert done.exit_code == 0, done.output
-    result = json.loads((tmp_path / "result.json").read_text())
+    return folder
+
+
+def test_identify_writes_page_result_and_layer(identified: Path) -> None:
+    """The layer it writes is accepted after the original; page and JSON tell the same."""
+    result = json.loads((identified / "result.json").read_text())
     assert result["verdict"] == "missing_effects"
     force = result["effects"][0]["value"]
     assert result["effects"][0]["name"] == "coulomb_friction"
     assert result["held_out"] == ["oring_3bar.csv", "oring_7bar.csv"]
-    assert (tmp_path / "identified.toml").read_text().count(", held out") == 2
-    layered = load([Path(RIG), tmp_path / "identified.toml"])
+    assert (identified / "identified.toml").read_text().count(", held out") == 2
+    layered = load([Path(RIG), identified / "identified.toml"])
     assert layered.plant["coulomb_friction_force"] == pytest.approx(force, rel=1e-6)
-    page = (tmp_path / "report.html").read_text()
+    page = (identified / "report.html").read_text()
     assert "coulomb_friction" in page
     assert page.count("data:image/png;base64") >= 4
     assert "http://" not in page
@@ -50,10 +57,9 @@ def test_a_page_that_fails_loses_no_finding(
     assert {f.name for f in tmp_path.iterdir()} == {"result.json", "identified.toml"}
 
 
-def test_the_layer_closes_the_gap(tmp_path: Path) -> None:
+def test_the_layer_closes_the_gap(identified: Path) -> None:
     """Asked again with the layer, neither effect is missing any more."""
-    CliRunner().invoke(main, ["identify", RIG, *TRAIN, *CHECK, f"--out={tmp_path}"])
-    layer = str(tmp_path / "identified.toml")
+    layer = str(identified / "identified.toml")
     again = CliRunner().invoke(main, ["identify", RIG, layer, *TRAIN, *CHECK])
     assert "missing   " not in again.output
 
