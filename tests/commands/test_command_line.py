@@ -25,7 +25,7 @@ def hil_emulator(*arguments: object, folder: Path | None = None) -> Result:
     """Run a command in a process of its own."""
     command = [sys.executable, "-m", "hil_emulator", *map(str, arguments)]
     return subprocess.run(
-        command, capture_output=True, text=True, timeout=120, cwd=folder, check=False
+        command, capture_output=True, text=True, timeout=600, cwd=folder, check=False
     )
 
 
