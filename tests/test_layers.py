@@ -202,3 +202,13 @@ def test_only_the_bus_touches_python_can() -> None:
     outside = [f for f in PACKAGE.rglob("*.py") if "bus" not in f.relative_to(PACKAGE).parts]
     touching = [f.name for f in outside if any(begins(m, {"can"}) for m in imports(f))]
     assert touching == []
+
+
+def test_a_class_name_means_one_thing() -> None:
+    """Two rooms that call different things by one name mislead whoever reads both."""
+    homes: dict[str, list[str]] = {}
+    for file in PACKAGE.rglob("*.py"):
+        for node in ast.parse(file.read_text()).body:
+            if isinstance(node, ast.ClassDef):
+                homes.setdefault(node.name, []).append(str(file.relative_to(PACKAGE)))
+    assert not {name: where for name, where in homes.items() if len(where) > 1}

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
 from hil_emulator.device.eds import load as eds
-from hil_emulator.device.eds.report import Finding
+from hil_emulator.device.eds.report import Remark
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo_records import LAST_DUMMY
 from hil_emulator.errors import UserError
@@ -53,7 +53,7 @@ class Dictionary:
             raise UserError(f"node id {node_id} is outside 1 to 127 (CiA 301 7.3.5)")
         self.node_id = node_id
         self.source = source
-        self.findings: Sequence[Finding] = ()
+        self.findings: Sequence[Remark] = ()
         self.bit_rates: frozenset[int] = frozenset()
         self._entries: dict[tuple[int, int], Entry] = {}
         self._dummies: dict[int, Entry] = {}

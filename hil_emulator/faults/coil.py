@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hil_emulator.device.emergency import ErrorBit
-from hil_emulator.faults.declare import Emergency, FaultKind, FaultParam, Layer
+from hil_emulator.faults.declare import EmergencyCode, FaultKind, FaultParam, Layer
 from hil_emulator.faults.strength import Change
 
 SHORT_CIRCUIT = 0x2320
@@ -21,7 +21,7 @@ class CoilFaultKind(FaultKind):
 
 
 def coil_fault(
-    *params: FaultParam, emergency: Emergency | None = None
+    *params: FaultParam, emergency: EmergencyCode | None = None
 ) -> Callable[[Callable[..., Change]], CoilFaultKind]:
     """Declare the decorated function as a fault of the coil."""
 
@@ -37,7 +37,7 @@ def open_() -> Change:
     return lambda current, s: current * (1.0 - s)
 
 
-@coil_fault(emergency=Emergency(SHORT_CIRCUIT, ErrorBit.CURRENT))
+@coil_fault(emergency=EmergencyCode(SHORT_CIRCUIT, ErrorBit.CURRENT))
 def short() -> Change:
     """A short circuit: the driver switches off and reports EMCY 0x2320."""
     return lambda current, s: current * (1.0 - s)

@@ -18,7 +18,7 @@ MESSAGES = (
 """Names of messages of CiA 301; a COB-ID such as 0x185 names one as well."""
 
 
-class Connection(NamedTuple):
+class NodeConnection(NamedTuple):
     """The connection of a node.
 
     Attributes:
@@ -31,13 +31,13 @@ class Connection(NamedTuple):
     chosen: Callable[[Frame], bool]
 
 
-def connection(node: Node, target: str) -> Connection:
+def connection(node: Node, target: str) -> NodeConnection:
     """Return a node's connection and which frames a target means; COB-IDs are those in use now."""
     if target in (BUS, NODE):
-        return Connection(node, lambda frame: True)
+        return NodeConnection(node, lambda frame: True)
     named = message_ids(node).get(target, set())
     ids = {int(target, 16)} if target.startswith("0x") else named
-    return Connection(node, lambda frame: frame.can_id in ids)
+    return NodeConnection(node, lambda frame: frame.can_id in ids)
 
 
 def message_ids(node: Node) -> dict[str, set[int]]:

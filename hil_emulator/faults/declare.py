@@ -31,7 +31,7 @@ TEXT = "text"
 """Unit of a parameter that is a name."""
 
 
-class Emergency(NamedTuple):
+class EmergencyCode(NamedTuple):
     """An emergency message: its error code, and its bit in the error register (CiA 301 7.2.7)."""
 
     code: int
@@ -86,7 +86,7 @@ class FaultKind:
     targets: tuple[str, ...]
     params: tuple[FaultParam, ...] = ()
     probability: float = 1.0
-    emergency: Emergency | None = None
+    emergency: EmergencyCode | None = None
 
     def __post_init__(self) -> None:
         takes = tuple(inspect.signature(self.begin).parameters)

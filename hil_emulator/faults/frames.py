@@ -6,7 +6,7 @@ from dataclasses import KW_ONLY, dataclass
 from hil_emulator.device.emergency import ErrorBit
 from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
 from hil_emulator.device.node import Node
-from hil_emulator.faults.connection import BUS, MESSAGE, NODE, Connection
+from hil_emulator.faults.connection import BUS, MESSAGE, NODE, NodeConnection
 from hil_emulator.faults.declare import FaultKind, FaultParam, Layer
 from hil_emulator.faults.frame_filters import (
     Cut,
@@ -53,7 +53,7 @@ def bus_fault(
 
 
 @bus_fault(BUS, MESSAGE)
-def drop(connection: Connection) -> FrameFault:
+def drop(connection: NodeConnection) -> FrameFault:
     """Frames vanish."""
     return Rewriting(connection.chosen, lambda s, f: [])
 
@@ -61,19 +61,19 @@ def drop(connection: Connection) -> FrameFault:
 @bus_fault(
     BUS, MESSAGE, params=(FaultParam("time", "s", "how late", 0.01, 0.0, 10.0, "ms"),)
 )  # fmt: skip
-def delay(connection: Connection, time: float) -> FrameFault:
+def delay(connection: NodeConnection, time: float) -> FrameFault:
     """Frames come late."""
     return Delayed(connection.chosen, round(time * 1e9))
 
 
 @bus_fault(BUS, MESSAGE, params=(FaultParam("copies", "1", "further ones", 1.0, 1.0, 100.0),))
-def duplicate(connection: Connection, copies: float) -> FrameFault:
+def duplicate(connection: NodeConnection, copies: float) -> FrameFault:
     """Frames come several times."""
     return Rewriting(connection.chosen, lambda s, f: [f] * (1 + round(copies)))
 
 
 @bus_fault(BUS, MESSAGE, params=(FaultParam("bits", "1", "how many", 1.0, 1.0, 64.0),))
-def corrupt(connection: Connection, bits: float) -> FrameFault:
+def corrupt(connection: NodeConnection, bits: float) -> FrameFault:
     """Bits of the data are wrong."""
 
     def inverted(s: Strength, frame: Frame) -> list[Frame]:
@@ -86,13 +86,13 @@ def corrupt(connection: Connection, bits: float) -> FrameFault:
 
 
 @bus_fault(BUS, MESSAGE)
-def reorder(connection: Connection) -> FrameFault:
+def reorder(connection: NodeConnection) -> FrameFault:
     """A frame comes after its successor."""
     return Reordered(connection.chosen)
 
 
 @bus_fault(BUS, MESSAGE, params=(FaultParam("length", "1", "bytes of data", 1.0, 0.0, 8.0),))
-def wrong_length(connection: Connection, length: float) -> FrameFault:
+def wrong_length(connection: NodeConnection, length: float) -> FrameFault:
     """Frames have another length."""
     size = round(length)
     return Rewriting(
@@ -101,7 +101,7 @@ def wrong_length(connection: Connection, length: float) -> FrameFault:
 
 
 @bus_fault(NODE)
-def silence(connection: Connection) -> FrameFault:
+def silence(connection: NodeConnection) -> FrameFault:
     """The node hears, but says nothing."""
     return Cut(deaf=False)
 
@@ -129,7 +129,7 @@ class _Babbling(PassThrough):
     ),
     once=True,
 )
-def babbling(connection: Connection, can_id: float, frames: float) -> FrameFault:
+def babbling(connection: NodeConnection, can_id: float, frames: float) -> FrameFault:
     """A node fills the bus."""
     return _Babbling(round(can_id), round(frames))
 
@@ -149,13 +149,13 @@ class _Reported(PassThrough):
 
 
 @bus_fault(NODE, params=(FaultParam("code", "1", "emergency error code", 0x1000, 1.0, 65535.0),))
-def emcy(connection: Connection, code: float) -> FrameFault:
+def emcy(connection: NodeConnection, code: float) -> FrameFault:
     """The node reports an error, and at the end that it is gone."""
     return _Reported(connection.node, round(code))
 
 
 @bus_fault(NODE)
-def heartbeat_stop(connection: Connection) -> FrameFault:
+def heartbeat_stop(connection: NodeConnection) -> FrameFault:
     """No heartbeat; all else goes on."""
     can_id = ERROR_CONTROL_COB_ID + connection.node.node_id
     return Rewriting(lambda f: f.can_id == can_id and f.data != b"\0", lambda s, f: [])
@@ -177,7 +177,7 @@ class _Restart(PassThrough):
 
 
 @bus_fault(NODE)
-def reset(connection: Connection) -> FrameFault:
+def reset(connection: NodeConnection) -> FrameFault:
     """The node restarts, once; its supply has failed."""
     return _Restart(connection.node)
 
@@ -197,13 +197,13 @@ class _BusOff(Cut):
 
 
 @bus_fault(NODE)
-def bus_off(connection: Connection) -> FrameFault:
+def bus_off(connection: NodeConnection) -> FrameFault:
     """The node is off the bus; back again it reports EMCY 0x8140."""
     return _BusOff(connection.node)
 
 
 @bus_fault(BUS)
-def interface_down(connection: Connection) -> FrameFault:
+def interface_down(connection: NodeConnection) -> FrameFault:
     """The cable is unplugged."""
     return Cut(deaf=True)
 

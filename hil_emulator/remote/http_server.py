@@ -34,7 +34,7 @@ _SHOWN = 80  # characters of a name in an answer (assumed)
 _FAULT = re.compile(r"/faults(?:/(\d{1,18}))?", re.ASCII)
 
 
-class Line:
+class LoopLine:
     """The line to the loop: one question at a time."""
 
     def __init__(self, loop: socket.socket) -> None:
@@ -89,7 +89,7 @@ def request_of(body: bytes) -> dict[str, Any]:
 class Handler(BaseHTTPRequestHandler):
     """Turns a request into a question to the loop."""
 
-    line: Line
+    line: LoopLine
     server_version = "hil-emulator"
     sys_version = ""
     timeout = _IDLE_S
@@ -201,7 +201,7 @@ def main() -> None:
         loop.sendall(json.dumps({"error": str(error)}).encode() + b"\n")
         return
     loop.sendall(json.dumps({"port": server.server_port}).encode() + b"\n")
-    Handler.line = Line(loop)
+    Handler.line = LoopLine(loop)
     server.serve_forever()
 
 

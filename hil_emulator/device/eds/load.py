@@ -23,7 +23,7 @@ from hil_emulator.device.eds import compact, standard_values
 from hil_emulator.device.eds.compact import number
 from hil_emulator.device.eds.default_mappings import DefaultMappings
 from hil_emulator.device.eds.objects import ObjectReader
-from hil_emulator.device.eds.report import Finding, Report
+from hil_emulator.device.eds.report import Remark, Report
 from hil_emulator.device.eds.sections import Sheet, parse, read
 from hil_emulator.device.entry import Entry
 from hil_emulator.errors import UserError
@@ -56,7 +56,7 @@ class DataSheet:
     """
 
     entries: Sequence[Entry]
-    findings: Sequence[Finding]
+    findings: Sequence[Remark]
     bit_rates: frozenset[int]
 
 

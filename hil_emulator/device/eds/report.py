@@ -14,7 +14,7 @@ SHOWN_PLACES = 4
 """Places that a line of the report names; it counts the others."""
 
 
-class Finding(NamedTuple):
+class Remark(NamedTuple):
     """One oddity: its section, its key ("" for the whole section), and how it was taken."""
 
     section: str
@@ -32,11 +32,11 @@ class Report:
 
     def __init__(self, source: str) -> None:
         self.source = source
-        self.findings: list[Finding] = []
+        self.findings: list[Remark] = []
 
     def note(self, section: str, key: str, text: str) -> None:
         """Take down what is wrong but harmless."""
-        self.findings.append(Finding(section, key, text))
+        self.findings.append(Remark(section, key, text))
 
     def refusal(self, section: str, key: str, text: str) -> UserError:
         """Return the error that says where the file cannot be used, and why."""
@@ -44,7 +44,7 @@ class Report:
         return UserError(f"{self.source}{place}{' ' if key else ''}{key}: {text}")
 
 
-def lines(findings: Sequence[Finding]) -> Iterator[str]:
+def lines(findings: Sequence[Remark]) -> Iterator[str]:
     """Yield the report, one line for all places where the same is odd."""
     for (key, text), number in Counter((f.key, f.text) for f in findings).items():
         places = [f"[{f.section}]" for f in findings if (f.key, f.text) == (key, text)]
