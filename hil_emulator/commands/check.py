@@ -102,7 +102,7 @@ def _show(name: str, config: Configuration, made: Sequence[Node]) -> None:
         click.echo(f"Node {number}, {near(settings.eds)}")
         click.echo(_bindings(node) + "\n")
         click.echo(_pdo_map(node) + "\n")
-        for line in lines(node.dictionary.findings):
+        for line in lines(node.dictionary.remarks):
             click.echo(f"note: {line}")
         for pdo, group in itertools.groupby(node.unfed(), key=lambda row: row[0]):
             names = ", ".join(f"{entry.where} {entry.name}" for _, entry in group)

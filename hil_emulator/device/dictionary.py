@@ -40,7 +40,7 @@ class Dictionary:
         source: where the entries come from, for messages.
 
     Attributes:
-        findings: what was odd about the file that the entries come from.
+        remarks: what was odd about the file that the entries come from.
         bit_rates: what the device can do [bit/s]; empty where that is not known.
 
     Raises:
@@ -53,7 +53,7 @@ class Dictionary:
             raise UserError(f"node id {node_id} is outside 1 to 127 (CiA 301 7.3.5)")
         self.node_id = node_id
         self.source = source
-        self.findings: Sequence[Remark] = ()
+        self.remarks: Sequence[Remark] = ()
         self.bit_rates: frozenset[int] = frozenset()
         self._entries: dict[tuple[int, int], Entry] = {}
         self._dummies: dict[int, Entry] = {}
@@ -82,7 +82,7 @@ class Dictionary:
             raise UserError(f"node id {node_id} is outside 1 to 127 (CiA 301 7.3.5)")
         sheet = eds.load(Path(path), node_id)
         made = cls(sheet.entries, node_id, str(path))
-        made.findings, made.bit_rates = sheet.findings, sheet.bit_rates
+        made.remarks, made.bit_rates = sheet.remarks, sheet.bit_rates
         return made
 
     def __iter__(self) -> Iterator[Entry]:

@@ -33,8 +33,8 @@ def nodes(config: Configuration, channels: Sequence[str]) -> list[Node]:
 
 def _node(settings: NodeSettings, place: int, channels: Sequence[str]) -> Node:
     dictionary = Dictionary.from_eds(settings.eds, settings.id)
-    if dictionary.findings:
-        _log.info("%s: %d oddities; check lists them", settings.eds, len(dictionary.findings))
+    if dictionary.remarks:
+        _log.info("%s: %d oddities; check lists them", settings.eds, len(dictionary.remarks))
     _check_bit_rate(dictionary, settings.bit_rate)
     _identify(dictionary, settings, place)
     courses = [] if settings.objects is None else wire(dictionary, settings.objects)

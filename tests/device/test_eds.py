@@ -181,9 +181,9 @@ def test_a_pdo_that_cannot_be_mapped_does_not_exist(
 ) -> None:
     """The first PDO is off, the report says why, and the others are what they were."""
     dictionary = Dictionary.from_eds(edited(tmp_path, (old, new)), NODE_ID)
-    (finding,) = dictionary.findings
-    assert finding.section == section
-    assert message in finding.text
+    (remark,) = dictionary.remarks
+    assert remark.section == section
+    assert message in remark.text
     node = Node(dictionary, CHANNELS, COMMANDS)
     assert [pdo.name for pdo in node.pdo_map() if not pdo.exists] == [
         "RPDO1" if section == "1600" else "TPDO1"

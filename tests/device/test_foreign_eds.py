@@ -26,14 +26,14 @@ def loaded(folder: Path, *parts: str) -> Dictionary:
 
 
 def notes(dictionary: Dictionary) -> list[tuple[str, str]]:
-    """Return section and key of every finding."""
-    return [(finding.section, finding.key) for finding in dictionary.findings]
+    """Return section and key of every remark."""
+    return [(remark.section, remark.key) for remark in dictionary.remarks]
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_our_own_files_are_not_odd(path: Path) -> None:
-    """The shipped EDS files give no cause for a finding."""
-    assert list(Dictionary.from_eds(path, NODE_ID).findings) == []
+    """The shipped EDS files give no cause for a remark."""
+    assert list(Dictionary.from_eds(path, NODE_ID).remarks) == []
 
 
 @pytest.mark.parametrize(
@@ -213,9 +213,9 @@ def test_modular_devices_are_refused_in_words(tmp_path: Path) -> None:
 
 
 def test_the_report_has_one_line_for_one_oddity(tmp_path: Path) -> None:
-    """Fifty equal findings are one line that names some places and counts the rest."""
+    """Fifty equal remarks are one line that names some places and counts the rest."""
     odd = [described(f"{0x2000 + n:04X}", 0x0F, "DefaultValue=0") for n in range(50)]
-    (line,) = lines(loaded(tmp_path, *odd).findings)
+    (line,) = lines(loaded(tmp_path, *odd).remarks)
     assert line.startswith("[2000] [2001] [2002] [2003] and 46 more DefaultValue: ")
 
 

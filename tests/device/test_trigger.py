@@ -55,5 +55,5 @@ def test_a_delta_is_a_number(tmp_path: Path, delta: str) -> None:
     """Anything else is noted with its place, and every change is an event."""
     master = event_driven(tmp_path, delta)
     assert told(master, 0.1001, 0.1002) == [0.1001, 0.1002]
-    (finding,) = master.network.node.dictionary.findings
-    assert (finding.section, finding.key) == ("2020", "Delta")
+    (remark,) = master.network.node.dictionary.remarks
+    assert (remark.section, remark.key) == ("2020", "Delta")

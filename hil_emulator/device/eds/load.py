@@ -50,13 +50,13 @@ class DataSheet:
 
     Attributes:
         entries: every entry, dummy types (index 1 to 7) included.
-        findings: what was odd.
+        remarks: what was odd.
         bit_rates: those that the device can do [bit/s]; empty where the file says none.
 
     """
 
     entries: Sequence[Entry]
-    findings: Sequence[Remark]
+    remarks: Sequence[Remark]
     bit_rates: frozenset[int]
 
 
@@ -87,7 +87,7 @@ def load(path: Path, node_id: int) -> DataSheet:
     rates = {
         k * 1000 for k in BIT_RATES if number(sheet.get("DeviceInfo"), f"BaudRate_{k}", report)
     }
-    return DataSheet([*_dummies(sheet, report), *entries], report.findings, frozenset(rates))
+    return DataSheet([*_dummies(sheet, report), *entries], report.remarks, frozenset(rates))
 
 
 def commissioned(path: Path) -> int | None:

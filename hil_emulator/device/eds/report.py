@@ -23,7 +23,7 @@ class Remark(NamedTuple):
 
 
 class Report:
-    """Findings of one file, in the order of the file.
+    """Remarks on one file, in the order of the file.
 
     Args:
         source: the file, for messages.
@@ -32,11 +32,11 @@ class Report:
 
     def __init__(self, source: str) -> None:
         self.source = source
-        self.findings: list[Remark] = []
+        self.remarks: list[Remark] = []
 
     def note(self, section: str, key: str, text: str) -> None:
         """Take down what is wrong but harmless."""
-        self.findings.append(Remark(section, key, text))
+        self.remarks.append(Remark(section, key, text))
 
     def refusal(self, section: str, key: str, text: str) -> UserError:
         """Return the error that says where the file cannot be used, and why."""
@@ -44,10 +44,10 @@ class Report:
         return UserError(f"{self.source}{place}{' ' if key else ''}{key}: {text}")
 
 
-def lines(findings: Sequence[Remark]) -> Iterator[str]:
+def lines(remarks: Sequence[Remark]) -> Iterator[str]:
     """Yield the report, one line for all places where the same is odd."""
-    for (key, text), number in Counter((f.key, f.text) for f in findings).items():
-        places = [f"[{f.section}]" for f in findings if (f.key, f.text) == (key, text)]
+    for (key, text), number in Counter((r.key, r.text) for r in remarks).items():
+        places = [f"[{r.section}]" for r in remarks if (r.key, r.text) == (key, text)]
         shown = " ".join(places[:SHOWN_PLACES])
         more = f" and {number - SHOWN_PLACES} more" if number > SHOWN_PLACES else ""
         yield f"{shown}{more}{' ' if key else ''}{key}: {text}"
