@@ -83,13 +83,15 @@ def test_nothing_significant_is_no_disagreement() -> None:
 
 
 def test_a_term_that_another_one_holds_takes_no_share() -> None:
-    """Of two equal terms the second keeps no direction of its own: all shares stay as they are."""
+    """Of two equal terms the second keeps no direction of its own, whatever else is told."""
     fit = configured()[0]
+    some = np.where(np.arange(len(fit.residual)) % 10 == 0, fit.residual, 0.0)
+    other = replace(leak(), regressor="any", columns=some[:, None].astype(np.float32), limit=0.0)
     once, twice = (
         disagreements(fit, given, states(), len(INSTRUMENTS), 0.0)
-        for given in (terms(), [*terms(), replace(leak())])
+        for given in ([leak(), other], [leak(), replace(leak()), other])
     )
-    assert [d.share for d in twice] == pytest.approx([d.share for d in once])
+    assert [d.delta_chi2 for d in twice] == pytest.approx([d.delta_chi2 for d in once])
 
 
 def leak() -> DiscrepancyTerm:
