@@ -88,6 +88,7 @@ def test_a_folder_that_vanishes_does_not_end_the_run(tmp_path: Path) -> None:
     assert "recording: " in said
 
 
+@pytest.mark.slow
 def test_a_home_that_is_not_writable_only_costs_the_cache() -> None:
     """The model is compiled for this run alone."""
     nowhere = "/proc/nowhere"

@@ -122,6 +122,7 @@ def test_demo_passes_and_draws(tmp_path: Path) -> None:
     assert picture.stat().st_size > 50_000
 
 
+@pytest.mark.slow
 def test_bench_tells_what_the_machine_achieves() -> None:
     """The JSON has every promised number, each of a size that time can have."""
     speeds = json.loads(hil_emulator("bench", "--duration", "0.2 s", "--json").stdout)

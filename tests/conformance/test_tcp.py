@@ -33,6 +33,7 @@ def check(port: int, node: NodeSettings) -> None:
     assert set(reasons) == REMOTE_FRAMES, report
 
 
+@pytest.mark.slow
 def test_the_emulator_conforms_over_tcp(tmp_path: Path) -> None:
     """The one node of the combined layout conforms."""
     with emulator(tmp_path) as (port, _):

@@ -48,7 +48,10 @@ def error(result: Result, round_: int) -> float:
     return float(np.sqrt(np.mean(np.concatenate(everything) ** 2)))
 
 
-@pytest.mark.parametrize(("seal", "before", "after"), [("oring", 6.0, 0.95), ("napn", 9.0, 1.0)])
+@pytest.mark.parametrize(
+    ("seal", "before", "after"),
+    [("oring", 6.0, 0.95), pytest.param("napn", 9.0, 1.0, marks=pytest.mark.slow)],
+)
 def test_friction_and_its_growth_with_pressure_are_named(
     seal: str, before: float, after: float
 ) -> None:

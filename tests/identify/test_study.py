@@ -19,6 +19,7 @@ def asked(group: str, number: int, duration: float = SHORT) -> Outcome:
     return judge(which, examine(which))
 
 
+@pytest.mark.slow
 def test_an_effect_in_a_foreign_simulator_is_named() -> None:
     """Other equations, integrator, friction, ordinary parameters, a dirty bench: still its name."""
     assert asked("medium", 8).exact

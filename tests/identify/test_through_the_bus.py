@@ -102,6 +102,7 @@ def examined(folder: Path, hidden: str, duration: float = 1.0) -> dict[str, obje
     return result
 
 
+@pytest.mark.slow
 def test_an_effect_in_the_emulator_is_named_from_captures(tmp_path: Path) -> None:
     """Leakage past the piston: one name out of the whole catalogue, its size within 5 %."""
     result = examined(tmp_path, '[cylinder]\ninternal_leakage = "1e-13 m^3/(s*Pa)"')

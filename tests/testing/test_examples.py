@@ -53,6 +53,7 @@ def test_a_wrong_sign_fails_all_that_moves(tmp_path: Path) -> None:
     assert failed >= MOTION
 
 
+@pytest.mark.slow
 def test_they_are_fast_and_identical_on_repetition(tmp_path: Path) -> None:
     """None takes 2 s, and every frame of every test is the same again, then in two processes."""
     digests = []
