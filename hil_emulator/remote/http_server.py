@@ -92,6 +92,7 @@ class Handler(BaseHTTPRequestHandler):
     line: LoopLine
     server_version = "hil-emulator"
     sys_version = ""
+    default_request_version = "HTTP/1.0"  # of an answer to a line that tells none: with its head
     timeout = _IDLE_S
 
     def do_GET(self) -> None:
@@ -130,6 +131,8 @@ class Handler(BaseHTTPRequestHandler):
         """Refuse what is no request, or one of a method that is not served."""
         if code == HTTPStatus.NOT_IMPLEMENTED:
             code, message = HTTPStatus.METHOD_NOT_ALLOWED, "there are GET, POST, PUT and DELETE"
+        elif code == HTTPStatus.HTTP_VERSION_NOT_SUPPORTED:  # the client's mistake, not a failure
+            code = HTTPStatus.BAD_REQUEST
         self.close_connection = True
         self._say(HTTPStatus(code), {"error": message or HTTPStatus(code).phrase})
 

@@ -210,6 +210,18 @@ def test_other_origins_are_refused(port: int) -> None:
     assert request(port, "GET", "/status")["faults"] == []
 
 
+@pytest.mark.parametrize("version", [b" HTTP/2.0", b" HTTP/1.x", b" FTP/1.1", b""])
+def test_a_version_that_is_not_spoken_is_answered_like_any_mistake(
+    port: int, version: bytes
+) -> None:
+    """A status line, and in JSON what is wrong: a client that parses HTTP can read it."""
+    with socket.create_connection(("127.0.0.1", port), timeout=20) as client:
+        client.sendall(b"GET /status" + version + b"\r\n\r\n")
+        head, _, body = b"".join(iter(lambda: client.recv(1 << 16), b"")).partition(b"\r\n\r\n")
+    assert head.startswith(b"HTTP/1.0 4")
+    assert list(json.loads(body)) == ["error"]
+
+
 def test_the_status_says_how_far_time_has_slipped(port: int) -> None:
     """A controller that measures times against its own clock has to know."""
     assert request(port, "GET", "/status")["slipped"] >= 0.0
