@@ -55,13 +55,19 @@ def _registry() -> pint.UnitRegistry[float]:
         return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
+@cache
+def _words() -> dict[object, str]:
+    return {_registry().Unit(known).dimensionality: word for known, word in _WORDS.items()}
+
+
+def _measured(quantity: pint.Quantity[float], unit: str) -> str:
+    """Return a word for what a quantity in a unit is, or else the unit."""
+    return _words().get(quantity.dimensionality, f"quantity in {unit}")
+
+
+@cache
 def _dimension(unit: str) -> str:
-    """Return a word or formula for what a unit measures."""
-    dimensionality = _registry().Quantity(1.0, unit).dimensionality
-    for known, word in _WORDS.items():
-        if _registry().Quantity(1.0, known).dimensionality == dimensionality:
-            return word
-    return f"quantity in {unit}"
+    return _measured(_registry().Quantity(1.0, unit), unit)
 
 
 def _read(text: str) -> pint.Quantity[float]:
@@ -101,7 +107,7 @@ def to_si(text: object, unit: str, example: str = "") -> float:
         quantity = _read(text) if isinstance(text, str) else _registry().Quantity(float(text))
         value = float(quantity.to(unit).magnitude)
     except pint.DimensionalityError:
-        found = _dimension(str(quantity.units)) if not quantity.unitless else "plain number"
+        found = "plain number" if quantity.unitless else _measured(quantity, str(quantity.units))
         raise ValueError(f"{written} is a {found}; a {_dimension(unit)} is wanted{hint}") from None
     except Exception:  # pint answers an unknown unit with many kinds of exception
         raise ValueError(f"{written} cannot be read as a {_dimension(unit)}{hint}") from None

@@ -19,6 +19,7 @@ from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.messages import from_json
 from hil_emulator.scenario import perform, schema
 from hil_emulator.simulation.parameter_store import ParameterFile
+from tests.fuzz.foreign_logs import foreign_logs
 
 sys.path.append(str(Path(__file__).parents[1]))
 
@@ -35,7 +36,7 @@ class Reader:
     Attributes:
         name: of the format.
         read: raises `UserError` or nothing, whatever the file holds.
-        share: part of all files that are put to it.
+        share: weight of its files among all.
 
     """
 
@@ -79,7 +80,12 @@ READERS = (
     Reader("csv", reading.read, 0.08),
     Reader("npz", reading.read, 0.08),
     Reader("parquet", reading.read, 0.06),
-    Reader("mf4", reading.read, 0.01),
+    Reader("mf4", reading.read, 0.002),
+    Reader("txt", reading.read, 0.03),
+    Reader("lvm", reading.read, 0.02),
+    Reader("tdms", reading.read, 0.02),
+    Reader("xlsx", reading.read, 0.01),
+    Reader("mat", reading.read, 0.003),
     Reader("blf", lambda file: list(frame_log.captured(file)), 0.04),
     Reader("asc", lambda file: list(frame_log.captured(file)), 0.04),
     Reader("log", lambda file: list(frame_log.captured(file)), 0.04),
@@ -116,13 +122,17 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
     sheets = [file.read_bytes() for file in sorted(SHEET.parent.glob("*.eds"))]
     configs = KNEE.parent
     machine = (configs / "hyq_leg.toml").read_bytes()
-    return found | {
-        "rec": [(folder / "run.rec").read_bytes()],
-        "toml": [KNEE.read_bytes(), (configs / "hyq_knee_separate.toml").read_bytes(), machine],
-        "scenario": [f.read_bytes() for f in sorted((configs / "scenarios").glob("*.toml"))],
-        "eds": sheets,
-        "dcf": sheets,
-        "dbc": [next(folder.glob("*.dbc")).read_bytes()],
-        "json": [(folder / "p.json").read_bytes()],
-        "profile": [b"time,force\n0.0,0.0\n0.5,100.0\n1.0,-20.0\n"],
-    }
+    return (
+        foreign_logs()
+        | found
+        | {
+            "rec": [(folder / "run.rec").read_bytes()],
+            "toml": [KNEE.read_bytes(), (configs / "hyq_knee_separate.toml").read_bytes(), machine],
+            "scenario": [f.read_bytes() for f in sorted((configs / "scenarios").glob("*.toml"))],
+            "eds": sheets,
+            "dcf": sheets,
+            "dbc": [next(folder.glob("*.dbc")).read_bytes()],
+            "json": [(folder / "p.json").read_bytes()],
+            "profile": [b"time,force\n0.0,0.0\n0.5,100.0\n1.0,-20.0\n"],
+        }
+    )

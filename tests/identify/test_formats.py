@@ -1,6 +1,7 @@
 """Tables of every format give the same experiment; what is missing is said in one message."""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import asammdf
@@ -13,6 +14,7 @@ import pytest
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.data import load_experiments
 from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.measured.formats import measurement_data, own_process, parquet
 
 TIME = np.arange(400) * 1e-3
 POSITION = 40.0 + np.sin(20.0 * TIME)
@@ -136,16 +138,17 @@ def test_what_is_called_otherwise_can_be_told(tmp_path: Path) -> None:
         load_experiments([file], {"CylPos": "posn"})
 
 
-@pytest.mark.parametrize(("ending", "package"), [(".mf4", "asammdf"), (".parquet", "pyarrow")])
+@pytest.mark.parametrize(("read", "package"), [(measurement_data.read, "asammdf"),
+                                               (parquet.read, "pyarrow")])  # fmt: skip
 def test_a_missing_package_is_named_with_the_extra(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str, package: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object], package: str
 ) -> None:
     """Without the optional package there is one message, with what to install."""
-    file = tmp_path / f"log{ending}"
+    file = tmp_path / "log"
     file.write_bytes(b"something")
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(UserError, match=r"pip install 'hil-emulator\[recording\]'") as caught:
-        load_experiments([file])
+        read(file)
     assert package in str(caught.value)
 
 
@@ -157,6 +160,18 @@ def test_a_damaged_file_is_refused(tmp_path: Path, ending: str, content: bytes) 
     file.write_bytes(content)
     with pytest.raises(UserError, match=r"log\."):
         load_experiments([file])
+
+
+def test_a_file_that_ends_its_reader_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A segmentation fault in native code is one message here, and nothing else."""
+    dying = tmp_path / "python"
+    dying.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    dying.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(dying))
+    with pytest.raises(UserError, match=r"log\.mf4: is not readable: it ends the process"):
+        own_process.read("measurement_data", tmp_path / "log.mf4")
 
 
 def test_fast_data_are_averaged(tmp_path: Path) -> None:

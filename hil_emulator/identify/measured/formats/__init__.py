@@ -13,6 +13,7 @@
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from hil_emulator.errors import UserError
@@ -20,9 +21,8 @@ from hil_emulator.identify.measured.formats import (
     delimited_text,
     labview_binary,
     labview_text,
-    matlab,
-    measurement_data,
     numpy_archive,
+    own_process,
     parquet,
     spreadsheet,
 )
@@ -33,7 +33,7 @@ NAMED: dict[str, Callable[[Path, Sequence[str]], LogTable]] = {
     ".txt": delimited_text.read,
     ".tsv": delimited_text.read,
     ".xlsx": spreadsheet.read,
-    ".mat": matlab.read,
+    ".mat": partial(own_process.read, "matlab"),
 }
 """What reads each ending, in lower case, whose columns may have to be named."""
 
@@ -42,9 +42,9 @@ OTHERS: dict[str, Callable[[Path], LogTable]] = {
     ".tdms": labview_binary.read,
     ".npz": numpy_archive.read,
     ".parquet": parquet.read,
-    ".mf4": measurement_data.read,
-    ".mdf": measurement_data.read,
-    ".dat": measurement_data.read,
+    ".mf4": partial(own_process.read, "measurement_data"),
+    ".mdf": partial(own_process.read, "measurement_data"),
+    ".dat": partial(own_process.read, "measurement_data"),
 }
 """What reads each other ending."""
 

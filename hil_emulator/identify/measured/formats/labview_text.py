@@ -34,14 +34,14 @@ def read(file: Path) -> LogTable:
     ends = [i for i, line in enumerate(lines) if line.startswith(END)]
     if not ends:
         raise UserError(f"{file}: its header does not end in {END}")
+    if len(ends) == 1:
+        raise UserError(f"{file}: holds no segment of measured values")
     comma = any(line.startswith("Separator") and "Comma" in line for line in lines[: ends[0]])
     separator = "," if comma else "\t"
     cells = [line.split(separator) for line in lines]
     head = _header(cells[: ends[0]])
     point = head.get("Decimal_Separator", ["."])[0] == ","
     segments = _segments(cells, ends)
-    if not segments:
-        raise UserError(f"{file}: holds no segment of measured values")
     names = segments[0][1]
     if any(other != names for _, other, _ in segments):
         raise UserError(f"{file}: its segments hold different channels; export them one by one")
@@ -63,24 +63,24 @@ def read(file: Path) -> LogTable:
 
 
 def _header(cells: Cells) -> dict[str, list[str]]:
-    return {row[0].strip(): row[1:] for row in cells if row[0].strip()}
+    return {row[0].strip(): row[1:] or [""] for row in cells if row[0].strip()}
 
 
 def _segments(cells: Cells, ends: Sequence[int]) -> list[tuple[Header, list[str], Cells]]:
     """Return header, names and rows of each segment."""
     found: list[tuple[Header, list[str], Cells]] = []
-    for at, following in zip(ends[1:], [*ends[2:], None], strict=True):
-        begin = max(e for e in ends if e < at) + 1
-        while begin < at and cells[begin][0].strip() != "Channels":
-            begin += 1  # rows of the segment before it
-        header = _header(cells[begin:at])
-        count = int(number(header.get("Channels", ["0"])[0]))
-        heads = [c for c in cells[at + 1] if c.strip() not in ("X_Value", "Comment", "")]
-        last = len(cells) if following is None else next(
-            i for i in range(at, following) if cells[i][0].strip() == "Channels"
-        )  # fmt: skip
-        found.append((header, heads[:count], cells[at + 2 : last]))
+    for before, at, following in zip(ends, ends[1:], [*ends[2:], len(cells)], strict=False):
+        header = _header(cells[_next_segment(cells, before + 1, at) : at])
+        count = int(np.nan_to_num(number(header.get("Channels", ["0"])[0])))
+        heads, *rows = cells[at + 1 : _next_segment(cells, at + 1, following)] or [[]]
+        names = [c for c in heads if c.strip() not in ("X_Value", "Comment", "")]
+        found.append((header, names[:count], rows))
     return found
+
+
+def _next_segment(cells: Cells, first: int, end: int) -> int:
+    """Return the first row, if any before `end`, that begins the header of a segment."""
+    return next((i for i in range(first, end) if cells[i][0].strip() == "Channels"), end)
 
 
 def _values(

@@ -96,7 +96,7 @@ def _hdf5(file: Path) -> dict[str, Any]:
     try:
         with h5py.File(file) as source:
             return content(source)
-    except OSError as error:
+    except Exception as error:  # h5py, too, answers with many kinds
         raise UserError(f"{file}: is not a readable MATLAB file: {error}") from None
 
 

@@ -1,10 +1,7 @@
 """ASAM MDF (versions 3 and 4): channels with units, each group with a time base of its own."""
 
-import contextlib
-import gc
 import html
-import sys
-from collections.abc import Iterator
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +17,8 @@ _BEGINNINGS = (b"MDF     ", b"UnFinMF ")
 _SMALLEST = 168  # bytes of identification and header block of version 4
 
 
-def read(file: Path) -> LogTable:
-    """Read every channel of one number per sample.
+def read(file: Path, _: Sequence[str] = ()) -> LogTable:
+    """Read every channel of one number per sample, under the names that the file gives them.
 
     Values are physical ones, after the file's own conversions; samples that the file marks as
     invalid are missing.
@@ -35,29 +32,14 @@ def read(file: Path) -> LogTable:
         begins = stream.read(_SMALLEST)
     if len(begins) < _SMALLEST or not begins.startswith(_BEGINNINGS):
         raise UserError(f"{file}: is not an MDF file")
-    trouble = ""
-    with _silent_ends():
-        try:
-            with asammdf.MDF(file) as mdf:
-                columns = tuple(c for g, _ in enumerate(mdf.groups) for c in _group(mdf, g))
-                own = OWN_MARK in html.unescape(str(mdf.header.comment))  # within XML
-        except Exception as error:  # asammdf answers a damaged file with many kinds of exception
-            trouble = str(error).partition("\n")[0] or type(error).__name__
-        if trouble:
-            gc.collect()  # while nobody hears it
-    if trouble:
-        raise UserError(f"{file}: is not a readable MDF file: {trouble}")
-    return LogTable(columns, set_point_first=own)
-
-
-@contextlib.contextmanager
-def _silent_ends() -> Iterator[None]:
-    """Keep quiet about objects that fail as they end: asammdf's do after a damaged file."""
-    usual, sys.unraisablehook = sys.unraisablehook, lambda _: None
     try:
-        yield
-    finally:
-        sys.unraisablehook = usual
+        with asammdf.MDF(file) as mdf:
+            columns = tuple(c for g, _ in enumerate(mdf.groups) for c in _group(mdf, g))
+            own = OWN_MARK in html.unescape(str(mdf.header.comment))  # within XML
+    except Exception as error:  # asammdf answers a damaged file with many kinds of exception
+        trouble = str(error).partition("\n")[0] or type(error).__name__
+        raise UserError(f"{file}: is not a readable MDF file: {trouble}") from None
+    return LogTable(columns, set_point_first=own)
 
 
 def _group(mdf: Any, group: int) -> list[LogColumn]:

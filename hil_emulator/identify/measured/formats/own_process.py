@@ -1,0 +1,82 @@
+"""Reading in a process of its own, for libraries that a damaged file can end."""
+
+import importlib
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
+
+_REFUSED = 2
+
+
+def read(reader: str, file: Path, headings: Sequence[str] = ()) -> LogTable:
+    """Read a file as a module of this folder does, whatever that does to its process.
+
+    asammdf and scipy's reader of MATLAB files read in C and trust lengths that a damaged file
+    states: they may write beyond their memory, print, or end the process.
+
+    Args:
+        reader: name of the module.
+        file: the file.
+        headings: names and units of its columns, if it does not tell.
+
+    Raises:
+        UserError: as the module does, and if the process has ended.
+
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "table.npz"
+        command = [sys.executable, "-m", __name__, reader, str(file), str(table), *headings]
+        ended = subprocess.run(command, capture_output=True)
+        if ended.returncode == 0:
+            return _unpacked(table)
+        if ended.returncode == _REFUSED:
+            raise UserError(table.read_text())
+    raise UserError(f"{file}: is not readable: it ends the process that reads it")
+
+
+def _pack(table: LogTable, file: Path) -> None:
+    """Write a table as arrays: those of equal clocks share one, nothing in it is code."""
+    clocks = {id(column.time): column.time for column in table.columns}
+    places = {key: place for place, key in enumerate(clocks)}
+    arrays: dict[str, Array] = {f"time_{places[k]}": t for k, t in clocks.items() if t is not None}
+    arrays |= {f"values_{i}": column.values for i, column in enumerate(table.columns)}
+    columns = [(c.name, c.unit, places[id(c.time)]) for c in table.columns]
+    told = json.dumps(
+        {"set_point_first": table.set_point_first, "notes": table.notes, "columns": columns}
+    )
+    with file.open("wb") as stream:
+        np.savez(stream, allow_pickle=False, told=np.array(told), **arrays)
+
+
+def _unpacked(file: Path) -> LogTable:
+    with np.load(file) as arrays:
+        told = json.loads(str(arrays["told"]))
+        clocks = {name: arrays[name] for name in arrays.files if name.startswith("time_")}
+        columns = tuple(
+            LogColumn(name, unit, arrays[f"values_{index}"], clocks.get(f"time_{clock}"))
+            for index, (name, unit, clock) in enumerate(told["columns"])
+        )
+    return LogTable(columns, told["set_point_first"], tuple(told["notes"]))
+
+
+def _main(reader: str, file: str, table: str, *headings: str) -> int:
+    module = importlib.import_module(f"{__package__}.{reader}")
+    try:
+        _pack(module.read(Path(file), headings), Path(table))
+    except UserError as error:
+        Path(table).write_text(str(error))
+        return _REFUSED
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(_main(*sys.argv[1:]))

@@ -1,0 +1,1 @@
+x: is not a readable MATLAB file: Reader needs file name or open file-like object
