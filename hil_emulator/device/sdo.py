@@ -16,6 +16,7 @@ from hil_emulator.device.sdo_block import MAX_BLOCK, BlockDownload, BlockUpload,
 from hil_emulator.device.sdo_segmented import (
     SegmentedDownload,
     SegmentedUpload,
+    check_announcement,
 )
 from hil_emulator.frame import Frame
 
@@ -48,12 +49,16 @@ class _Transfer(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class _PendingUpload:
-    """An upload asked for but not answered; block size 0 stands for no block transfer."""
+    """An upload asked for but not answered; block size 0 stands for no block transfer.
+
+    `checked` tells whether the client can do with a checksum.
+    """
 
     index: int
     subindex: int
     block_size: int = 0
     threshold: int = 0
+    checked: bool = False
 
 
 class SdoServer:
@@ -150,7 +155,8 @@ class SdoServer:
         elif command == _BLOCK_UPLOAD and not data[0] & (_BLOCK_SUBCOMMAND | _BLOCK_SIZE):
             self._dictionary.read(index, subindex)
             size = check_block_size(data[4])
-            self._upload = _PendingUpload(index, subindex, size, data[5])
+            checked = bool(data[0] & _BLOCK_CRC)
+            self._upload = _PendingUpload(index, subindex, size, data[5], checked)
         elif command != _ABORT:
             raise SdoAbort(AbortCode.UNKNOWN_COMMAND)
 
@@ -161,16 +167,14 @@ class SdoServer:
             self._dictionary.download(index, subindex, data[4 : 4 + size])
         else:
             announced = int.from_bytes(data[4:], "little") if data[0] & _SIZE else None
-            if announced is not None:
-                kind.check_length(announced)
+            check_announcement(kind, announced)
             self._transfer = SegmentedDownload(index, subindex, kind, announced)
         self._answers.append(_HEAD.pack(0x60, index, subindex) + bytes(4))
 
     def _initiate_block_download(self, data: bytes, index: int, subindex: int) -> None:
         kind = self._dictionary.writable(index, subindex).type
         announced = int.from_bytes(data[4:], "little") if data[0] & _BLOCK_SIZE else None
-        if announced is not None:
-            kind.check_length(announced)
+        check_announcement(kind, announced)
         checked = bool(data[0] & _BLOCK_CRC)
         self._transfer = BlockDownload(index, subindex, kind, announced, checked=checked)
         head = _HEAD.pack(0xA0 | _BLOCK_CRC, index, subindex)
@@ -189,8 +193,11 @@ class SdoServer:
             return
         # A client may name a length up to which it prefers no block transfer (7.2.4.3.13).
         if wanted.block_size and (not wanted.threshold or len(data) > wanted.threshold):
-            self._transfer = BlockUpload(index, subindex, data, wanted.block_size)
-            head = 0xC0 | _BLOCK_CRC | _BLOCK_SIZE
+            self._transfer = BlockUpload(
+                index, subindex, data, wanted.block_size, checked=wanted.checked
+            )
+            # A stock client takes the offer of a checksum for one, also if it asked for none.
+            head = 0xC0 | _BLOCK_SIZE | (_BLOCK_CRC if wanted.checked else 0)
             self._answers.append(_HEAD_AND_SIZE.pack(head, index, subindex, len(data)))
         elif 1 <= len(data) <= 4:
             head = 0x40 | (4 - len(data)) << 2 | _EXPEDITED | _SIZE

@@ -30,6 +30,9 @@ def check_block_size(size: int) -> int:
 class BlockDownload:
     """Collects blocks of segments; what arrives out of sequence is asked for again.
 
+    Data that have grown too long are refused where their block ends: the client sends a block
+    without a look at answers, and after an abort its segments would be taken for requests.
+
     Args:
         index: of the object to write.
         subindex: of the object to write.
@@ -72,11 +75,11 @@ class BlockDownload:
         if sequence == self._sequence + 1:
             self._sequence = sequence
             self.received += data[1:]
-            # The last segment's padding is known only at the end.
-            check_received(self._kind, len(self.received) - SEGMENT + 1)
             self._complete = last
         if not last and sequence != MAX_BLOCK:
             return []
+        # The last segment's padding is known only at the end.
+        check_received(self._kind, len(self.received) - SEGMENT + 1)
         acknowledged, self._sequence = self._sequence, 0
         return [bytes([_ACKNOWLEDGE, acknowledged, MAX_BLOCK]) + bytes(5)]
 
@@ -98,6 +101,7 @@ class BlockUpload:
         subindex: of the object read.
         data: its value.
         block_size: segments the client wants per block, 1 to 127.
+        checked: whether the client asked for a checksum; without, it is sent as 0 (7.2.4.3.15).
 
     Attributes:
         done: whether the client has confirmed the end.
@@ -105,11 +109,14 @@ class BlockUpload:
 
     """
 
-    def __init__(self, index: int, subindex: int, data: bytes, block_size: int) -> None:
+    def __init__(
+        self, index: int, subindex: int, data: bytes, block_size: int, *, checked: bool
+    ) -> None:
         self.index, self.subindex = index, subindex
         self.done = False
         self.received: bytes | None = None
         self._data = data
+        self._checked = checked
         self._block_size = block_size
         self._acknowledged = 0  # bytes
         self._sent = 0  # segments in the block under way
@@ -140,9 +147,9 @@ class BlockUpload:
             return self._block()
         self._ended = True
         padding = self._acknowledged - len(self._data)
-        # The checksum is sent wanted or not: a client that asked for none passes over it.
-        checksum = crc(self._data).to_bytes(2, "little")
-        return [bytes([_END_DOWNLOAD | padding << 2]) + checksum + bytes(5)]
+        checksum = crc(self._data) if self._checked else 0
+        end = bytes([_END_DOWNLOAD | padding << 2])
+        return [end + checksum.to_bytes(2, "little") + bytes(5)]
 
     def _block(self) -> list[bytes]:
         segments: list[bytes] = []

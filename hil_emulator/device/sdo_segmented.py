@@ -14,6 +14,14 @@ _COMMAND_MASK = 0xE0
 _TOGGLE, _LAST = 0x10, 0x01
 
 
+def check_announcement(kind: DataType, length: int | None) -> None:
+    """Refuse data that the client says have a length the object cannot take (0607 0012, 0013)."""
+    if length is not None:
+        kind.check_length(length)
+        if length > MAX_DOWNLOAD:
+            raise SdoAbort(AbortCode.LENGTH_TOO_HIGH)
+
+
 def check_received(kind: DataType, length: int) -> None:
     """Refuse data that have grown longer than their object (0607 0012, 0504 0005)."""
     if length > (kind.size or MAX_DOWNLOAD):

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import canopen
 import pytest
 from device_master import CHANNELS, NODE_ID, SDO_ANSWER, SDO_REQUEST, Master, booted
 from edited_eds import added, edited
@@ -103,6 +104,34 @@ def test_block_download_of_a_number(log_master: Master) -> None:
     answers(log_master, segment(1, b"\xc8\0", last=True))
     assert answers(log_master, "d500000000000000") == ["a100000000000000"]
     assert log_master.remote.sdo[0x1017].raw == 200
+
+
+@pytest.mark.parametrize("block", [True, False])
+def test_more_than_there_is_room_for_is_refused_at_once(log_master: Master, block: bool) -> None:
+    """600,000 bytes announced for a DOMAIN that takes 131,072 abort the initiate: 0607 0012."""
+    sdo = log_master.remote.sdo
+    with pytest.raises(canopen.SdoAbortedError) as abort:
+        sdo.open(LOG, 0, "wb", size=600_000, block_transfer=block)
+    assert abort.value.code == 0x06070012
+
+
+def test_no_segment_is_taken_for_a_request(
+    log_master: Master, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What grows too long within a block is refused at its end; segment 2B is no write of 1017."""
+    monkeypatch.setattr("hil_emulator.device.sdo_segmented.MAX_DOWNLOAD", 70)
+    answers(log_master, "c0ff2f0000000000")
+    request = bytes.fromhex("17100007000000")
+    block = [segment(number, request) for number in range(1, 128)]
+    assert answers(log_master, *block) == ["80ff2f0005000405"]
+    assert log_master.remote.sdo[0x1017].raw != 7
+
+
+def test_a_client_without_checksums_gets_none(log_master: Master) -> None:
+    """The end of an upload carries 0 where the client did not ask for a checksum (7.2.4.3.15)."""
+    answers(log_master, "a008100004000000")
+    answers(log_master, "a300000000000000")
+    assert answers(log_master, "a204040000000000") == ["c500000000000000"]
 
 
 def test_read_only_objects_refuse_blocks(log_master: Master) -> None:
