@@ -2,6 +2,9 @@
 
 from typing import NamedTuple
 
+EXTENDED = 1 << 29
+"""Bit of a COB-ID that tells a 29-bit identifier from an 11-bit one (CiA 301 7.5.2)."""
+
 
 class Frame(NamedTuple):
     """One classical CAN frame.
@@ -10,7 +13,7 @@ class Frame(NamedTuple):
         can_id: 11-bit identifier, or 29-bit where `extended` is set.
         data: 0 to 8 bytes; empty for a remote frame.
         remote: a remote transmission request (RTR).
-        extended: a 29-bit identifier; no CANopen service of ours uses one.
+        extended: a 29-bit identifier; of the CANopen services here only PDOs can have one.
 
     """
 
@@ -18,3 +21,8 @@ class Frame(NamedTuple):
     data: bytes = b""
     remote: bool = False
     extended: bool = False
+
+    @property
+    def identifier(self) -> int:
+        """The identifier as COB-IDs have it (CiA 301 7.5.2): bit 29 set for one of 29 bits."""
+        return self.can_id | EXTENDED if self.extended else self.can_id

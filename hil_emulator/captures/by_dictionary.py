@@ -97,7 +97,7 @@ def _carrier(dictionary: Dictionary, pdo: PdoParameters) -> Carrier:
     kind = pdo.transmission_type
     timed = pdo.event_timer_ms * 1e-3 if kind >= EVENT_MANUFACTURER else 0.0
     return Carrier(
-        f"{pdo.name} of node {dictionary.node_id}", pdo.can_id, False, pdo.mapping.size,
+        f"{pdo.name} of node {dictionary.node_id}", pdo.can_id, pdo.extended, pdo.mapping.size,
         tuple(signals), decode, synchronous=pdo.receive and kind <= SYNC_CYCLIC_MAX,
         deadline=timed if pdo.receive else 0.0, safe=_safe(dictionary),
         period=0.0 if pdo.receive else timed, counter_modulus=modulus,

@@ -237,7 +237,7 @@ def _verdict(result: Repetition, recording: Recording) -> str:
     lines = []
     if result.recorded != result.repeated:
         at = result.first()
-        known = {m.can_id: m for m in from_json(recording.header["messages"])}
+        known = {m.identifier: m for m in from_json(recording.header["messages"])}
         lines.append(f"frame {at + 1} of {len(result.recorded)} differs")
         for name, frames in (("then", result.recorded), ("now", result.repeated)):
             lines.append(f"  {name:<4}  {_line(frames, at, known)}")

@@ -69,6 +69,7 @@ class NodeTable(StrictTable):
     identity: IdentityTable = IdentityTable()
     autostart: bool | None = None
     bit_rate: Annotated[float | None, quantity(BIT_RATE)] = None
+    extended_ids: bool = True
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,7 @@ class NodeSettings:
         identity: other values of 0x1018 and 0x1008 to 0x100A, by (index, sub-index).
         autostart: whether it enters OPERATIONAL by itself; None leaves it to 0x1F80.
         bit_rate: what its bus must have [bit/s]; None for any.
+        extended_ids: whether its PDOs may have 29-bit identifiers.
         any_commands: whether `commands` are only those that count if its EDS has an object for
             them.
 
@@ -102,6 +104,7 @@ class NodeSettings:
     identity: dict[tuple[int, int], int | str] = field(default_factory=dict)
     autostart: bool | None = None
     bit_rate: float | None = None
+    extended_ids: bool = True
     any_commands: bool = False
 
 
@@ -126,6 +129,7 @@ def node_settings(table: NodeTable, folder: Path) -> NodeSettings:
         identity=_identity(table.identity),
         autostart=table.autostart,
         bit_rate=table.bit_rate,
+        extended_ids=table.extended_ids,
         any_commands=table.commands is None,
     )
 

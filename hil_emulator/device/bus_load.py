@@ -6,23 +6,27 @@ from hil_emulator.device.pdo import EVENT_MANUFACTURER, RTR_SYNC, SYNC_CYCLIC_MA
 
 STUFFABLE_BITS = 34
 """Bits of a base frame without data that are subject to bit stuffing: SOF to CRC."""
+STUFFABLE_BITS_EXTENDED = 54
+"""The same of a frame with a 29-bit identifier."""
 FIXED_BITS = 13
 """CRC delimiter, ACK slot and delimiter, end of frame, and the interframe space of three bits."""
 
 US_PER_S = 1_000_000
 
 
-def frame_bits(size: int) -> int:
-    """Return the bits a classical 11-bit data frame takes with worst-case stuffing.
+def frame_bits(size: int, *, extended: bool = False) -> int:
+    """Return the bits a classical data frame takes with worst-case stuffing.
 
-    g + 8 s + 13 + floor((g + 8 s - 1) / 4) with g = 34 (Davis, Burns, Bril, Lukkien, Controller
-    Area Network (CAN) schedulability analysis, Real-Time Systems 35, 2007, eq. 1).
+    g + 8 s + 13 + floor((g + 8 s - 1) / 4) with g = 34 for 11-bit and 54 for 29-bit identifiers
+    (Davis, Burns, Bril, Lukkien, Controller Area Network (CAN) schedulability analysis, Real-Time
+    Systems 35, 2007, eq. 1).
 
     Args:
         size: number of data bytes, 0 to 8.
+        extended: whether its identifier has 29 bits.
 
     """
-    stuffable = STUFFABLE_BITS + 8 * size
+    stuffable = (STUFFABLE_BITS_EXTENDED if extended else STUFFABLE_BITS) + 8 * size
     return stuffable + FIXED_BITS + (stuffable - 1) // 4
 
 
@@ -55,7 +59,8 @@ def worst_case(
     for parameters, incoming in [(p, False) for p in transmit] + [(p, True) for p in receive]:
         period_us = _period_us(parameters, incoming, sync_us, tick_us)
         if parameters.active and period_us:
-            load += frame_bits(parameters.mapping.size) * US_PER_S / period_us
+            bits = frame_bits(parameters.mapping.size, extended=parameters.extended)
+            load += bits * US_PER_S / period_us
     return load
 
 

@@ -23,7 +23,7 @@ from hil_emulator.device.time_stamp import TIME_COB_ID
 class _Use(NamedTuple):
     """One service of one node that uses an identifier."""
 
-    can_id: int
+    identifier: int
     service: str
     name: str
     alone: bool
@@ -44,11 +44,11 @@ def collisions(nodes: Sequence[Node]) -> list[str]:
     uses: defaultdict[int, list[_Use]] = defaultdict(list)
     for node in {node.node_id: node for node in nodes}.values():
         for use in _uses(node):
-            uses[use.can_id].append(use)
-    for can_id, found in sorted(uses.items()):
+            uses[use.identifier].append(use)
+    for identifier, found in sorted(uses.items()):
         if len({use.service for use in found}) > 1 or sum(use.alone for use in found) > 1:
             names = " and ".join(dict.fromkeys(use.name for use in found))
-            messages.append(f"COB-ID 0x{can_id:03X} is used by {names}; give each its own")
+            messages.append(f"COB-ID 0x{identifier:03X} is used by {names}; give each its own")
     return messages
 
 
@@ -67,7 +67,7 @@ def _uses(node: Node) -> Iterator[_Use]:
     yield from _broadcasts(dictionary, number)
     for pdo in node.pdos:
         if pdo.active:
-            yield _Use(pdo.can_id, "PDO", f"{pdo.name} of node {number}", alone=not pdo.receive)
+            yield _Use(pdo.identifier, "PDO", f"{pdo.name} of node {number}", alone=not pdo.receive)
 
 
 def _broadcasts(dictionary: Dictionary, number: int) -> Iterator[_Use]:

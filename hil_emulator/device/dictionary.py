@@ -42,6 +42,7 @@ class Dictionary:
     Attributes:
         remarks: what was odd about the file that the entries come from.
         bit_rates: what the device can do [bit/s]; empty where that is not known.
+        extended_ids: whether its PDOs may have 29-bit identifiers.
 
     Raises:
         UserError: the node id is outside 1 to 127.
@@ -55,6 +56,7 @@ class Dictionary:
         self.source = source
         self.remarks: Sequence[Remark] = ()
         self.bit_rates: frozenset[int] = frozenset()
+        self.extended_ids = True
         self._entries: dict[tuple[int, int], Entry] = {}
         self._dummies: dict[int, Entry] = {}
         self._assigned: set[Entry] = set()

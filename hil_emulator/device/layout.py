@@ -74,16 +74,24 @@ def pdo_row(parameters: PdoParameters) -> PdoRow:
 
 
 def checked_parameters(dictionary: Dictionary, number: int, *, receive: bool) -> PdoParameters:
-    """Return a PDO's parameters, or refuse a default mapping that cannot be.
+    """Return a PDO's parameters, or refuse a default mapping or identifier that cannot be.
 
     Raises:
-        UserError: names the mapping entry and the object.
+        UserError: names the mapping entry and the object, or the PDO with a 29-bit identifier on
+            a device that is said to have none.
 
     """
     try:
-        return PdoParameters(dictionary, number, receive=receive)
+        parameters = PdoParameters(dictionary, number, receive=receive)
     except SdoAbort as abort:
         refusal = abort
+    else:
+        if parameters.exists and parameters.extended and not dictionary.extended_ids:
+            raise UserError(
+                f"{dictionary.source}: {parameters.name} has a 29-bit identifier, but the node "
+                "has extended_ids = false; leave that out, or give the PDO another COB-ID"
+            )
+        return parameters
     first = (RPDO_MAPPING if receive else TPDO_MAPPING) + number - 1
     for word in [entry for entry in dictionary if entry.index == first and entry.subindex]:
         try:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo import PdoParameters
+from hil_emulator.frame import EXTENDED
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,12 @@ class Message:
     Attributes:
         node: name of its node.
         pdo: such as "TPDO1".
-        can_id: 11-bit identifier.
+        can_id: identifier.
         size: bytes of data.
         transmission_type: see `PdoParameters`.
         event_timer_ms: see `PdoParameters`.
         fields: what it carries, without dummy entries.
+        extended: whether its identifier has 29 bits.
 
     """
 
@@ -72,6 +74,12 @@ class Message:
     transmission_type: int
     event_timer_ms: int
     fields: tuple[Field, ...]
+    extended: bool = False
+
+    @property
+    def identifier(self) -> int:
+        """What tells its frames from all others: see `Frame.identifier`."""
+        return self.can_id | EXTENDED if self.extended else self.can_id
 
     @property
     def name(self) -> str:
@@ -89,6 +97,7 @@ def message(node: str, pdo: PdoParameters) -> Message:
     return Message(
         node, pdo.name, pdo.can_id, pdo.mapping.size, pdo.transmission_type, pdo.event_timer_ms,
         tuple(field(start, entry) for start, entry in pdo.mapping.placed()),
+        pdo.extended,
     )  # fmt: skip
 
 

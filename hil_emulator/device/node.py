@@ -48,7 +48,7 @@ from hil_emulator.device.sync import SyncConsumer, SyncProducer
 from hil_emulator.device.time_stamp import TimeStamp
 from hil_emulator.device.trigger import Trigger
 from hil_emulator.device.verify_configuration import VerifyConfiguration
-from hil_emulator.frame import Frame
+from hil_emulator.frame import EXTENDED, Frame
 
 
 class Node:
@@ -67,9 +67,9 @@ class Node:
 
     Attributes:
         dictionary: as given.
-        hears: the COB-ID of every data frame that the node takes in its present state, and
-            whether taking it may change what the node takes.
-        asked: the COB-IDs of the remote frames that it takes.
+        hears: the identifier of every data frame that the node takes in its present state, with
+            bit 29 set for one of 29 bits, and whether taking it may change what the node takes.
+        asked: the identifiers of the remote frames that it takes.
         on_route: called when these have changed.
 
     Raises:
@@ -155,8 +155,8 @@ class Node:
         """
         for can_id, data, remote, extended in frames:
             routes = self._remote_routes if remote else self._routes
-            handlers = routes.get(can_id)
-            if handlers is not None and not extended:
+            handlers = routes.get(can_id | EXTENDED if extended else can_id)
+            if handlers is not None:
                 for handler in handlers:
                     handler(now_ns, data)
         if now_ns >= self._consumer.due_ns or now_ns >= self._guarding.due_ns:

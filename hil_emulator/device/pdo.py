@@ -28,6 +28,7 @@ from hil_emulator.device.pdo_records import (
     TPDO_MAPPING,
     TRANSMISSION_TYPE,
 )
+from hil_emulator.frame import EXTENDED
 
 SYNC_ACYCLIC = 0
 SYNC_CYCLIC_MAX = 240
@@ -81,8 +82,18 @@ class PdoParameters:
 
     @property
     def can_id(self) -> int:
-        """The 11-bit identifier."""
-        return self.cob_id & cob_id.CAN_ID_MASK
+        """The identifier, of 11 or 29 bits."""
+        return cob_id.number(self.cob_id)
+
+    @property
+    def extended(self) -> bool:
+        """Whether the identifier has 29 bits."""
+        return bool(self.cob_id & EXTENDED)
+
+    @property
+    def identifier(self) -> int:
+        """What tells its frames from all others: see `Frame.identifier`."""
+        return self.can_id | self.cob_id & EXTENDED
 
     @property
     def exists(self) -> bool:
@@ -129,7 +140,7 @@ class PdoParameters:
         if entry.index == self._mapping:
             self._check_mapping(entry, value)
         elif entry.subindex == COB_ID:
-            cob_id.check_change(entry.value, value)
+            cob_id.check_change(entry.value, value, extended=self._dictionary.extended_ids)
             if not value & cob_id.INVALID:
                 self._mapping_of(self._count())
         elif entry.subindex == TRANSMISSION_TYPE:

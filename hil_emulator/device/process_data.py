@@ -113,9 +113,9 @@ class ProcessData:
     def add_routes(self, data: dict[int, list[Handler]], remote: dict[int, list[Handler]]) -> None:
         """Add which data and remote frames the PDOs take."""
         for rpdo in self._active_rpdos:
-            data.setdefault(rpdo.parameters.can_id, []).append(self._receiver(rpdo))
+            data.setdefault(rpdo.parameters.identifier, []).append(self._receiver(rpdo))
         for tpdo in self._active:
-            remote.setdefault(tpdo.parameters.can_id, []).append(self._requester(tpdo))
+            remote.setdefault(tpdo.parameters.identifier, []).append(self._requester(tpdo))
 
     def _receiver(self, rpdo: Rpdo) -> Handler:
         entries = rpdo.parameters.mapping.entries

@@ -50,6 +50,7 @@ class Tpdo:
         """Begin afresh: on entering OPERATIONAL and after a change of parameters."""
         parameters = self.parameters
         self._can_id = parameters.can_id
+        self._extended = parameters.extended
         self._mapping = parameters.mapping
         self._type = kind = parameters.transmission_type
         self._requests = 0  # transmissions due now, whatever the inhibit time
@@ -144,7 +145,7 @@ class Tpdo:
         if self._type == RTR_SYNC and self._sampled is not None:
             data = self._sampled
         self._last = data
-        frame = Frame(self._can_id, data)
+        frame = Frame(self._can_id, data, extended=self._extended)
         for _ in range(self._requests):
             frames.append(frame)
         self._requests = 0

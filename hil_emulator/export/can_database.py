@@ -42,6 +42,7 @@ def _message(pdo: message.Message, sync_ms: int) -> Message:
     sender, receiver = (CONTROLLER, node) if pdo.receive else (node, CONTROLLER)
     return Message(
         frame_id=pdo.can_id,
+        is_extended_frame=pdo.extended,
         name=identifier(pdo.name),
         length=pdo.size,
         signals=list(_signals(pdo.fields, receiver)),

@@ -37,11 +37,11 @@ def connection(node: Node, target: str) -> NodeConnection:
         return NodeConnection(node, lambda frame: True)
     named = message_ids(node).get(target, set())
     ids = {int(target, 16)} if target.startswith("0x") else named
-    return NodeConnection(node, lambda frame: frame.can_id in ids)
+    return NodeConnection(node, lambda frame: frame.identifier in ids)
 
 
 def message_ids(node: Node) -> dict[str, set[int]]:
-    """Return the COB-IDs of a node's messages by name (predefined set: CiA 301 7.3.5)."""
+    """Return the identifiers of a node's messages by name (predefined set: CiA 301 7.3.5)."""
     n = node.node_id
     named = {
         "nmt": {0x000},
@@ -50,4 +50,4 @@ def message_ids(node: Node) -> dict[str, set[int]]:
         "sdo": {0x580 + n, 0x600 + n},
         "heartbeat": {ERROR_CONTROL_COB_ID + n},
     }
-    return named | {row.name.lower(): {row.can_id} for row in node.pdo_map() if row.exists}
+    return named | {pdo.name.lower(): {pdo.identifier} for pdo in node.pdos if pdo.exists}

@@ -158,7 +158,7 @@ def emcy(connection: NodeConnection, code: float) -> FrameFault:
 def heartbeat_stop(connection: NodeConnection) -> FrameFault:
     """No heartbeat; all else goes on."""
     can_id = ERROR_CONTROL_COB_ID + connection.node.node_id
-    return Rewriting(lambda f: f.can_id == can_id and f.data != b"\0", lambda s, f: [])
+    return Rewriting(lambda f: f.identifier == can_id and f.data != b"\0", lambda s, f: [])
 
 
 class _Restart(PassThrough):

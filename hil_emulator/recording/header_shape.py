@@ -13,7 +13,7 @@ _FIELD = {
 }  # fmt: skip
 _MESSAGE = {
     "node": str, "pdo": str, "can_id": int, "size": int, "transmission_type": int,
-    "event_timer_ms": int, "fields": [_FIELD],
+    "event_timer_ms": int, "fields": [_FIELD], "extended": bool,
 }  # fmt: skip
 
 SHAPE: dict[str, Any] = {
@@ -62,13 +62,15 @@ def header_of_entry(file: Path, payload: bytes) -> dict[str, Any]:
 def _of_today(content: Any) -> Any:
     """Return a header as this version writes it; `HILREC1` had messages by name, and no SYNC.
 
-    What a message lacked there is what no decoding of frames needs.
+    What a message lacked there is what no decoding of frames needs. Before there were PDOs with
+    29-bit identifiers, no message said that its own has 11.
     """
     if not isinstance(content, dict):
         return content
     content = {"sync_ms": 0} | content
     if not any("name" in m for m in content["messages"]):
-        return content
+        said = [{"extended": False} | m for m in content["messages"]]
+        return content | {"messages": said}
     found = []
     for old in content["messages"]:
         pdo, _, node = old["name"].partition("_")
@@ -76,7 +78,8 @@ def _of_today(content: Any) -> Any:
                   for f in old["fields"]]  # fmt: skip
         found.append(
             {"node": node, "pdo": pdo, "can_id": old["can_id"], "size": old["size"],
-             "transmission_type": _EVENT_DRIVEN, "event_timer_ms": 0, "fields": fields}
+             "transmission_type": _EVENT_DRIVEN, "event_timer_ms": 0, "fields": fields,
+             "extended": False}
         )  # fmt: skip
     return content | {"messages": found}
 

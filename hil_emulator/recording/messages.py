@@ -30,13 +30,19 @@ def from_json(found: Iterable[Mapping[str, Any]]) -> list[Message]:
 
 
 def describe(frame: Frame, known: Mapping[int, Message]) -> str:
-    """Return a frame in words, as far as its COB-ID and data tell."""
-    pdo = known.get(frame.can_id)
+    """Return a frame in words, as far as its identifier and data tell.
+
+    Args:
+        frame: the frame.
+        known: PDOs by `Message.identifier`.
+
+    """
+    pdo = known.get(frame.identifier)
     if frame.remote:
         return "remote frame"
     if pdo is not None and len(frame.data) >= pdo.size:
         return f"{pdo.name}  " + ", ".join(_amount(f, frame.data) for f in pdo.fields)
-    return _service(frame.can_id, frame.data)
+    return "" if frame.extended else _service(frame.can_id, frame.data)
 
 
 def _amount(field: Field, data: bytes) -> str:

@@ -1,7 +1,7 @@
 """What the nodes of a rig hear: what the others said in the last tick, then the bus.
 
 Most frames on a bus concern none of the rig's nodes. They are sorted out once for all of them, by
-the COB-IDs that the nodes listen to at this moment.
+the identifiers that the nodes listen to at this moment.
 """
 
 from collections.abc import Iterator, Sequence
@@ -63,13 +63,13 @@ class FrameRouter:
         if self._stale:
             self._listen()
         hears, asked = self._hears, self._asked
-        said = [item for item in spoken if item[1].can_id in (asked if item[1].remote else hears)]
-        heard = [frame for frame in frames if frame.can_id in (asked if frame.remote else hears)]
+        said = [s for s in spoken if s[1].identifier in (asked if s[1].remote else hears)]
+        heard = [f for f in frames if f.identifier in (asked if f.remote else hears)]
         for frame in heard:
-            if hears.get(frame.can_id):
+            if hears.get(frame.identifier):
                 return spoken, frames
         for _, frame in said:
-            if hears.get(frame.can_id):
+            if hears.get(frame.identifier):
                 return spoken, frames
         return said, heard
 

@@ -35,6 +35,7 @@ def _node(settings: NodeSettings, place: int, channels: Sequence[str]) -> Node:
     dictionary = Dictionary.from_eds(settings.eds, settings.id)
     if dictionary.remarks:
         _log.info("%s: %d oddities; check lists them", settings.eds, len(dictionary.remarks))
+    dictionary.extended_ids = settings.extended_ids
     _check_bit_rate(dictionary, settings.bit_rate)
     _identify(dictionary, settings, place)
     courses = [] if settings.objects is None else wire(dictionary, settings.objects)

@@ -21,7 +21,7 @@ _SHOWN = {"Pa": "bar", "m": "mm", "A": "mA"}
 
 def frames(emulator: Emulator, count: int = FRAMES) -> list[str]:
     """Return the last frames in words, oldest first."""
-    known = {m.can_id: m for m in messages(emulator.rig.nodes)}
+    known = {m.identifier: m for m in messages(emulator.rig.nodes)}
     return [
         f"{now_ns * 1e-9:9.3f} s  {'out' if sent else 'in ':<3}  {frame.can_id:03X}  "
         f"{frame.data.hex(' '):<23}  {describe(frame, known)}".rstrip()

@@ -4,15 +4,17 @@ import struct
 from pathlib import Path
 
 import pytest
-from device_master import CHANNELS, NODE_ID, RPDO1, SYNC, TPDO1, TPDO2, Master, booted
+from device_master import CHANNELS, NODE_ID, RPDO1, SAFE_CURRENT, SYNC, TPDO1, TPDO2, Master, booted
 from edited_eds import edited
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
 
 NO_SUCH_OBJECT, NOT_MAPPABLE, TOO_LONG = 0x06020000, 0x06040041, 0x06040042
 INVALID_VALUE, WRONG_STATE = 0x06090030, 0x08000022
 OFF = 1 << 31
+EXTENDED = 1 << 29
 
 FREE_ID = 0x190
 
@@ -117,10 +119,45 @@ def test_restricted_identifiers_are_refused(
     assert master.abort_code(communication, 1, u32(can_id)) == INVALID_VALUE
 
 
-def test_29_bit_identifiers_are_refused(master: Master) -> None:
-    """The device speaks 11-bit identifiers only."""
+@pytest.mark.parametrize("communication", [0x1400, 0x1800])
+def test_a_device_may_have_no_29_bit_identifiers(master: Master, communication: int) -> None:
+    """A device that is said to have 11-bit identifiers only refuses others: 0609 0030."""
+    switch_off(master, communication)
+    assert master.abort_code(communication, 1, u32(EXTENDED | 0x12345)) == 0
+    switch_off(master, communication)
+    master.network.node.dictionary.extended_ids = False
+    assert master.abort_code(communication, 1, u32(EXTENDED | 0x12345)) == INVALID_VALUE
+
+
+def test_services_other_than_pdos_have_11_bits(master: Master) -> None:
+    """SYNC and EMCY refuse a 29-bit identifier: 0609 0030."""
+    for index in (0x1005, 0x1014):
+        assert master.abort_code(index, 0, u32(EXTENDED | 0x12345)) == INVALID_VALUE
+
+
+def test_a_29_bit_tpdo_is_sent_and_asked_for_as_such(master: Master) -> None:
+    """Its frames have bit 29's format, and only a remote frame of that format requests it."""
     switch_off(master, 0x1800)
-    assert master.abort_code(0x1800, 1, u32(1 << 29 | 0x12345)) == INVALID_VALUE
+    assert master.abort_code(0x1800, 2, b"\xfd") == 0
+    assert master.abort_code(0x1800, 1, u32(EXTENDED | 0x18F00185)) == 0
+    master.start()
+    master.send(0x18F00185 & 0x7FF, remote=True)
+    assert master.data(0x18F00185) == []
+    master.send(0x18F00185, remote=True, extended=True)
+    (frame,) = [f for f in master.frames if f.can_id == 0x18F00185]
+    assert frame.extended
+
+
+@pytest.mark.parametrize("can_id", [0x18EF0500, 0x205])
+def test_a_29_bit_rpdo_takes_no_other_frames(master: Master, can_id: int) -> None:
+    """The same number in an 11-bit frame is another identifier."""
+    switch_off(master, 0x1400)
+    assert master.abort_code(0x1400, 1, u32(EXTENDED | can_id)) == 0
+    master.start()
+    master.send(can_id & 0x7FF, u32(7))
+    assert master.remote.sdo[0x2000].raw == round(SAFE_CURRENT * 1e9)
+    master.send(can_id, u32(7), extended=True)
+    assert master.remote.sdo[0x2000].raw == 7
 
 
 @pytest.mark.parametrize(
@@ -231,3 +268,17 @@ def test_strings_cannot_be_mapped(tmp_path: Path) -> None:
     switch_off(master, 0x1800)
     master.abort_code(0x1A00, 0, b"\0")
     assert master.abort_code(0x1A00, 1, u32(0x10080000)) == NOT_MAPPABLE
+
+
+def test_an_eds_may_give_29_bits(tmp_path: Path) -> None:
+    """A default COB-ID with bit 29 is that of the device, also where its low bits are 0x180."""
+    eds = edited(tmp_path, ("DefaultValue=$NODEID+0x180\n", "DefaultValue=0x38F00180\n"))
+    node = Node(Dictionary.from_eds(eds, NODE_ID), CHANNELS, {"valve_current": 0.0})
+    master = booted(node, eds)
+    master.start()
+    master.send(SYNC)
+    assert any(f.can_id == 0x18F00180 and f.extended for f in master.frames)
+    dictionary = Dictionary.from_eds(eds, NODE_ID)
+    dictionary.extended_ids = False
+    with pytest.raises(UserError, match="TPDO1 has a 29-bit identifier"):
+        Node(dictionary, CHANNELS, {})

@@ -13,6 +13,7 @@ from hil_emulator.device.eds.report import Report
 from hil_emulator.device.eds.sections import Section, Sheet
 from hil_emulator.device.eds.values import Value, integer
 from hil_emulator.device.pdo_records import MAX_PDOS, RPDO_COMMUNICATION, TPDO_COMMUNICATION
+from hil_emulator.frame import EXTENDED
 
 PREDEFINED_PDOS = 4
 NO_PDO = "0x80000000"
@@ -60,6 +61,8 @@ def _complete(section: Section, predefined: str, report: Report) -> None:
         given = integer(text) if text else Value(0)
     except ValueError:
         given = Value(0)
+    if given.value & EXTENDED:
+        return
     if not given.value & CAN_ID_MASK and not given.relative:
         section.set(key, predefined)
         report.note(section.name, key, f"no COB-ID; {predefined}")
