@@ -8,7 +8,8 @@ A conversation is a stream of commands between `<` and `>`:
     client  < send 123 4 1a 22 3 44 >       identifier, length, bytes; hexadecimal, unpadded
     server  < frame 123 23.424242 1A220344 >    identifier, time [s], bytes
 
-An identifier of eight digits is a 29-bit one. The protocol has no remote frames and no CAN FD.
+An identifier of eight digits is a 29-bit one. The protocol has no remote frames and no CAN FD;
+python-can's client writes a remote frame as one without data, and a length above 0 gives it away.
 
 Source: socketcand's protocol description (`doc/protocol.md` of linux-can/socketcand).
 """
@@ -62,16 +63,22 @@ def opens(beginning: bytes) -> bool | None:
 
 
 def parse_send(command: bytes) -> Frame | None:
-    """Return the frame of a `send` command; None where it is anything else or ill-formed."""
+    """Return the frame of a `send` command; None where it is anything else or ill-formed.
+
+    A length without data is that of a remote frame.
+    """
     match = _SEND.fullmatch(command)
     if match is None:
         return None
     id_text, length, data_text = match.groups()
     can_id, extended = int(id_text, 16), len(id_text) == 8
     data = bytes([int(byte, 16) for byte in data_text.split()])
-    if len(data) != int(length) or can_id > (_MAX_EXTENDED_ID if extended else _MAX_STANDARD_ID):
+    remote = not data and length != b"0"
+    if can_id > (_MAX_EXTENDED_ID if extended else _MAX_STANDARD_ID):
         return None
-    return Frame(can_id, data, extended=extended)
+    if len(data) != int(length) and not remote:
+        return None
+    return Frame(can_id, data, remote, extended)
 
 
 def format_frame(frame: Frame, time: float) -> bytes:

@@ -1,11 +1,13 @@
 """A CAN bus over TCP for machines whose kernel has none: python-can's `socketcand_server`.
 
 The bus *is* the server: whoever polls it for frames also serves its clients. There is no thread.
-Every frame a client sends reaches the owner of the bus and all other clients, as on a wire.
+Every data frame a client sends reaches the owner of the bus and all other clients, as on a wire.
+Remote frames reach the owner only: see `SocketcandServerBus`.
 Stock clients connect with `can.Bus(interface="socketcand", host=..., port=..., channel=...)`.
 """
 
 import contextlib
+import logging
 import selectors
 import socket
 import sys
@@ -24,11 +26,17 @@ from hil_emulator.frame import Frame
 DEFAULT_PORT = 29536  # socketcand's registered TCP port
 MAX_CLIENTS = 16  # assumed
 
+_log = logging.getLogger(__name__)
+
 
 class SocketcandServerBus(can.BusABC):
     """A python-can bus whose other nodes are TCP clients speaking socketcand.
 
     To be used from one thread. Nothing moves between calls: poll it with `recv(0)` in a loop.
+
+    Stock clients write a remote frame as an empty data frame. As an identifier has one sender,
+    an empty frame under one that the owner itself sends data with was a remote frame: the owner
+    is told so, and the other clients, to whom the protocol cannot tell it, hear nothing.
 
     Args:
         channel: the name clients have to open.
@@ -67,6 +75,8 @@ class SocketcandServerBus(can.BusABC):
         self._clients: tuple[Connection, ...] = ()
         self._silent: list[Connection] = []  # those in the pause after their handshake
         self._inbox: deque[Frame] = deque()
+        self._own: set[int] = set()  # identifiers under which the owner has sent data
+        self._warned = False
         self._lost = 0
         self._senseless = 0
         super().__init__(channel=channel, can_filters=can_filters, **kwargs)
@@ -94,9 +104,13 @@ class SocketcandServerBus(can.BusABC):
                 or where a client that does not read has lost it.
 
         """
+        if msg.is_remote_frame:
+            self._warn(msg.arbitration_id)
         if msg.is_remote_frame or msg.is_error_frame or msg.is_fd:
             raise can.CanOperationError("socketcand carries classical data frames only")
         frame = Frame(msg.arbitration_id, bytes(msg.data), extended=msg.is_extended_id)
+        if frame.data:
+            self._own.add(frame.identifier)
         if not self._tell([frame], self._clients):
             raise can.CanOperationError("a client that does not read has lost this frame")
 
@@ -119,6 +133,7 @@ class SocketcandServerBus(can.BusABC):
             timestamp=time.time(),
             arbitration_id=frame.can_id,
             is_extended_id=frame.extended,
+            is_remote_frame=frame.remote,
             channel=self.channel,
             data=frame.data,
         )
@@ -160,12 +175,30 @@ class SocketcandServerBus(can.BusABC):
 
     def _read(self, client: Connection) -> None:
         was_raw = client.raw
-        frames = client.read()
+        frames = [self._as_meant(frame) for frame in client.read()]
         if client.raw and not was_raw:
             self._silent.append(client)
         if frames:
             self._inbox.extend(frames)
-            self._tell(frames, (other for other in self._clients if other is not client))
+            data = [frame for frame in frames if not frame.remote]
+            self._tell(data, (other for other in self._clients if other is not client))
+
+    def _as_meant(self, frame: Frame) -> Frame:
+        """Return a client's frame, or the remote frame that it was before it became text."""
+        if not frame.data and frame.identifier in self._own:
+            frame = frame._replace(remote=True)
+        if frame.remote:
+            self._warn(frame.can_id)
+        return frame
+
+    def _warn(self, can_id: int) -> None:
+        """Say once that remote frames do not get through."""
+        if not self._warned:
+            self._warned = True
+            _log.warning(
+                "remote frame %03X: socketcand carries none to the TCP clients; use a bus of the "
+                "kernel (interface = 'socketcan') where controllers rely on them", can_id,
+            )  # fmt: skip
 
     def _tell(self, frames: list[Frame], clients: Iterable[Connection]) -> bool:
         """Send `frames` to those of `clients` that are in raw mode; False where one lost them."""

@@ -51,7 +51,7 @@ def test_a_frame_reads_as_in_the_protocol_description() -> None:
         "",
         "send",
         "send 123",
-        "send 123 1",
+        "send 123 9",
         "send 123 1 11 22",
         "send 123 2 11",
         "send 123 1 111",
@@ -119,3 +119,8 @@ def test_random_bytes_are_survived() -> None:
         for command in stream.feed(bytes(noise.choices(alphabet, k=100))):
             parse_send(command)
         assert len(stream._unfinished) <= MAX_COMMAND + 1
+
+
+def test_a_length_without_data_is_that_of_a_remote_frame() -> None:
+    """So python-can's client writes it: the length asks for that of the answer."""
+    assert parse_send(b" send 185 8  ") == Frame(0x185, remote=True)

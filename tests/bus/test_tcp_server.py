@@ -168,3 +168,23 @@ def test_acknowledgements_stay_prompt(server: SocketcandServerBus) -> None:
             assert connection.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK) == 1
             server.send(SYNC)
             client.hear(1)
+
+
+@pytest.mark.parametrize("length", [0, 8])
+def test_a_remote_frame_is_no_data_frame(
+    server: SocketcandServerBus, caplog: pytest.LogCaptureFixture, length: int
+) -> None:
+    """What a stock client makes of one reaches the owner as such, nobody else; one warning."""
+    request = b"< send 185 %d  >" % length
+    with Client(server).shake_hands() as asking, Client(server).shake_hands() as other:
+        server.send(message_of(Frame(0x185, b"data")))
+        asking.say(request * 2 + b"< send 205 0  >")
+        arrived: list[Frame] = []
+        while len(arrived) < 3:
+            arrived += polled(server, iter([False, True]).__next__)
+        assert arrived == [Frame(0x185, remote=True)] * 2 + [Frame(0x205)]
+        heard = other.hear(2)
+        assert [heard.count(text) for text in (b"< frame 185 ", b"< frame 205 ", b">")] == [1, 1, 2]
+    with pytest.raises(can.CanOperationError):
+        server.send(message_of(Frame(0x705, remote=True)))
+    assert [r.getMessage()[:16] for r in caplog.records] == ["remote frame 185"]
