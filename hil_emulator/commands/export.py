@@ -9,6 +9,7 @@ from hil_emulator.config.machine import MachineSettings, load_machine
 from hil_emulator.device.collisions import collisions
 from hil_emulator.device.message import message
 from hil_emulator.device.node import Node
+from hil_emulator.device.service_messages import services
 from hil_emulator.errors import UserError
 from hil_emulator.export.can_database import dbc
 from hil_emulator.export.electronic_data_sheet import dcf, eds
@@ -57,7 +58,7 @@ def contents(settings: MachineSettings) -> dict[str, str]:
             texts[f"{name}.dcf"] = dcf(node.dictionary, f"{name}.dcf", name, bit_rate)
         sync_ms = settings.actuators[0].config.sync_period_ns // 1_000_000
         found = [message(name, p) for name, node in named.items() for p in node.pdos if p.active]
-        texts[f"{bus}.dbc"] = dbc(found, sync_ms)
+        texts[f"{bus}.dbc"] = dbc([*found, *services(named)], sync_ms)
     return texts
 
 

@@ -1,4 +1,4 @@
-"""A PDO as a message of the bus: where each value lies in its data, and what a digit is worth."""
+"""A message of the bus: where each value lies in its data, and what a digit is worth."""
 
 import struct
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from hil_emulator.frame import EXTENDED
 
 @dataclass(frozen=True)
 class Field:
-    """One value in a PDO: its place in bits, and how a count becomes a quantity.
+    """One value in a message: its place in bits, and how a count becomes a quantity.
 
     Attributes:
         name: of the object.
@@ -24,6 +24,7 @@ class Field:
         subindex: of the object.
         low: smallest count a client may write; None without a limit.
         high: largest count a client may write; None without a limit.
+        choices: names the words for its counts in `service_messages.WORDS`; "" without any.
 
     """
 
@@ -38,6 +39,7 @@ class Field:
     subindex: int = 0
     low: float | None = None
     high: float | None = None
+    choices: str = ""
 
     def value(self, data: bytes) -> float:
         """Return the value in a frame's data, in `unit`."""
@@ -53,11 +55,11 @@ class Field:
 
 @dataclass(frozen=True)
 class Message:
-    """One PDO as it is configured now.
+    """One PDO, or a message of another service, as it is configured now.
 
     Attributes:
-        node: name of its node.
-        pdo: such as "TPDO1".
+        node: name of its node; "" for what belongs to the bus.
+        pdo: such as "TPDO1"; of another service its name, such as "EMCY".
         can_id: identifier.
         size: bytes of data.
         transmission_type: see `PdoParameters`.
@@ -84,12 +86,12 @@ class Message:
     @property
     def name(self) -> str:
         """Unique on the bus, such as "node5_TPDO1"."""
-        return f"{self.node}_{self.pdo}"
+        return f"{self.node}_{self.pdo}" if self.node else self.pdo
 
     @property
     def receive(self) -> bool:
         """Whether the node receives it."""
-        return self.pdo.startswith("R")
+        return self.pdo.startswith("RPDO") or self.pdo.endswith("_request")
 
 
 def message(node: str, pdo: PdoParameters) -> Message:

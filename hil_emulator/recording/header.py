@@ -9,7 +9,7 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.device.node import Node
 from hil_emulator.recording.journal import Recording
 from hil_emulator.recording.memory import MemoryRecorder
-from hil_emulator.recording.messages import as_json, messages
+from hil_emulator.recording.messages import as_json, messages, service_messages
 from hil_emulator.signals.columns import columns
 
 
@@ -41,6 +41,7 @@ def header(config: Configuration, nodes: Sequence[Node], capture: str = "") -> d
         "capture": capture,
         "columns": columns(),
         "messages": as_json(messages(nodes)),
+        "services": as_json(service_messages(nodes)),
         "configuration": list(config.texts),
         "effects": digests(config.effects),
         "sync_ms": config.sync_period_ns // 1_000_000,

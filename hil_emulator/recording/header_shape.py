@@ -10,6 +10,7 @@ from hil_emulator.errors import UserError
 _FIELD = {
     "name": str, "start": int, "bits": int, "signed": bool, "real": bool, "factor": float,
     "unit": str, "index": int, "subindex": int, "low": (float, None), "high": (float, None),
+    "choices": str,
 }  # fmt: skip
 _MESSAGE = {
     "node": str, "pdo": str, "can_id": int, "size": int, "transmission_type": int,
@@ -25,6 +26,7 @@ SHAPE: dict[str, Any] = {
     "capture": str,
     "columns": {str: str},
     "messages": [_MESSAGE],
+    "services": [_MESSAGE],
     "sync_ms": int,
     "configuration": [str],
     "effects": {str: str},
@@ -32,7 +34,7 @@ SHAPE: dict[str, Any] = {
 """By key, what is there: a type, one of several, a list of something, an object with these keys, an
 object of texts."""
 
-OPTIONAL = {"nodes", "configuration", "effects"}
+OPTIONAL = {"nodes", "configuration", "effects", "services"}
 """Keys that recordings of earlier versions lack."""
 
 _EVENT_DRIVEN = 255
@@ -63,18 +65,21 @@ def _of_today(content: Any) -> Any:
     """Return a header as this version writes it; `HILREC1` had messages by name, and no SYNC.
 
     What a message lacked there is what no decoding of frames needs. Before there were PDOs with
-    29-bit identifiers, no message said that its own has 11.
+    29-bit identifiers, no message said that its own has 11, and no field had words for its values.
     """
     if not isinstance(content, dict):
         return content
     content = {"sync_ms": 0} | content
     if not any("name" in m for m in content["messages"]):
-        said = [{"extended": False} | m for m in content["messages"]]
+        said = [
+            {"extended": False, **m, "fields": [{"choices": "", **f} for f in m["fields"]]}
+            for m in content["messages"]
+        ]
         return content | {"messages": said}
     found = []
     for old in content["messages"]:
         pdo, _, node = old["name"].partition("_")
-        fields = [{**f, "index": 0, "subindex": 0, "low": None, "high": None}
+        fields = [{**f, "index": 0, "subindex": 0, "low": None, "high": None, "choices": ""}
                   for f in old["fields"]]  # fmt: skip
         found.append(
             {"node": node, "pdo": pdo, "can_id": old["can_id"], "size": old["size"],

@@ -6,6 +6,7 @@ from typing import Any
 
 from hil_emulator.device.message import Field, Message, message
 from hil_emulator.device.node import Node
+from hil_emulator.device.service_messages import services
 from hil_emulator.frame import Frame
 from hil_emulator.units import show
 
@@ -17,6 +18,11 @@ _SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "N": "N", "m/s": "mm/s"}
 def messages(nodes: Iterable[Node]) -> list[Message]:
     """Return the PDOs of nodes as they are configured now."""
     return [message(f"node{n.node_id}", pdo) for n in nodes for pdo in n.pdos if pdo.active]
+
+
+def service_messages(nodes: Iterable[Node]) -> list[Message]:
+    """Return the messages of their other services."""
+    return services({f"node{n.node_id}": n for n in nodes})
 
 
 def as_json(found: Iterable[Message]) -> list[dict[str, Any]]:

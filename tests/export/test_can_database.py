@@ -4,6 +4,7 @@ import re
 import struct
 from pathlib import Path
 
+import canopen
 import cantools
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.device.node import Node
 from hil_emulator.frame import Frame
 from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.simulation.emulator import Emulator
+from hil_emulator.testing.lockstep_network import LockStepNetwork
 
 SYNC = Frame(0x080)
 START_ALL = Frame(0x000, b"\x01\x00")
@@ -36,8 +39,8 @@ def test_every_pdo_is_there(folder: Path, made: list[Node]) -> None:
     expected = {
         (row.can_id, row.size, row.name) for node in made for row in node.pdo_map() if row.entries
     }
-    found = {(m.frame_id, m.length, m.name.rsplit("_", 1)[1]) for m in database.messages}
-    assert found == expected
+    found = {(m.frame_id, m.length, m.name.rpartition("_")[2]) for m in database.messages}
+    assert {message for message in found if "PDO" in message[2]} == expected
     cycles = {m.frame_id: m.cycle_time for m in database.messages}
     for node in made:
         for row in node.pdo_map():
@@ -99,3 +102,47 @@ def test_pdos_decode_to_the_sensors_readings(config: Configuration, folder: Path
 def test_a_minute_of_pdos_decodes(config: Configuration, folder: Path) -> None:
     """Nothing drifts or wraps within a minute."""
     assert drive(config, folder, 60_000) > 240_000
+
+
+def test_every_frame_of_a_run_has_its_message(config: Configuration, folder: Path) -> None:
+    """Boot-up, NMT, SYNC, SDO with a stock master, EMCY and its end, heartbeat: all in words."""
+    database = load(folder)
+    said: dict[str, list[dict[str, object]]] = {}
+    with Emulator(config) as emulator:
+        network = LockStepNetwork(emulator)
+        emulator.tick()
+        master = network.add_node(5, canopen.import_od(str(config.nodes[0].eds), 5))
+        master.sdo[0x1017].raw = 20
+        network.nmt.send_command(1)
+        network.sync.transmit()
+        with emulator.fault("node5", "emcy", code="0x8130"):
+            emulator.run_for("30 ms")
+        emulator.run_for("30 ms")
+        network.disconnect()
+        for _, _, frame in emulator.recorder.frames:
+            message = database.get_message_by_frame_id(frame.can_id)
+            assert message.length == len(frame.data)
+            name = message.name.removeprefix(f"{message.senders[0]}_")
+            said.setdefault(name, []).append(message.decode(frame.data))
+    assert {"command": "start", "node": 0} in said["NMT"]
+    assert [m["error_code"] for m in said["EMCY"]] == ["life_guard_or_heartbeat", "none"]
+    assert {str(m["state"]) for m in said["heartbeat"]} == {"boot_up", "operational"}
+    assert said["SYNC"] == [{}]
+    (request,) = (r for name in said if name.endswith("SDO_request") for r in said[name])
+    assert request == {"command": "download_2_bytes", "index": 0x1017, "subindex": 0, "data": 20}
+    assert [m["command"] for m in said["SDO_answer"]] == ["downloaded"]
+
+
+def test_services_have_their_sender_and_period(folder: Path, made: list[Node]) -> None:
+    """A node sends EMCY, answers and heartbeat; requests, NMT and SYNC are the controller's."""
+    by_id = {m.frame_id: m for m in load(folder).messages}
+    for node in made:
+        number = node.node_id
+        names = [by_id[base + number].senders for base in (0x080, 0x580, 0x700)]
+        assert names[0] == names[1] == names[2] != ["controller"]
+        period = node.dictionary.read(0x1017, 0)
+        assert by_id[0x700 + number].cycle_time == (period or None)
+        assert by_id[0x600 + number].senders == ["controller"]
+        assert by_id[0x600 + number].signals[0].receivers == names[0]
+    assert by_id[0x000].senders == by_id[0x080].senders == ["controller"]
+    assert len(by_id[0x000].signals[0].receivers) == len(made)

@@ -17,7 +17,8 @@ def write(source: Path, file: Path) -> None:
     header = header_of(source)
     remarks = [f"{key}: {value}" for key, value in header["provenance"].items()]
     frame_log.write(file, frames(source), remarks)
-    database = dbc(messages.from_json(header["messages"]), header["sync_ms"])
+    known = messages.from_json([*header["messages"], *header.get("services", [])])
+    database = dbc(known, header["sync_ms"])
     file.with_suffix(".dbc").write_text(database, encoding="latin-1", newline="\r\n")
     if file.suffix == ".log":  # candump's format has no room for remarks
         beside = file.with_name(file.name + ".json")
