@@ -7,7 +7,7 @@ import click
 
 from hil_emulator.characterise.registry import characterise
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.config.load import load
+from hil_emulator.config.load import load_whole
 from hil_emulator.platform.paths import cache_folder, near
 
 
@@ -18,7 +18,7 @@ def run(test: str, files: Sequence[Path], out: Path, seed: int | None) -> None:
         UserError: for an unknown test, a wrong configuration or a folder that cannot be written.
 
     """
-    config = load(files)
+    config = load_whole(files)
     results = characterise(
         [test],
         config.plant,

@@ -9,7 +9,7 @@ import click
 import numpy as np
 
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.config.load import Configuration, load, on_bus
+from hil_emulator.config.load import Configuration, load_rig, load_whole
 from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design.library import (
     LIBRARY,
@@ -29,7 +29,7 @@ REST = 0.3
 
 def catalogue(configs: Sequence[Path]) -> None:
     """Print every experiment, with its usual amplitude for a machine."""
-    allowed = limits(load(configs or [shipped("configs/hyq_knee.toml")]).plant)
+    allowed = limits(load_whole(configs or [shipped("configs/hyq_knee.toml")]).plant)
     rows = [
         (e.name, show(target(e, allowed).amplitude, "m", "mm"), f"{e.duration:g} s", e.summary,
          e.shows)
@@ -60,7 +60,7 @@ def write(
 
     """
     files = list(configs) or [shipped("configs/hyq_knee.toml")]
-    config = load(files) if scenario is None else on_bus(load(files))
+    config = load_whole(files) if scenario is None else load_rig(files)
     made = target(stimulus(name), limits(config.plant), amplitude, duration, seed)
     file = out or Path(f"{name}.csv")
     _save(file, stimulus_file(made))

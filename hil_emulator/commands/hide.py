@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 import numpy as np
 
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design import practice, sealed
 from hil_emulator.identify.experiment_design.library import Stimulus, Target, limits
@@ -85,7 +85,7 @@ def play(file: Path, out: Path) -> None:
 
     """
     truth = sealed.unseal(out)
-    config = load(_configurations(out))
+    config = load_whole(_configurations(out))
     ground = sealed.restored(PlantModel(config, cache_folder()), truth)
     number = len(list((out / "training").glob("*.csv"))) + 1
     made = _stimulus(file, ground)
@@ -134,7 +134,7 @@ def _configurations(out: Path) -> list[Path]:
 
 def _copied(configs: Sequence[Path], out: Path) -> Configuration:
     """Copy a configuration and the files that it names, so that the folder stands alone."""
-    load(configs)
+    load_whole(configs)
     try:
         for part in ("training", "validation"):
             (out / part).mkdir(parents=True, exist_ok=True)
@@ -144,7 +144,7 @@ def _copied(configs: Sequence[Path], out: Path) -> Configuration:
             copies[-1].write_text(_with_companions(file, out), encoding="utf-8")
     except OSError as error:
         raise UserError(f"{out}: cannot be written: {error}") from None
-    return load(copies)
+    return load_whole(copies)
 
 
 def _with_companions(file: Path, out: Path) -> str:

@@ -65,6 +65,8 @@ def identify(
         config, learn, check, question, lambda text: click.echo(f"  {text}", err=True),
         cache_folder(), jobs, cluster,
     )  # fmt: skip
+    if not config.bench.whole:
+        click.echo(f"bench     {config.bench}")
     click.echo(summary(result))
     if out is not None:
         _write(out, _findings(result, configs))

@@ -11,7 +11,7 @@ import click
 import numpy as np
 
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.errors import UserError
 from hil_emulator.model import linear as s1
 from hil_emulator.model.equilibrium import NoEquilibriumError
@@ -66,7 +66,7 @@ def run(
         UserError: if the configuration is wrong or has no equilibrium there.
 
     """
-    config = load(files)
+    config = load_whole(files)
     forms = linearise(config, position, current)
     if as_json:
         click.echo(json.dumps(_content(forms), indent=2))

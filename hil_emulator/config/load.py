@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from hil_emulator.config import datasheet
+from hil_emulator.config.bench import BenchSettings, described, kind_of
 from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.nodes import UNCONFIGURED, NodeSettings, NodeTable, node_settings
@@ -52,6 +54,8 @@ class Configuration:
         digest: digest of what the files say together.
         files: where it comes from.
         texts: what each of them says.
+        bench: what of an actuator it describes; what it need not say of the plant is not a number,
+            so that nothing which depends on it has a value.
 
     """
 
@@ -70,6 +74,7 @@ class Configuration:
     digest: str
     files: tuple[Path, ...]
     texts: tuple[str, ...]
+    bench: BenchSettings
 
 
 Admit = Callable[[Path, bytes], None]
@@ -108,30 +113,57 @@ def load_texts(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Con
     origin: dict[tuple[str, ...], Path] = {}
     for file, layer in layers:
         _lay_over(merged, _with_knobs(layer, effects), file, origin)
+    model = schema(effects, kind_of(merged))
     try:
-        checked = schema(effects).model_validate(merged)
+        checked = model.model_validate(merged)
     except ValidationError as error:
-        raise UserError(describe(error, schema(effects), merged, origin, files)) from None
+        raise UserError(describe(error, model, merged, origin, files)) from None
     return _configuration(checked, merged, effects, origin, files, texts)
+
+
+def load_whole(files: Sequence[Path]) -> Configuration:
+    """Read and check a configuration of a whole actuator, which can be simulated.
+
+    Raises:
+        UserError: as `load` does, or if it describes less.
+
+    """
+    return whole(load(files))
+
+
+def whole(config: Configuration) -> Configuration:
+    """Return a configuration that describes a whole actuator.
+
+    Raises:
+        UserError: if it describes less.
+
+    """
+    if not config.bench.whole:
+        raise UserError(
+            f"{config.files[-1]}: describes {config.bench}; this command simulates the whole "
+            'actuator: write kind = "actuator" under [bench], or leave it out, and give the rest'
+        )
+    return config
 
 
 def load_rig(files: Sequence[Path]) -> Configuration:
     """Read and check a configuration whose devices go on a bus.
 
     Raises:
-        UserError: as `load` does, or if there is no device.
+        UserError: as `load_whole` does, or if there is no device.
 
     """
     return on_bus(load(files))
 
 
 def on_bus(config: Configuration) -> Configuration:
-    """Return a configuration that has devices on a bus.
+    """Return a configuration of a whole actuator that has devices on a bus.
 
     Raises:
-        UserError: if it has none.
+        UserError: if it has none, or describes less.
 
     """
+    whole(config)
     if not config.nodes:
         raise UserError(
             f"{config.files[-1]}: no [[node]]: nothing of it is on a bus; add "
@@ -218,8 +250,8 @@ def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
     for name in plant_tables(effects):
         table = getattr(checked, name)
         for param in PARAMS.get(name, ()):
-            if getattr(table, param.name) is not None:
-                values[f"{name}_{param.name}"] = getattr(table, param.name)
+            value = getattr(table, param.name)
+            values[f"{name}_{param.name}"] = math.nan if value is None else value
         values |= _effect_values(table, [e for e in effects if e.stage.table == name])
     values |= checked.valve.gains()
     values |= checked.cylinder.areas()
@@ -274,4 +306,5 @@ def _configuration(
         digest=hashlib.sha256(canonical).hexdigest()[:16],
         files=tuple(files),
         texts=tuple(texts),
+        bench=described(checked.bench),
     )

@@ -7,8 +7,11 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
+from hil_emulator.config.bench import Kind, kind_of
 from hil_emulator.config.table import StrictTable
 from hil_emulator.errors import brief
+from hil_emulator.model.quantities import PARAMS
+from hil_emulator.units import show
 
 
 def describe(
@@ -19,7 +22,7 @@ def describe(
     files: Sequence[Path],
 ) -> str:
     """Return one message that lists every mistake with its file, path and remedy."""
-    lines = [_line(mistake, model, origin, files) for mistake in error.errors()]
+    lines = [_line(mistake, model, merged, origin, files) for mistake in error.errors()]
     count = "1 mistake" if len(lines) == 1 else f"{len(lines)} mistakes"
     return "\n".join([f"{count} in the configuration:", *(f"  {line}" for line in lines)])
 
@@ -27,13 +30,16 @@ def describe(
 def _line(
     mistake: Any,
     model: type[StrictTable],
+    merged: Mapping[str, Any],
     origin: Mapping[tuple[str, ...], Path],
     files: Sequence[Path],
 ) -> str:
     place = tuple(part for part in mistake["loc"])
     names = tuple(str(part) for part in place if isinstance(part, str))
     path = ".".join(str(part) for part in place)
-    return f"{_file(names, origin, files)}: {path or 'file'}: {_reason(mistake, names, model)}"
+    return (
+        f"{_file(names, origin, files)}: {path or 'file'}: {_reason(mistake, names, model, merged)}"
+    )
 
 
 def _file(
@@ -46,7 +52,9 @@ def _file(
     return files[-1]
 
 
-def _reason(mistake: Any, names: tuple[str, ...], model: type[StrictTable]) -> str:
+def _reason(
+    mistake: Any, names: tuple[str, ...], model: type[StrictTable], merged: Mapping[str, Any]
+) -> str:
     kind = mistake["type"]
     if kind == "extra_forbidden":
         known = _keys(model, names[:-1])
@@ -57,13 +65,25 @@ def _reason(mistake: Any, names: tuple[str, ...], model: type[StrictTable]) -> s
             else f"unknown key; known here: {', '.join(known)}"
         )
     if kind == "missing":
-        return "missing; this value is required"
+        return _missing(names, kind_of(merged))
     if kind == "value_error":
         return str(mistake["ctx"]["error"])
     if kind == "model_type":
         return f"{_quoted(mistake['input'])} is not a table"
     text = str(mistake["msg"])
     return f"{_quoted(mistake['input'])}: {text[0].lower()}{text[1:]}"
+
+
+def _missing(names: tuple[str, ...], bench: Kind) -> str:
+    """Say what is missing with its unit and an example, or that a key is."""
+    table, key = (*names, "")[:2]
+    lacking = [
+        f'{p.name} = "{show(p.typical, p.unit, p.shown)}" ({p.meaning})'
+        for p in PARAMS.get(table, ()) if (p.name == key if key else bench.asks(table, p.name))
+    ]  # fmt: skip
+    if not lacking:
+        return "missing; this value is required"
+    return f"missing; {bench.describes.partition(':')[0]} needs {', '.join(lacking)}"
 
 
 def _quoted(given: object) -> str:

@@ -7,12 +7,16 @@ from typing import Annotated, Any
 from pydantic import Field, create_model
 
 from hil_emulator.config import datasheet
+from hil_emulator.config.bench import BenchTable, Kind
 from hil_emulator.config.nodes import NodeTable
 from hil_emulator.config.table import StrictTable, quantity
 from hil_emulator.config.tables import (
+    CylinderAside,
     CylinderDatasheet,
     ModelTable,
+    OneSidedCylinder,
     RigTable,
+    ValveAside,
     ValveDatasheet,
 )
 from hil_emulator.model.actuator import PARAMS
@@ -49,22 +53,31 @@ def _in_channel_unit(effect: Effect, channel: Channel) -> Effect:
     return replace(effect, knob=scaled(effect.knob), shape=shape)
 
 
-_DATASHEETS = {"cylinder": CylinderDatasheet, "valve": ValveDatasheet}
+def _base(table: str, kind: Kind) -> type[StrictTable]:
+    """Return what the model of a table builds upon."""
+    if table == "valve":
+        return ValveDatasheet if kind.needs.get(table) else ValveAside
+    if table != "cylinder":
+        return StrictTable
+    if kind.asks(table, "area_ratio"):
+        return CylinderDatasheet
+    return OneSidedCylinder if kind.needs.get(table) else CylinderAside
 
 
-def _plant_table(table: str, effects: Iterable[Effect]) -> Any:
+def _plant_table(table: str, effects: Iterable[Effect], kind: Kind) -> Any:
     """Return the model of one of the plant's tables: parameters, then effects."""
     exclusive = {n for pair in datasheet.ALTERNATIVES.get(table, ()) for side in pair for n in side}
     fields: dict[str, Any] = {}
     for param in PARAMS.get(table, ()):
-        optional = param.name in exclusive
-        kind = Annotated[float | None, quantity(param)] if optional else _field(param)
+        unsaid = param.default is None and not kind.asks(table, param.name)
+        optional = param.name in exclusive or unsaid
+        annotation = Annotated[float | None, quantity(param)] if optional else _field(param)
         default = None if optional else ... if param.default is None else param.default
-        fields[param.name] = (kind, default)
+        fields[param.name] = (annotation, default)
     for effect in effects:
         if effect.stage.table == table:
             fields[effect.name] = (_effect_table(effect) | None, None)
-    return create_model(table, __base__=_DATASHEETS.get(table, StrictTable), **fields)
+    return create_model(table, __base__=_base(table, kind), **fields)
 
 
 def _sensors_table(effects: Iterable[Effect]) -> Any:
@@ -85,19 +98,18 @@ def plant_tables(effects: Iterable[Effect]) -> list[str]:
     return list(dict.fromkeys([*PARAMS, *stages]))
 
 
-def schema(effects: tuple[Effect, ...]) -> type[StrictTable]:
-    """Return the model of a whole configuration for a catalogue of effects."""
+def schema(effects: tuple[Effect, ...], kind: Kind) -> type[StrictTable]:
+    """Return the model of a whole configuration for a catalogue of effects and a bench."""
     fields: dict[str, Any] = {
+        "bench": (BenchTable, BenchTable()),
         "rig": (RigTable, RigTable()),
         "model": (ModelTable, ModelTable()),
         "bus": (dict[str, Any], Field(default_factory=dict)),
         "node": (list[NodeTable], []),
     }
     for table in plant_tables(effects):
-        model = _plant_table(table, effects)
-        optional = not any(f.is_required() for f in model.model_fields.values())
-        complete = table not in _DATASHEETS
-        fields[table] = (model, model() if optional and complete else ...)
+        model = _plant_table(table, effects, kind)
+        fields[table] = (model, ... if kind.needs.get(table) else model())
     sensors = _sensors_table(effects)
     fields["sensors"] = (sensors, sensors())
     return create_model("configuration", __base__=StrictTable, **fields)

@@ -1,7 +1,7 @@
 """The tables written by hand: loop, and what data sheets of valve and cylinder print."""
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -64,6 +64,11 @@ class ModelTable(StrictTable):
 class CylinderDatasheet(StrictTable):
     """The cylinder's diameters, in place of its areas."""
 
+    ways: ClassVar[frozenset[tuple[int, int]]] = frozenset({(2, 0), (0, 2)})
+    """How many of its areas and diameters may be given."""
+
+    wanted: ClassVar[str] = "either bore and rod, or piston_area and area_ratio"
+
     bore: Annotated[float | None, quantity(BORE)] = None
     rod: Annotated[float | None, quantity(ROD)] = None
 
@@ -71,10 +76,9 @@ class CylinderDatasheet(StrictTable):
     def _one_way(self) -> "CylinderDatasheet":
         areas = _given(self, "piston_area", "area_ratio")
         diameters = _given(self, "bore", "rod")
-        if (len(areas), len(diameters)) not in {(2, 0), (0, 2)}:
+        if (len(areas), len(diameters)) not in self.ways:
             raise ValueError(
-                "give either bore and rod, or piston_area and area_ratio; found "
-                f"{', '.join((*diameters, *areas)) or 'none of them'}"
+                f"give {self.wanted}; found {', '.join((*diameters, *areas)) or 'none of them'}"
             )
         if self.bore is not None and self.rod is not None and self.rod >= self.bore:
             raise ValueError("the rod must be thinner than the bore")
@@ -82,16 +86,32 @@ class CylinderDatasheet(StrictTable):
 
     def areas(self) -> dict[str, float]:
         """Return piston area and area ratio from the diameters, where those were given."""
-        if self.bore is None or self.rod is None:
-            return {}
-        return {
-            "cylinder_piston_area": datasheet.piston_area(self.bore),
-            "cylinder_area_ratio": datasheet.area_ratio(self.bore, self.rod),
-        }
+        found = {}
+        if self.bore is not None:
+            found["cylinder_piston_area"] = datasheet.piston_area(self.bore)
+        if self.bore is not None and self.rod is not None:
+            found["cylinder_area_ratio"] = datasheet.area_ratio(self.bore, self.rod)
+        return found
+
+
+class OneSidedCylinder(CylinderDatasheet):
+    """A piston or plunger without a chamber on the rod's side."""
+
+    ways: ClassVar[frozenset[tuple[int, int]]] = frozenset({(2, 0), (0, 2), (1, 0), (0, 1)})
+    wanted: ClassVar[str] = "piston_area, or bore"
+
+
+class CylinderAside(CylinderDatasheet):
+    """A cylinder on a bench that does not ask for one."""
+
+    ways: ClassVar[frozenset[tuple[int, int]]] = OneSidedCylinder.ways | {(0, 0)}
 
 
 class ValveDatasheet(StrictTable):
     """The valve's nominal flow at a pressure drop, in place of its gain."""
+
+    ways: ClassVar[frozenset[tuple[int, int, int]]] = frozenset({(1, 0, 0), (0, 2, 1)})
+    """How many of gain, rating and pressure drops may be given."""
 
     nominal_flow: Annotated[float | None, quantity(NOMINAL_FLOW)] = None
     rated_current: Annotated[float | None, quantity(RATED_CURRENT)] = None
@@ -103,7 +123,7 @@ class ValveDatasheet(StrictTable):
         gain = _given(self, "gain")
         rating = _given(self, "nominal_flow", "rated_current")
         drops = _given(self, "pressure_drop_per_edge", "pressure_drop_total")
-        if (len(gain), len(rating), len(drops)) not in {(1, 0, 0), (0, 2, 1)}:
+        if (len(gain), len(rating), len(drops)) not in self.ways:
             raise ValueError(
                 "give either gain, or nominal_flow and rated_current and one of "
                 "pressure_drop_per_edge (dp_n1, one metering edge) and pressure_drop_total "
@@ -119,6 +139,12 @@ class ValveDatasheet(StrictTable):
         drop = self.pressure_drop_per_edge or (self.pressure_drop_total or 0.0) / 2.0
         gain = datasheet.valve_gain(self.nominal_flow, self.rated_current, drop)
         return {"valve_gain": gain}
+
+
+class ValveAside(ValveDatasheet):
+    """A valve on a bench that does not ask for one."""
+
+    ways: ClassVar[frozenset[tuple[int, int, int]]] = ValveDatasheet.ways | {(0, 0, 0)}
 
 
 def _given(table: StrictTable, *names: str) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.bus.bus import Bus
-from hil_emulator.config.load import load
+from hil_emulator.config.load import load_whole
 from hil_emulator.platform.paths import shipped
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
@@ -102,7 +102,7 @@ def respond(step: SetPointStep, time: Any, values: Any) -> Response:
 def perform(cache: Path, say: Callable[[str], None]) -> Demonstration:
     """Run emulator and controller in lock-step on an in-process bus."""
     files = [shipped("configs/hyq_knee.toml"), shipped("configs/spring_load.toml")]
-    config = load(files)
+    config = load_whole(files)
     settings = {"interface": "virtual", "channel": _CHANNEL}
     recorder = MemoryRecorder()
     period = config.tick_ns * 1e-9

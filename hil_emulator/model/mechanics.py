@@ -70,6 +70,7 @@ def move_rod(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     y.hydraulic_force = f_h
     y.friction_force = f_f
     y.stop_force = f_stop
+    y.rod_mass = m_rod
     y.load_force = f
     y.resisting_force = f_load
     y.load_position = x_l

@@ -25,7 +25,7 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               1e5, 1e3, 20e5, "bar", default=1e5),
     ),
     "cylinder": (
-        Param("piston_area", "m^2", "cap-side area A_p", 2.0106e-4, 1e-6, 1.0, "cm^2",
+        Param("piston_area", "m^2", "cap-side area A_p", 2.0106e-4, 1e-6, 4.0, "cm^2",
               source="bore 16 mm"),
         Param("area_ratio", "1", "annulus area over piston area (alpha)", 0.61, 0.05, 1.0,
               source="S1 3.4"),
@@ -137,5 +137,6 @@ SIGNALS = (
     Quantity("friction_loss", "W", "power turned into heat by friction"),
     Quantity("efficiency", "1", "load power over pump power while both are positive, else 0"),
     Quantity("viscosity", "m^2/s", "kinematic viscosity of the oil"),
+    Quantity("rod_mass", "kg", "mass that moves ahead of the load cell"),
     Quantity("gas_pressure", "Pa", "pressure below which gas governs a chamber's stiffness"),
 )

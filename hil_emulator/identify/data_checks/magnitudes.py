@@ -3,6 +3,7 @@
 Every limit is a factor of eight or more, which separates bar from MPa, and no effect reaches.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -37,6 +38,12 @@ VACUUM = -10e5
 NEGATIVE = 0.1
 """Part of the readings that may fall below it all the same: a ringing line swings (assumed)."""
 
+HIGHEST_PRESSURE = 1000e5
+"""Pressure that no cylinder stands [Pa] (assumed: presses are built for up to 700 bar)."""
+
+HARDEST_DRIVE = 1e3
+"""Acceleration that no drive of an axis gives its load [m/s^2] (assumed)."""
+
 CREEP = 2e-3
 """Change of speed that leakage or a load may cause with the valve closed [m/s] (assumed)."""
 
@@ -55,19 +62,30 @@ def impossible(experiments: Sequence[Experiment], plant: Mapping[str, float]) ->
 def _of_one(e: Experiment, plant: Mapping[str, float]) -> list[str]:
     found = [_position(e, plant), _supply(e, plant), _chambers(e, plant)]
     if not any(found):
-        found += [_far(name, values) for name, values in e.readings.items()]
+        found += [_far(name, values, plant) for name, values in e.readings.items()]
     found += [_pressure(name, e.readings[name]) for name in _PRESSURES if name in e.readings]
     said = [text for text in found if text]
     return said or [text for text in (_speed(e, plant),) if text]
 
 
-def _far(name: str, values: Array) -> str:
+def _far(name: str, values: Array, plant: Mapping[str, float]) -> str:
     typical = float(np.nanmedian(np.abs(values)))
-    if typical <= IMPLAUSIBLE_SPANS * SPANS[name]:
+    if typical <= max(IMPLAUSIBLE_SPANS * SPANS[name], _reach(name, plant)):
         return ""
     return (
         f"{name} is about {show(typical, *_SHOWN[name])}, far beyond any range; is its unit right?"
     )
+
+
+def _reach(name: str, plant: Mapping[str, float]) -> float:
+    """Return how far a machine of this size may reach; infinite where its size is not known."""
+    if name == "position":
+        stroke = plant["cylinder_stroke"]
+        return math.inf if math.isnan(stroke) else 2.0 * stroke
+    if name != "load_force":
+        return 0.0
+    area = plant["cylinder_piston_area"]
+    return HIGHEST_PRESSURE * area if area > 0.0 else HARDEST_DRIVE * plant["load_mass"]
 
 
 def _pressure(name: str, values: Array) -> str:

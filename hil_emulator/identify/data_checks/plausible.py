@@ -158,16 +158,20 @@ def _scale(force: Array, measured: Array) -> str:
     )
 
 
-def dissipative(experiments: Sequence[Experiment], plant: Mapping[str, float]) -> list[Experiment]:
+def dissipative(
+    experiments: Sequence[Experiment], plant: Mapping[str, float], driven: bool = False
+) -> list[Experiment]:
     """Return force-balance experiments in which friction takes energy.
 
     A test machine may count its position the other way round; friction would then drive the rod,
-    which is impossible, so the position is reversed and a note says so.
+    which is impossible, so the position is reversed and a note says so. The force of a drive acts
+    along the motion, what a rod passes on against it.
     """
     work = 0.0
     for e in experiments:
         v = speed(e)
         gap = e.readings["load_force"] - hydraulic_force(e, plant)
+        gap = -gap if driven else gap
         good = np.isfinite(v) & np.isfinite(gap)
         v, gap = v[good], gap[good] - np.median(gap[good])
         work += float(np.sum(v * gap)) / max(float(np.sqrt(np.sum(v**2) * np.sum(gap**2))), 1e-30)

@@ -97,7 +97,10 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
     """
     residual, _ = predictor.innovations(frozen, par, chan)
     if isinstance(frozen, MeasuredStates):
-        return np.asarray(np.where(frozen.present, -residual[:, 0] / frozen.weights[0], np.nan))
+        made = predictor.through(frozen, what, np.ones(len(residual)))
+        return np.asarray(
+            np.where(frozen.present, -residual[:, 0], np.nan) / np.where(frozen.present, made, 1.0)
+        )
     assert isinstance(frozen, Frozen)
     assert isinstance(predictor, Observer)
     drives, feeds = _entries(predictor, frozen, what)

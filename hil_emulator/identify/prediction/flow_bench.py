@@ -5,19 +5,17 @@ the rod is locked, and the chambers are so large that no flow changes their pres
 taken as ideal: what it adds of its own shows as an effect of the valve.
 """
 
-import copy
 from collections.abc import Sequence
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment, noise_of
 from hil_emulator.identify.prediction.balances import FLOW_A, Balance
+from hil_emulator.identify.prediction.boundary import LOCKED, with_values
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.identify.prediction.static import MeasuredStates
-from hil_emulator.identify.prediction.valve_bench import LOCKED
-from hil_emulator.model.layout import fill
 from hil_emulator.model.stages import friction, inertia, stop, transducer
 
 ENDLESS_VOLUME = 1e3
@@ -51,15 +49,12 @@ class FlowBench:
     balances: tuple[Balance, ...] = (FLOW_A,)
 
     def __init__(self, model: PlantModel) -> None:
-        self.model = copy.copy(model)
-        self.model.plant_values = model.plant_values | {
+        self.model = with_values(model, {
             "load_mass": LOCKED,
             "cylinder_dead_volume_a": ENDLESS_VOLUME, "cylinder_dead_volume_b": ENDLESS_VOLUME,
-        }  # fmt: skip
-        kernel = model.kernel
-        self.model.par = fill(kernel.parameters, kernel.effects, self.model.plant_values)
+        })  # fmt: skip
         self.channels: tuple[str, ...] = (FLOW,)
-        states, self._flow = list(kernel.state.names or ()), model.signal_names.index(FLOW)
+        states, self._flow = list(model.kernel.state.names or ()), model.signal_names.index(FLOW)
         self._ports = [states.index(name) for name in ("pressure_a", "pressure_b")]
 
     @property

@@ -1,5 +1,6 @@
 """What the channels that are there allow: a predictor, its effects, and how well known they are."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 from hil_emulator.identify.data_checks import plausible
@@ -13,6 +14,12 @@ from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.valve_bench import VOLUME_PRIORS, ValveBench, bench
 from hil_emulator.model.sensors import CHANNELS
+
+FORCES = {
+    "force balance": ("position", "load_force", "pressure_a", "pressure_b"),
+    "driven axis": ("position", "load_force"),
+}  # fmt: skip
+"""Channels that a bench of forces needs, by its kind."""
 
 SLOWEST = 5e-3
 """Longest sample period that shows a hydraulic mode of some 50 Hz [s]."""
@@ -33,6 +40,7 @@ def predicting(
 
     """
     everything = [*learn, *check]
+    declared = model.config.bench.kind
     names = tuple(
         c.name for c in CHANNELS
         if not c.differenced and all(c.name in e.readings for e in everything)
@@ -53,6 +61,8 @@ def predicting(
     contrary = plausible.contradictions(everything, model.plant_values)
     if contrary:
         return None, learn, check, "; ".join(contrary)
+    if declared in FORCES:
+        return _balance(model, learn, check)
     if all(len(e.current) for e in everything):
         why = _slow(everything)
         return None if why else Observer(model, names), learn, check, why
@@ -68,13 +78,41 @@ def predicting(
     return None, learn, check, why
 
 
+def _balance(
+    model: PlantModel, learn: list[Experiment], check: list[Experiment]
+) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
+    """Return what predicts on a bench that the configuration declares to be one of forces."""
+    kind = model.config.bench.kind
+    for e in (*learn, *check):
+        lacking = [name for name in FORCES[kind] if name not in e.readings]
+        if lacking:
+            return None, learn, check, _unknown(e, kind, lacking)
+    driven = kind == "driven axis"
+    turned = plausible.dissipative([*learn, *check], model.plant_values, driven)
+    return (
+        static.StaticObserver(model, driven), turned[: len(learn)], turned[len(learn) :], ""
+    )  # fmt: skip
+
+
+def _unknown(e: Experiment, kind: str, lacking: Sequence[str]) -> str:
+    """Say which channels a bench lacks, and where else a pressure may be said."""
+    why = f"{e.name} has no {' and no '.join(lacking)}, which a {kind} needs"
+    pressures = [name for name in lacking if name.startswith("pressure")]
+    if not pressures:
+        return why
+    said = " and ".join(f'{name} = "absent" or "3 bar"' for name in pressures)
+    return f"{why}; if nothing measures it, say {said} under [bench]"
+
+
 def priors(predictor: Predictor) -> Mapping[str, float]:
     """Return how well ordinary parameters are known."""
     if isinstance(predictor, ValveBench):
         return VOLUME_PRIORS
     if isinstance(predictor, FlowBench):
         return FLOW_PRIORS
-    return parameters.PRIORS if isinstance(predictor, Observer) else parameters.STATIC_PRIORS
+    if isinstance(predictor, static.StaticObserver):
+        return parameters.DRIVEN_PRIORS if predictor.driven else parameters.STATIC_PRIORS
+    return parameters.PRIORS
 
 
 def _slow(experiments: Sequence[Experiment]) -> str:
@@ -91,9 +129,16 @@ def _slow(experiments: Sequence[Experiment]) -> str:
 def examinable(model: PlantModel, predictor: Predictor) -> list[Coordinate]:
     """Return the effects that a predictor could show."""
     sensors = tuple(c for c in predictor.channels if c in model.names)
-    found = parameters.candidates(model, sensors)
+    found = [c for c in parameters.candidates(model, sensors) if _described(c, model)]
     if isinstance(predictor, FlowBench):
         return [c for c in found if flow_examinable(c)]
-    if isinstance(predictor, Observer):
-        return found
-    return [c for c in found if static.examinable(c)]
+    if isinstance(predictor, static.StaticObserver):
+        return [c for c in found if static.examinable(c, predictor.driven)]
+    return found
+
+
+def _described(candidate: Coordinate, model: PlantModel) -> bool:
+    """Whether a configuration says all that the laws of an effect look at."""
+    laws = candidate.effect.laws if candidate.effect else ()
+    looked_at = {a for law in laws for a in law.arguments if isinstance(a, str)}
+    return not any(math.isnan(model.plant_values.get(name, 0.0)) for name in looked_at)

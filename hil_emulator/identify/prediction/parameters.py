@@ -39,13 +39,17 @@ KNOB_PRIOR = 0.5
 STATIC_PRIORS = {"cylinder_piston_area": 0.10}
 """The same where the force balance stands alone (assumed: seals and rods of unknown size)."""
 
+DRIVEN_PRIORS = {"load_mass": 0.10}
+"""The same where a drive moves the load (assumed: a carriage known from its drawing)."""
+
 
 def ordinary(model: PlantModel, priors: Mapping[str, float] = PRIORS) -> list[Coordinate]:
     """Return the ordinary parameters of a configuration."""
     found: list[Coordinate] = []
     units = {f"{t}_{p.name}": p for t, ps in quantities.PARAMS.items() for p in ps}
     for field, prior in priors.items():
-        if field not in model.plant_values or model.plant_values[field] == 0.0:
+        value = model.plant_values.get(field, 0.0)
+        if value == 0.0 or math.isnan(value):
             continue
         param = units[field]
         found.append(
@@ -55,8 +59,8 @@ def ordinary(model: PlantModel, priors: Mapping[str, float] = PRIORS) -> list[Co
                 channel="",
                 unit=param.unit,
                 shown=param.shown,
-                scale=abs(model.plant_values[field]) * prior,
-                neutral=model.plant_values[field],
+                scale=abs(value) * prior,
+                neutral=value,
                 inverse=False,
                 low=param.low,
                 high=param.high,

@@ -167,8 +167,11 @@ class Places(NamedTuple):
         friction: friction force.
         stop: force of the cylinder's ends.
         load: force on the load.
-        acceleration: of the load.
+        resisting: force of the surroundings against the load.
+        rod_mass: mass ahead of the load cell.
+        mass: index of the load's mass in `par`.
         cell: the load cell among the channels.
+        driven: whether it measures the force that drives rod and load.
 
     """
 
@@ -176,5 +179,8 @@ class Places(NamedTuple):
     friction: int
     stop: int
     load: int
-    acceleration: int
+    resisting: int
+    rod_mass: int
+    mass: int
     cell: int
+    driven: bool

@@ -1,7 +1,8 @@
 """The force balance alone: pressures, position and load force, without a valve.
 
 A friction rig or a test machine moves the rod; the model's force on the load is computed from the
-measured state, sample by sample. A chamber that was not measured is at tank pressure.
+measured state, sample by sample. A chamber that was not measured is at tank pressure. On an axis
+that something else drives, the force is that of the drive: it moves the load against friction.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.records import Places
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
-from hil_emulator.model.stages import friction, inertia, stop, transducer
+from hil_emulator.model.stages import friction, inertia, load, stop, transducer
 
 VELOCITY_WINDOW = 0.15
 """Time over which the velocity is fitted to the position [s] (assumed)."""
@@ -47,19 +48,23 @@ class StaticObserver:
 
     Args:
         model: the model.
+        driven: whether the force is that of a drive, and not what the rod passes on.
 
     """
 
     measure = "N"
     balances: tuple[Balance, ...] = (PISTON, CELL)
 
-    def __init__(self, model: PlantModel) -> None:
+    def __init__(self, model: PlantModel, driven: bool = False) -> None:
         self.model = model
+        self.driven = driven
         self.channels: tuple[str, ...] = ("load_force",)
         at = model.signal_names.index
         self._places = Places(
             at("hydraulic_force"), at("friction_force"), at("stop_force"), at("load_force"),
-            at("acceleration"), model.names.index("load_force"),
+            at("resisting_force"), at("rod_mass"),
+            list(model.kernel.parameters.names or ()).index("load_mass"),
+            model.names.index("load_force"), driven,
         )  # fmt: skip
 
     @property
@@ -117,7 +122,7 @@ class StaticObserver:
 
     def through(self, frozen: MeasuredStates, balance: Balance, term: Array) -> Array:
         """Return the change of the residual that a term makes."""
-        sign = 1.0 if balance is PISTON else -1.0
+        sign = 1.0 if balance is PISTON and not self.driven else -1.0
         return np.asarray(np.where(frozen.present, sign * term, 0.0) * frozen.weights[0])
 
 
@@ -148,11 +153,19 @@ def _motion(experiment: Experiment) -> tuple[Array, Array, Array]:
     return smooth[0], smooth[1], smooth[2]
 
 
-def examinable(candidate: Coordinate) -> bool:
-    """Whether the force balance alone can show an effect; bristles need their past."""
+def examinable(candidate: Coordinate, driven: bool = False) -> bool:
+    """Whether the force balance alone can show an effect; bristles need their past.
+
+    The force of a drive shows what acts on the load, too; but all friction is one friction there,
+    and all mass one mass.
+    """
     effect = candidate.effect
     if effect is None or candidate.channel not in ("", "load_force"):
         return False
-    stages = [law.stage for law in effect.laws]
-    inside = all(s in (stop, inertia, transducer) or s.table == friction.table for s in stages)
+    inside = all(
+        law.stage in (stop, transducer) or law.stage.table == friction.table
+        or (law.stage == load and "velocity" not in law.arguments if driven
+            else law.stage == inertia)
+        for law in effect.laws
+    )  # fmt: skip
     return inside and (effect.stage == transducer or not effect.states)

@@ -11,7 +11,7 @@ def forces(
     rate: Rate, sense: Sense, model: ParametrisedModel, states: Array, acceleration: Array,
     at: Places, period: float,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Return the reading of the load cell and the signals for each measured state."""
+    """Return the reading of the force sensor and the signals for each measured state."""
     force, track = np.zeros(len(states)), np.zeros((len(states), model.signals))
     rates = np.zeros(states.shape[1])
     inputs = np.zeros(INPUT_COUNT)
@@ -20,9 +20,13 @@ def forces(
     for k in range(len(states)):
         rate(states[k], rates, model.par, inputs, signals)
         net = signals[at.hydraulic] - signals[at.friction] + signals[at.stop]
-        predicted = signals[at.acceleration]
-        rod = (net - signals[at.load]) / predicted if predicted != 0.0 else 0.0
-        signals[at.load] = net - rod * acceleration[k]
+        passed_on = net - signals[at.rod_mass] * acceleration[k]
+        if at.driven:  # the drive's force moves the load, and the rod as well
+            signals[at.load] = (
+                signals[at.resisting] + model.par[at.mass] * acceleration[k] - passed_on
+            )
+        else:
+            signals[at.load] = passed_on
         sense(*instruments)
         force[k] = instruments.reading[at.cell]
         track[k] = signals

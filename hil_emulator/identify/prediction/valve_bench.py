@@ -4,7 +4,6 @@ The rod does not move, so the model's is locked by a load that nothing can move;
 then closed volumes at the configured position. Nothing of friction, load or motion can be seen.
 """
 
-import copy
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,14 +18,11 @@ from hil_emulator.identify.prediction.balances import (
     SUPPLY,
     Balance,
 )
+from hil_emulator.identify.prediction.boundary import LOCKED, with_values
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import PRIORS
 from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.model.layout import fill
 from hil_emulator.model.sensors import CHANNELS
-
-LOCKED = 1e12
-"""Mass of a load that no actuator moves [kg]: a micrometre per hour at a hundred kilonewton."""
 
 CHANNELS_OF_A_VALVE = ("pressure_a", "pressure_b", "supply_pressure", "spool_position")
 
@@ -54,7 +50,7 @@ class ValveBench(Observer):
     """
 
     def __init__(self, model: PlantModel, channels: tuple[str, ...]) -> None:
-        super().__init__(locked(model), channels)
+        super().__init__(with_values(model, {"load_mass": LOCKED}), channels)
 
     @property
     def balances(self) -> tuple[Balance, ...]:
@@ -69,14 +65,6 @@ class ValveBench(Observer):
         if "supply_pressure" in self.channels and len(found) > 1:
             found.append(SUPPLY)
         return tuple(found)
-
-
-def locked(model: PlantModel) -> PlantModel:
-    """Return the model with a rod that nothing moves."""
-    still = copy.copy(model)
-    still.plant_values = model.plant_values | {"load_mass": LOCKED}
-    still.par = fill(still.kernel.parameters, still.kernel.effects, still.plant_values)
-    return still
 
 
 def bench(model: PlantModel, experiments: Sequence[Experiment]) -> tuple[ValveBench | None, str]:

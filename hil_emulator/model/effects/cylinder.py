@@ -83,8 +83,8 @@ def cushion(
 
 @effect(
     inertia,
-    knob=Param("mass", "kg", "mass of piston and rod", 0.286, 0.0, 20.0,
-               source="formula in a public HyQ bench script"),
+    knob=Param("mass", "kg", "mass of piston and rod", 0.286, 0.0, 1e5,
+               source="formula in a public HyQ bench script; up to the ram of a forging press"),
     source="S1 eq. 3.19 neglects it",
     signature="hydraulic force minus load cell at high acceleration",
 )  # fmt: skip

@@ -1,0 +1,141 @@
+"""Which bench a configuration describes, and what of the actuator stands on it.
+
+[bench]
+kind = "force balance"
+pressure_b = "absent"       # no such chamber; "3 bar" is one that no channel shows
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, model_validator
+
+from hil_emulator.config.table import StrictTable, reader
+from hil_emulator.model.declare import Param
+from hil_emulator.model.quantities import PARAMS
+from hil_emulator.units import show
+
+ABSENT = "absent"
+
+CHAMBER_PRESSURE = Param(
+    "pressure", "Pa", "constant pressure in a chamber", 3e5, 0.0, 1000e5, "bar"
+)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of bench.
+
+    Attributes:
+        name: as the configuration writes it.
+        describes: what it says of the machine, in words.
+        needs: keys that the bench cannot do without, by table.
+        options: keys of `[bench]` that mean something here.
+
+    """
+
+    name: str
+    describes: str
+    needs: Mapping[str, frozenset[str]]
+    options: tuple[str, ...] = ()
+
+    def asks(self, table: str, key: str) -> bool:
+        """Whether a key has to be given."""
+        return key in self.needs.get(table, ())
+
+
+EVERYTHING = {
+    table: frozenset(p.name for p in params if p.default is None)
+    for table, params in PARAMS.items()
+}  # fmt: skip
+"""What a whole actuator needs: all that has no usual value."""
+
+KINDS = {kind.name: kind for kind in (
+    Kind("actuator", "the whole actuator: valve, cylinder, oil and load", EVERYTHING),
+    Kind(
+        "force balance", "a force balance: pressures, position and load force, without a valve",
+        {"cylinder": frozenset({"piston_area", "area_ratio"})}, ("pressure_a", "pressure_b"),
+    ),
+    Kind(
+        "driven axis", "a driven axis: position and the force of its drive, without any pressure",
+        {"load": frozenset({"mass"})},
+    ),
+)}  # fmt: skip
+"""Every kind of bench by its name."""
+
+_pressure = reader(CHAMBER_PRESSURE)
+
+
+def _chamber(text: object) -> float:
+    """Read what is known of a chamber: its pressure [Pa], not a number where there is none."""
+    return math.nan if text == ABSENT else _pressure(text)
+
+
+Chamber = Annotated[float | None, BeforeValidator(_chamber)]
+
+
+class BenchTable(StrictTable):
+    """Which bench it is, and what holds there that no table of the actuator says."""
+
+    kind: Literal[tuple(KINDS)] = "actuator"  # type: ignore[valid-type]
+    pressure_a: Chamber = None
+    pressure_b: Chamber = None
+
+    @model_validator(mode="after")
+    def _of_its_kind(self) -> "BenchTable":
+        for key in self.model_fields_set - {"kind"}:
+            if key not in KINDS[self.kind].options:
+                means = [kind.name for kind in KINDS.values() if key in kind.options]
+                raise ValueError(
+                    f'{key} says nothing about kind = "{self.kind}"; it belongs to '
+                    f"{' and '.join(means)}"
+                )
+        return self
+
+
+@dataclass(frozen=True)
+class BenchSettings:
+    """The bench of a checked configuration.
+
+    Attributes:
+        kind: its name in `KINDS`.
+        chambers: constant pressure of the chambers that no channel shows, by channel [Pa]; not a
+            number where a chamber does not exist.
+
+    """
+
+    kind: str = "actuator"
+    chambers: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is the whole actuator, which alone can be simulated."""
+        return self.kind == "actuator"
+
+    def __str__(self) -> str:
+        """Return in words what a configuration describes."""
+        told = [KINDS[self.kind].describes]
+        for name, pressure in self.chambers.items():
+            side = name.replace("pressure", "chamber").replace("_", " ")
+            constant = f"at a constant {show(pressure, 'Pa', 'bar')}"
+            told.append(f"{side} {'absent' if math.isnan(pressure) else constant}")
+        return "; ".join(told)
+
+
+def described(table: BenchTable) -> BenchSettings:
+    """Return the bench that a checked table describes."""
+    chambers = {"pressure_a": table.pressure_a, "pressure_b": table.pressure_b}
+    return BenchSettings(table.kind, {n: p for n, p in chambers.items() if p is not None})
+
+
+def kind_of(merged: Mapping[str, Any]) -> Kind:
+    """Return the kind of bench of an unchecked configuration: what it says need not make sense."""
+    table = merged.get("bench")
+    said = table if isinstance(table, dict) else {}
+    kind = KINDS.get(str(said.get("kind")), KINDS["actuator"])
+    if said.get("pressure_b") == ABSENT and "pressure_b" in kind.options:
+        # without an annulus there is no ratio of its area
+        return replace(kind, needs={"cylinder": frozenset({"piston_area"})})
+    return kind

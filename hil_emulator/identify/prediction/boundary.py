@@ -1,0 +1,72 @@
+"""What holds where a bench ends: what of the actuator it does not have, it replaces by a boundary.
+
+A machine that moves the rod imposes its motion, whatever the force; an absent chamber has no area;
+a constant pressure is as good as a channel. Nothing else is assumed about what a configuration need
+not describe: it stays "not a number", and so would everything that depended on it.
+"""
+
+import copy
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hil_emulator.config.bench import BenchSettings
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.model.layout import fill
+
+LOCKED = 1e12
+"""Mass of a load that no actuator moves [kg]: a micrometre per hour at a hundred kilonewton."""
+
+IMPOSED_MOTION = {"load_mass": LOCKED}
+"""Whatever moves the rod of a force balance is stronger than it."""
+
+NO_CYLINDER = {"cylinder_piston_area": 0.0, "cylinder_area_ratio": 0.0}
+
+NO_VALVE = ("force balance", "driven axis")
+"""Kinds of bench without a valve."""
+
+_BOUNDARIES: dict[str, dict[str, float]] = {
+    "force balance": IMPOSED_MOTION, "driven axis": NO_CYLINDER,
+}  # fmt: skip
+
+
+def with_values(model: PlantModel, values: Mapping[str, float]) -> PlantModel:
+    """Return the model with other parameters of the plant."""
+    other = copy.copy(model)
+    other.plant_values = model.plant_values | dict(values)
+    other.par = fill(other.kernel.parameters, other.kernel.effects, other.plant_values)
+    return other
+
+
+def bounded(model: PlantModel, bench: BenchSettings) -> PlantModel:
+    """Return the model of what stands on a bench."""
+    values = dict(_BOUNDARIES.get(bench.kind, {}))
+    if math.isnan(bench.chambers.get("pressure_b", 0.0)):
+        values["cylinder_area_ratio"] = 0.0
+    return with_values(model, values) if values else model
+
+
+def as_stated(experiments: Sequence[Experiment], bench: BenchSettings) -> list[Experiment]:
+    """Return experiments with the pressures that the configuration states.
+
+    A bench of forces has no valve: a set point in its recordings is that of something else.
+    """
+    return [_stated(e, bench) for e in experiments]
+
+
+def _stated(e: Experiment, bench: BenchSettings) -> Experiment:
+    if bench.kind in NO_VALVE and len(e.current):
+        e = _noted(replace(e, current=np.zeros(0)), "valve_current: not used, as there is no valve")
+    for name, pressure in bench.chambers.items():
+        if name in e.readings:
+            e = _noted(e, f"{name}: not used, as the configuration states it")
+        level = np.full(e.samples, 0.0 if math.isnan(pressure) else pressure)
+        e = replace(e, readings=e.readings | {name: level})
+    return e
+
+
+def _noted(e: Experiment, note: str) -> Experiment:
+    return replace(e, notes=(*e.notes, note))

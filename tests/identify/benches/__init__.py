@@ -1,0 +1,1 @@
+"""Benches that are less than an actuator, simulated by formulas of their own."""

@@ -1,0 +1,40 @@
+"""What the command line says of recordings that a test has simulated."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from click.testing import CliRunner
+from numpy.typing import ArrayLike
+
+from hil_emulator.__main__ import main
+from hil_emulator.platform.paths import shipped
+
+
+def bench(name: str) -> Path:
+    """Return the worked configuration of a bench."""
+    return shipped(f"configs/benches/{name}.toml")
+
+
+def recorded(file: Path, columns: Mapping[str, ArrayLike]) -> Path:
+    """Write columns, named with their units, as a bench's logger does."""
+    rows = np.column_stack([np.asarray(c) for c in columns.values()])
+    np.savetxt(file, rows, "%.8g", ",", header=",".join(columns), comments="")
+    return file
+
+
+def asked(
+    command: str, config: Path, learn: Sequence[Path], check: Sequence[Path], out: Path
+) -> tuple[dict[str, Any], str]:
+    """Return what `gap` or `identify` writes into result.json, and what the terminal shows."""
+    words = [command, str(config), *map(str, learn), f"--out={out}"]
+    done = CliRunner().invoke(main, [*words, *(f"--validate={f}" for f in check)])
+    assert done.exit_code == 0, done.output
+    return json.loads((out / "result.json").read_text()), done.output
+
+
+def names(result: Mapping[str, Any]) -> list[str]:
+    """Return the effects that a result names."""
+    return [effect["name"] for effect in result["effects"]]

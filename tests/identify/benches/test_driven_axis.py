@@ -1,0 +1,55 @@
+"""A carriage on a linear motor: no pressure, no cylinder, and a force that moves it.
+
+The recordings follow from Newton's law: F = m a + sign(v) F_c + b v.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from tests.identify.benches.asked import asked, bench, names, recorded
+
+MASS, COULOMB = 97.0, 40.0
+VISCOUS = 120.0
+"""Hidden: friction per velocity [N s/m]."""
+
+
+def carriage(file: Path, kind: int, viscous: float) -> Path:
+    """Record two sines of position around 300 mm, and the force of the motor."""
+    random = np.random.default_rng(kind)
+    time = np.arange(0.0, 10.0, 0.002)
+    position, velocity, acceleration = (np.zeros(len(time)) for _ in range(3))
+    for size, turning in ((0.12, 0.3 + 0.07 * kind), (0.03, 0.55 + 0.11 * kind)):
+        w = 2.0 * np.pi * turning
+        position += size * np.sin(w * time)
+        velocity += size * w * np.cos(w * time)
+        acceleration -= size * w * w * np.sin(w * time)
+    force = MASS * acceleration + np.sign(velocity) * COULOMB + viscous * velocity
+    return recorded(file, {
+        "time [s]": time,
+        "position [mm]": 300.0 + 1e3 * position + random.normal(0.0, 1e-3, len(time)),
+        "load_force [N]": force + random.normal(0.0, 2.0, len(time)),
+    })  # fmt: skip
+
+
+def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
+    """Nothing but a mass was configured; the mass found and the friction named are the true ones.
+
+    The force of a motor acts along the motion: nobody has to reverse a sign.
+    """
+    files = [carriage(tmp_path / f"axis{i}.csv", i, VISCOUS) for i in range(4)]
+    found, told = asked("identify", bench("driven_axis"), files[:2], files[2:], tmp_path)
+    assert "bench     a driven axis" in told
+    assert "reversed" not in told
+    assert names(found) == ["viscous_friction"]
+    low, high = found["effects"][0]["interval"]
+    assert low < VISCOUS < high
+    mass = found["parameters"]["load_mass"]
+    assert mass["low"] < MASS < mass["high"]
+
+
+def test_a_carriage_as_configured_agrees(tmp_path: Path) -> None:
+    """Of the gap what remains is the noise of the force sensor."""
+    files = [carriage(tmp_path / f"axis{i}.csv", i, 0.0) for i in range(2)]
+    found, _ = asked("gap", bench("driven_axis"), files, [], tmp_path)
+    assert found["gap"]["load_force"]["training"]["before"] < 3.0
