@@ -25,6 +25,10 @@ CONFIGURATIONS = {".toml"}
 MEASURED = ("agrees", "disagrees")
 """Verdicts of `gap`, which does not search: it calls nothing unknown."""
 
+FAR = 0.1
+"""Relative change from which an ordinary parameter is told to have moved (assumed: the tolerance of
+a data sheet)."""
+
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as a shell gives it: 128 and the signal's number."""
 
@@ -89,10 +93,24 @@ def summary(result: Result) -> str:
     if result.verdict not in MEASURED:
         lines += [f"unknown   {u.balance} over {u.regressor}: {u.shape}" for u in result.unknown]
         lines += _addition(result)
+    lines += _moved(result)
     if result.next_experiment:
         lines.append(f"next      {result.next_experiment}")
     lines += gap_lines(result)
     return "\n".join(lines)
+
+
+def _moved(result: Result) -> list[str]:
+    """Return the ordinary parameters that were refitted far from what is configured."""
+    lines = []
+    for name, p in result.parameters.items():
+        away = p["refitted"] / p["configured"] - 1.0 if p["configured"] else 0.0
+        if abs(away) > FAR and not p["low"] <= p["configured"] <= p["high"]:
+            lines.append(
+                f"moved     {name}: {away:+.0%}, {p['refitted']:.4g} in place of "
+                f"{p['configured']:.4g} SI"
+            )
+    return lines
 
 
 def _addition(result: Result) -> list[str]:

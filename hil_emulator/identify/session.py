@@ -147,10 +147,21 @@ def _so_far(searcher: Searcher) -> Result:
 def _split(
     training: Sequence[Experiment], validation: Sequence[Experiment]
 ) -> tuple[list[Experiment], list[Experiment]]:
-    if validation or len(training) < 3:
-        return list(training), list(validation)
-    held = max(1, len(training) // 3)
-    return list(training[:-held]), list(training[-held:])
+    learn, check = _in_order(training), _in_order(validation)
+    if check or len(learn) < 3:
+        return learn, check
+    held = max(1, len(learn) // 3)
+    return learn[:-held], learn[-held:]
+
+
+def _in_order(experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Return the logs of a bench in the order of their names: any order gives the same answer.
+
+    Recordings of a whole actuator stay as they are: who numbers them has chosen what is held out.
+    """
+    if any(len(e.current) for e in experiments):
+        return list(experiments)
+    return sorted(experiments, key=lambda e: (e.name, e.digest))
 
 
 def _chosen(candidates: list[Coordinate], question: Question) -> list[Coordinate]:

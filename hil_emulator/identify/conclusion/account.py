@@ -11,6 +11,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.gap import Compared, View, compare, measure, traces
 from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
+from hil_emulator.identify.disagreement.repeatability import repetition
 from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.observer import Observer
@@ -45,6 +46,8 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
         result.motion = by_motion(predictor, compared)
     result.where = _where(searcher, first, compared.before["training"])
     result.final_at = after.at
+    if after.effective is not None:
+        result.repeats = repetition(predictor, compared.after["training"])
     if result.unknown:
         _say_more(searcher, last, result)
     try:
@@ -94,7 +97,7 @@ def _where(searcher: Searcher, found: Round, views: Sequence[View]) -> list[Disa
     parts = [regressors(v.replay.track, names, v.experiment.period) for v in views]
     states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     count = len(searcher.fitter.predictor.channels)
-    least = NOTICEABLE * len(found.base.residual)
+    least = NOTICEABLE * found.base.sample_size
     return disagreements(found.base, found.terms, states, count, least)
 
 
@@ -159,6 +162,9 @@ def judge(result: Result) -> None:
     result.added = None
     if result.search is not None and result.search.final is not None:
         result.final_at = result.search.final.at
+    if not result.where and result.repeats is not None and result.repeats.unexplained:
+        result.verdict, result.reason = "cannot_tell", str(result.repeats)
+        return
     if not result.where:
         result.verdict = "agrees"
         result.reason = (

@@ -86,6 +86,8 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     if final is None:
         return
     account.fill(searcher, search, result)
+    if result.verdict == "nothing_missing" and result.repeats and result.repeats.unexplained:
+        result.verdict, result.reason = "cannot_tell", str(result.repeats)
     deviations = np.hypot(
         np.sqrt(np.diag(final.covariance())), discrepancy_uncertainty(search, final)
     )

@@ -9,13 +9,20 @@ import numpy as np
 from hil_emulator.identify.conclusion.effect_table import EffectTable
 from hil_emulator.identify.conclusion.findings import Finding, Unexplained
 from hil_emulator.identify.disagreement.regions import Disagreement
+from hil_emulator.identify.disagreement.repeatability import Repetition
 from hil_emulator.identify.disagreement.residuals import Map
 from hil_emulator.identify.experiment_design.next_experiment import NextExperiment
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.selection.progress import Search
 
 Verdict = Literal[
-    "missing_effects", "nothing_missing", "unknown_effect", "cannot_examine", "agrees", "disagrees"
+    "missing_effects",
+    "nothing_missing",
+    "unknown_effect",
+    "cannot_examine",
+    "cannot_tell",
+    "agrees",
+    "disagrees",
 ]
 """The last two are those of a gap that was measured without a search."""
 
@@ -50,6 +57,8 @@ class Result:
             gain in chi-square on training and on validation data.
         search: the search itself.
         traces: by experiment and channel, see `gap.traces`.
+        repeats: what the final model leaves that comes again at the same state; None where its
+            noise is known.
         interrupted: whether the user ended the search before it was complete.
         added: the strongest unexplained term as an effect file; None without one, or where the
             model has no place for it.
@@ -78,6 +87,7 @@ class Result:
     where: list[Disagreement] = field(default_factory=list)
     remaining: list[Disagreement] = field(default_factory=list)
     maps: list[Map] = field(default_factory=list)
+    repeats: Repetition | None = None
     interrupted: bool = False
     added: EffectTable | None = None
     final_at: Array = field(default_factory=lambda: np.zeros(0))

@@ -26,6 +26,7 @@ class Fit:
         residual: weighted innovations of the training data, flat.
         jacobian: its derivative, shape (residuals, coordinates).
         chi2: sum of squares, priors included.
+        effective: number of independent values among the residuals; None for all of them.
 
     """
 
@@ -34,6 +35,12 @@ class Fit:
     residual: Array
     jacobian: Array
     chi2: float
+    effective: float | None = None
+
+    @property
+    def sample_size(self) -> float:
+        """Number of independent values."""
+        return float(len(self.residual)) if self.effective is None else self.effective
 
     def without(self, names: Collection[str]) -> "Fit":
         """Return the fit without some coordinates, everything else as it is."""
@@ -74,7 +81,9 @@ class Fitter:
     @property
     def correlation_length(self) -> int:
         """Number of successive residuals that may be correlated."""
-        samples = round(self.predictor.correlation_time / self.experiments[0].period)
+        noise = self.batch.noise
+        time = self.predictor.correlation_time if noise is None else noise.memory
+        samples = round(time / self.experiments[0].period)
         return max(1, samples) * len(self.predictor.channels)
 
     @property
@@ -181,7 +190,8 @@ class Fitter:
                 break
         if sensitivities is None:
             sensitivities = self.jacobian(free, at, residual)
-        return Fit(free, at, residual, sensitivities, chi2)
+        effective = None if self.batch.noise is None else self.batch.noise.sample_size
+        return Fit(free, at, residual, sensitivities, chi2, effective)
 
     def _memory(self, coordinates: Sequence[Coordinate], at: Array | Sequence[float]) -> Point:
         return self.predictor.model.memory(coordinates, at)

@@ -1,5 +1,6 @@
 """The pool of a Dask cluster: frozen experiments stay on the worker that made them."""
 
+import copy
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -9,7 +10,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.pool import Batch, Point, frozen_at, residual
+from hil_emulator.identify.prediction.correlation import Correlogram, Noise
+from hil_emulator.identify.prediction.pool import (
+    Batch,
+    Point,
+    frozen_at,
+    noise_of_all,
+    residual,
+)
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.serialise import Serialised, deserialised, serialised
 from hil_emulator.platform.cluster import gathered
@@ -41,8 +49,12 @@ class ClusterPool:
             self._experiments[id(experiment)] = experiment, future
         futures = [self._experiments[id(e)][1] for e in experiments]
         kept = _mapped(self._client, _freeze, futures, self._predictor, point)
+        seen = gathered(self._client, _mapped(self._client, _seen, kept, self._predictor))
+        noise = noise_of_all(seen)
+        if noise is not None:
+            kept = _mapped(self._client, _shared, kept, self._predictor, noise)
         largest = max((e.samples * len(e.readings) * 8 for e in experiments), default=1)
-        return ClusterBatch(self._client, self._predictor, kept, max(1, LARGEST // largest))
+        return ClusterBatch(self._client, self._predictor, kept, max(1, LARGEST // largest), noise)
 
 
 class ClusterBatch:
@@ -53,12 +65,16 @@ class ClusterBatch:
         predictor: future of the predictor.
         kept: futures of the frozen experiments.
         points: most points per task.
+        noise: that they share.
 
     """
 
-    def __init__(self, client: Any, predictor: Any, kept: Sequence[Any], points: int) -> None:
+    def __init__(
+        self, client: Any, predictor: Any, kept: Sequence[Any], points: int,
+        noise: Noise | None = None,
+    ) -> None:  # fmt: skip
         self._client, self._predictor, self._kept = client, predictor, kept
-        self._points = points
+        self._points, self.noise = points, noise
 
     @cached_property
     def frozen(self) -> Sequence[object]:
@@ -114,6 +130,17 @@ def _same(thing: T) -> T:
 
 def _freeze(experiment: Experiment, predictor: Serialised, point: Point) -> _Kept:
     return _Kept(frozen_at(deserialised(predictor), experiment, point))
+
+
+def _seen(kept: _Kept, predictor: Serialised) -> Correlogram | None:
+    return deserialised(predictor).noise_seen(kept.frozen)
+
+
+def _shared(kept: _Kept, predictor: Serialised, noise: Noise) -> _Kept:
+    """Return the same with shared weights: what a task has taken in stays as it is."""
+    frozen = copy.copy(kept.frozen)
+    deserialised(predictor).share(frozen, noise)
+    return _Kept(frozen)
 
 
 def _residuals(kept: _Kept, predictor: Serialised, points: Sequence[Point]) -> Array:

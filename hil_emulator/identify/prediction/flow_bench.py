@@ -12,6 +12,7 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment, noise_of
 from hil_emulator.identify.prediction.balances import FLOW_A, Balance
 from hil_emulator.identify.prediction.boundary import LOCKED, with_values
+from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.run import INPUT_COUNT
@@ -118,6 +119,12 @@ class FlowBench:
         spread = max(float(np.std(r)), noise_of(frozen.measured[:, 0]), 1e-12)
         reach = round(BENCH_CORRELATION_TIME / frozen.experiment.period)
         frozen.weights = np.array([1.0 / (spread * np.sqrt(_together(r, reach)))])
+
+    def noise_seen(self, frozen: MeasuredStates) -> None:
+        """Return that every experiment has a noise of its own."""
+
+    def share(self, frozen: MeasuredStates, noise: Noise) -> None:
+        """Do nothing: there is none."""
 
     def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
         """Return what a term may depend on."""

@@ -4,6 +4,7 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.balances import SUPPLY, TERMS, Balance
+from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
 from hil_emulator.identify.prediction.plant_model import PlantModel
@@ -137,6 +138,12 @@ class Observer:
         if "supply_pressure" not in self.channels:
             found.discard(SUPPLY)
         return tuple(found)
+
+    def noise_seen(self, frozen: Frozen) -> None:
+        """Return that every experiment has a noise of its own."""
+
+    def share(self, frozen: Frozen, noise: Noise) -> None:
+        """Do nothing: there is none."""
 
     def regressors(self, frozen: Frozen, path: Array) -> Regressors:
         """Return what a term may depend on."""

@@ -8,6 +8,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.prediction.correlation import Correlogram, Noise, shared
 from hil_emulator.identify.prediction.huber import tamed
 from hil_emulator.identify.prediction.predictor import Predictor
 
@@ -24,6 +25,10 @@ class Batch(Protocol):
     @property
     def frozen(self) -> Sequence[object]:
         """What `Predictor.freeze` made of each, weighed, in this process."""
+
+    @property
+    def noise(self) -> Noise | None:
+        """The noise that they share; None where each has its own."""
 
     def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
         """Yield the residual at each point, flat, of all experiments in their order."""
@@ -51,8 +56,12 @@ class Threads:
     def freeze(self, experiments: Sequence[Experiment], point: Point) -> Batch:
         """Freeze experiments at a point and weigh their channels there."""
         predictor, jobs = self._predictor, self._jobs
-        frozen = _side_by_side(lambda e: frozen_at(predictor, e, point), experiments, jobs)
-        return LocalBatch(predictor, list(frozen), jobs)
+        frozen = list(_side_by_side(lambda e: frozen_at(predictor, e, point), experiments, jobs))
+        noise = noise_of_all([predictor.noise_seen(f) for f in frozen])
+        if noise is not None:
+            for f in frozen:
+                predictor.share(f, noise)
+        return LocalBatch(predictor, frozen, jobs, noise)
 
 
 @dataclass
@@ -63,12 +72,14 @@ class LocalBatch:
         predictor: has frozen them.
         frozen: what it made of each.
         jobs: threads.
+        noise: that they share.
 
     """
 
     predictor: Predictor
     frozen: Sequence[object]
     jobs: int = 1
+    noise: Noise | None = None
 
     def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
         """Yield the residual at each point."""
@@ -89,6 +100,12 @@ def _side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Itera
         return
     with ThreadPoolExecutor(jobs) as threads:
         yield from threads.map(work, over)
+
+
+def noise_of_all(seen: Sequence[Correlogram | None]) -> Noise | None:
+    """Return the noise that experiments share; None where each has its own."""
+    told = [c for c in seen if c is not None]
+    return shared(told) if told else None
 
 
 def frozen_at(predictor: Predictor, experiment: Experiment, point: Point) -> object:

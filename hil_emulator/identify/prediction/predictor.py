@@ -4,6 +4,7 @@ from typing import Any, Protocol
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.balances import Balance
+from hil_emulator.identify.prediction.correlation import Correlogram, Noise
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.regressors import Regressors
 
@@ -35,6 +36,12 @@ class Predictor(Protocol):
 
     def weigh(self, frozen: Any, par: Array, chan: Array) -> None:
         """Give the residuals a standard deviation of one."""
+
+    def noise_seen(self, frozen: Any) -> Correlogram | None:
+        """Return what an experiment tells of a noise that all share; None if each has its own."""
+
+    def share(self, frozen: Any, noise: Noise) -> None:
+        """Weigh residuals by a noise that all share."""
 
     def innovations(
         self, frozen: Any, par: Array, chan: Array, track: bool = False

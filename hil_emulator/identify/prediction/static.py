@@ -8,26 +8,23 @@ that something else drives, the force is that of the drive: it moves the load ag
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
 from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance
+from hil_emulator.identify.prediction.correlation import (
+    Correlogram,
+    Noise,
+    correlogram,
+    shared,
+)
+from hil_emulator.identify.prediction.kinematics import Motion, motion
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.records import Places
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.model.stages import friction, inertia, load, stop, transducer
 
-VELOCITY_WINDOW = 0.15
-"""Time over which the velocity is fitted to the position [s] (assumed)."""
-
 PRESLIDING = 1e-3
 """Travel after a reversal in which seals bend before they slide [m] (assumed)."""
-
-CORRELATED = 0.2
-"""Time in which a balance yields one independent value [s] (assumed)."""
-
-BALANCE_CORRELATION_TIME = 2.0
-"""Time over which its residuals may still be correlated, for the robust variance [s] (assumed)."""
 
 
 @dataclass
@@ -41,6 +38,7 @@ class MeasuredStates:
     acceleration: Array
     present: Mask
     weights: Array
+    correlogram: Correlogram | None = None
 
 
 class StaticObserver:
@@ -66,11 +64,12 @@ class StaticObserver:
             list(model.kernel.parameters.names or ()).index("load_mass"),
             model.names.index("load_force"), driven,
         )  # fmt: skip
+        self._motions: dict[int, tuple[Experiment, Motion]] = {}
 
     @property
     def correlation_time(self) -> float:
-        """Time over which residuals may be correlated [s]."""
-        return BALANCE_CORRELATION_TIME
+        """Nothing is assumed of it: see `noise_seen`."""
+        return 0.0
 
     def cost(self, par: Array) -> float:
         """Return that every prediction takes as long as any other."""
@@ -80,7 +79,7 @@ class StaticObserver:
         """Turn readings into states."""
         names = list(self.model.kernel.state.names or ())
         states = np.tile(self.model.start(par, 1e-5, None), (experiment.samples, 1))
-        position, velocity, acceleration = _motion(experiment)
+        position, velocity, acceleration = self._motion(experiment).states.T
         tank = float(par[list(self.model.kernel.parameters.names or ()).index("tank_pressure")])
         for side in ("pressure_a", "pressure_b"):
             level = experiment.readings.get(side, np.full(experiment.samples, tank))
@@ -89,12 +88,19 @@ class StaticObserver:
         states[:, names.index("velocity")] = velocity
         measured = experiment.matrix(self.channels)
         present = np.isfinite(states).all(axis=1) & np.isfinite(measured[:, 0])
+        present &= np.isfinite(experiment.readings["position"])
         present &= _sliding(position, velocity)
         states[~present] = 0.0
         return MeasuredStates(
-            experiment, self.channels, measured, states, np.nan_to_num(acceleration), present,
-            np.ones(1),
-        )  # fmt: skip
+            experiment, self.channels, measured, states, acceleration, present, np.ones(1)
+        )
+
+    def _motion(self, experiment: Experiment) -> Motion:
+        """Return the motion of the rod, which no parameter of the model changes."""
+        if id(experiment) not in self._motions:
+            found = motion(experiment.readings["position"], experiment.period)
+            self._motions[id(experiment)] = experiment, found
+        return self._motions[id(experiment)][1]
 
     def innovations(
         self, frozen: MeasuredStates, par: Array, chan: Array, track: bool = False
@@ -109,12 +115,21 @@ class StaticObserver:
         return residual[:, None] * frozen.weights, path
 
     def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
-        """Weigh residuals by their spread and by how few of them are independent."""
+        """Weigh residuals by the noise of this experiment, until it shares that of others."""
         frozen.weights = np.ones(1)
-        r = self.innovations(frozen, par, chan)[0][frozen.present, 0]
-        spread = float(np.std(r))
-        independent = max(1.0, CORRELATED / frozen.experiment.period)
-        frozen.weights = np.array([1.0 / (max(spread, 1e-9) * np.sqrt(independent))])
+        residual = self.innovations(frozen, par, chan)[0][:, 0]
+        seen = correlogram(residual, frozen.present, frozen.experiment.period)
+        frozen.correlogram = seen
+        self.share(frozen, shared([seen]))
+
+    def noise_seen(self, frozen: MeasuredStates) -> Correlogram | None:
+        """Return what an experiment tells of the noise that all share."""
+        return frozen.correlogram
+
+    def share(self, frozen: MeasuredStates, noise: Noise) -> None:
+        """Weigh residuals so that the sum of their squares counts independent values."""
+        density = noise.density * frozen.experiment.copies
+        frozen.weights = np.array([np.sqrt(frozen.experiment.period / density)])
 
     def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
         """Return what a term may depend on."""
@@ -138,19 +153,6 @@ def _sliding(position: Array, velocity: Array) -> Mask:
     begun = np.abs(x - x[edges[run]]) > PRESLIDING
     lasting = np.abs(x - x[edges[run + 1]]) > 0.5 * PRESLIDING
     return np.asarray(begun & lasting)
-
-
-def _motion(experiment: Experiment) -> tuple[Array, Array, Array]:
-    """Return position, velocity and acceleration by a sliding parabola; NaN around gaps."""
-    position = experiment.readings["position"]
-    good = np.isfinite(position)
-    index = np.arange(len(position))
-    filled = np.interp(index, index[good], position[good])
-    width = max(5, round(VELOCITY_WINDOW / experiment.period) // 2 * 2 + 1)
-    smooth = [savgol_filter(filled, width, 2, deriv=d, delta=experiment.period) for d in (0, 1, 2)]
-    for values in smooth:
-        values[~good] = np.nan
-    return smooth[0], smooth[1], smooth[2]
 
 
 def examinable(candidate: Coordinate, driven: bool = False) -> bool:

@@ -11,6 +11,7 @@ from hil_emulator.pages.render import render
 _WORDS = {
     "missing_effects": "Missing", "nothing_missing": "Nothing is missing",
     "unknown_effect": "Something unknown is missing", "cannot_examine": "Cannot be examined",
+    "cannot_tell": "Cannot tell",
     "agrees": "Model and measurement agree", "disagrees": "Model and measurement disagree",
 }  # fmt: skip
 

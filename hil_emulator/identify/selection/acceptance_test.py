@@ -7,7 +7,7 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Array
 
 SMALLEST_DELTA_CHI2 = 10.0
-"""Added to the logarithm of the number of residuals."""
+"""Added to the logarithm of the number of independent residuals."""
 
 SMALLEST_WALD = 16.0
 """Healthy plants with coloured and threefold noise stay below 13."""
@@ -101,9 +101,9 @@ class Evidence:
         return min(least, max(self.needed, least - self._spread))
 
 
-def needed_delta_chi2(residuals: int) -> float:
+def needed_delta_chi2(sample_size: float) -> float:
     """Return the gain in chi-square that a name needs."""
-    return SMALLEST_DELTA_CHI2 + float(np.log(max(residuals, 1)))
+    return SMALLEST_DELTA_CHI2 + float(np.log(max(sample_size, 1.0)))
 
 
 def hac_variance_factor(difference: Array, residual: Array, correlation_length: int) -> float:

@@ -78,7 +78,7 @@ class CandidateRefits:
 
     def __init__(self, fitter: Fitter, base: Fit, held: Batch | None) -> None:
         self._fitter, self._base, self._held = fitter, base, held
-        self._needed = needed_delta_chi2(len(base.residual))
+        self._needed = needed_delta_chi2(base.sample_size)
 
     def refit(self, likely: Sequence[Score]) -> list[Trial]:
         """Refit candidates, all roughly and the better ones to the end; the best comes first."""
@@ -202,11 +202,26 @@ def _ranked(by_delta_chi2: list[Trial]) -> list[Trial]:
     if all(np.isfinite(t.evidence.held_out) for t in contenders):
         contenders.sort(key=lambda t: -t.evidence.held_out)
         first = contenders[0].evidence
-        equals = [t for t in contenders if t.evidence.held_out >= AS_GOOD * first.held_out
-                  and t.evidence.delta_chi2 >= AS_GOOD * first.delta_chi2]  # fmt: skip
-        contenders = [*sorted(equals, key=lambda t: _assumed(t.score.coordinate)),
-                      *(t for t in contenders if t not in equals)]  # fmt: skip
+        equals = [t for t in contenders if _as_good(t, t.evidence.held_out, first.held_out)
+                  and _as_good(t, t.evidence.delta_chi2, first.delta_chi2)]  # fmt: skip
+        contenders = [*sorted(equals, key=_modesty), *(t for t in contenders if t not in equals)]
     return contenders + [t for t in by_delta_chi2 if t.evidence.delta_chi2 < level]
+
+
+def _as_good(trial: Trial, explained: float, best: float) -> bool:
+    """Tell whether a candidate explains about as much as the best.
+
+    Where the noise is estimated, few independent values decide, and two standard deviations of what
+    they gain by chance make no difference.
+    """
+    chance = 2.0 * math.sqrt(max(best, 0.0)) if trial.fit.effective is not None else 0.0
+    return explained >= min(AS_GOOD * best, best - chance)
+
+
+def _modesty(trial: Trial) -> tuple[int, float]:
+    """Return what equals are ordered by: assumed parameters, then what few values tell most of."""
+    told = -trial.evidence.delta_chi2 if trial.fit.effective is not None else 0.0
+    return _assumed(trial.score.coordinate), told
 
 
 def _assumed(coordinate: Coordinate) -> int:

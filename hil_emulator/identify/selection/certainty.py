@@ -27,7 +27,7 @@ def faint(search: Search) -> list[str]:
         search: finished, with what speaks against the laws of its effects.
 
     """
-    least = FAINT * len(search.rounds[-1].base.residual)
+    least = FAINT * search.rounds[-1].base.sample_size
     return [c.name for c in search.effects
             if search.selected_in(c.name).best < least
             and (c.name in search.forms or _may_be_none(search, c.name))]  # fmt: skip
@@ -52,13 +52,26 @@ def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
     """Return the standard deviation of each coordinate that comes from what no law explains.
 
     Friction that changes along the stroke, say, is taken for something else in part: how much, its
-    strength tells, while its shape is anyone's.
+    strength tells, while its shape is anyone's. Noise that is estimated holds it already.
     """
+    if fit.effective is not None:
+        return np.zeros(len(fit.coordinates))
     last = search.rounds[-1]
     names = [c.name for c in last.base.coordinates]
     found = [dict(zip(names, t.uncertainty, strict=True)) for t in last.terms if len(t.uncertainty)]
     return np.array([np.linalg.norm([d.get(c.name, 0.0) for d in found])
                      for c in fit.coordinates])  # fmt: skip
+
+
+def uncertain(search: Search) -> str:
+    """Return the effect whose interval holds what is configured, the least certain; or ""."""
+    fit = search.rounds[-1].base
+    distance = {
+        c.name: abs(float(fit.at[fit.coordinates.index(c)])) / deviation(search, fit, c.name)
+        for c in search.effects
+    }  # fmt: skip
+    least = min(distance, key=lambda name: distance[name], default="")
+    return least if least and distance[least] < NORMAL_95 else ""
 
 
 def _may_be_none(search: Search, name: str) -> bool:

@@ -66,9 +66,9 @@ class ConditionalTest:
         gradient = columns.T @ self._project.residual - mine.T @ self._rest
         return float(np.sum((vectors[:, there].T @ gradient) ** 2 / values[there]))
 
-    def stands_out(self, score: Score, residuals: int) -> bool:
+    def stands_out(self, score: Score, sample_size: float) -> bool:
         """Tell whether a candidate keeps enough of its gain, and enough for a name."""
-        return self.candidate(score) > max(needed_delta_chi2(residuals), BESIDE * score.statistic)
+        return self.candidate(score) > max(needed_delta_chi2(sample_size), BESIDE * score.statistic)
 
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
@@ -90,9 +90,9 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
 
     """
     beside = ConditionalTest(laws, found.base)
-    residuals = len(found.base.residual)
+    size = found.base.sample_size
     there = ranked([t for t in found.trials if t.score.coordinate.name not in without
-                    and beside.stands_out(t.score, residuals)])  # fmt: skip
+                    and beside.stands_out(t.score, size)])  # fmt: skip
     found.trials = there + [t for t in found.trials if t not in there]
     if not there or not there[0].evidence.passed:
         return False

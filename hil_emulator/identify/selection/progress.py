@@ -77,7 +77,7 @@ class Round:
     @property
     def worthwhile(self) -> list[DiscrepancyTerm]:
         """Terms that are neither chance nor too small for a word."""
-        least = NOTICEABLE * len(self.base.residual)
+        least = NOTICEABLE * self.base.sample_size
         return [t for t in self.significant if t.surplus > least * len(t.knots) / HATS]
 
 

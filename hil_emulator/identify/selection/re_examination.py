@@ -25,7 +25,7 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
         stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
         rest = [full.coordinates[i] for i in stay]
         fit = fitter.fit(rest, full.at[stay], 2, jacobian=full.jacobian[:, stay])
-        if fit.chi2 - full.chi2 < needed_delta_chi2(len(full.residual)):
+        if fit.chi2 - full.chi2 < needed_delta_chi2(full.sample_size):
             search.remove(name, "named, later superfluous")
             search.adopt(fit)
             tell(f"{name} is no longer needed")

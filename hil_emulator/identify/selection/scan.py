@@ -30,6 +30,8 @@ class Score:
         sensitivity: the same, nothing projected out; empty in a lean score.
         response: change of the ordinary parameters with the candidate.
         start: where a refit begins; None for where the linear model puts it.
+        remaining: part of the variance that the candidate leaves, where the noise is estimated with
+            it in there: a gap that it closes does not hide it.
 
     """
 
@@ -41,11 +43,12 @@ class Score:
     sensitivity: Array
     response: Array
     start: Array | None = None
+    remaining: float = 1.0
 
     @property
     def visible(self) -> bool:
         """Whether these data would show the effect at its typical size."""
-        return self.information > SEEN
+        return self.information > SEEN * self.remaining
 
     @property
     def sensible(self) -> bool:
@@ -63,6 +66,7 @@ class Projection:
     def __init__(self, fit: Fit) -> None:
         self._weights = prior_rows(fit.coordinates)
         self._jacobian = fit.jacobian
+        self.estimated = fit.effective is not None
         normal = fit.jacobian.T @ fit.jacobian + np.diag(self._weights**2)
         self._scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-12))
         scaled = normal * np.outer(self._scale, self._scale)
@@ -103,6 +107,8 @@ def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> 
     low, high = candidate.bounds
     estimate = float(np.clip(-gradient / information, low, high)) if information > 1e-9 else 0.0
     expected = -2.0 * estimate * gradient - estimate**2 * information
+    power = float(project.residual @ project.residual)
+    remaining = 1.0 - expected / power if project.estimated and 0.0 < expected < power else 1.0
     return Score(
         candidate,
         max(expected, 0.0),
@@ -111,4 +117,5 @@ def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> 
         column.astype(np.float32),
         sensitivity,
         response,
+        remaining=remaining,
     )

@@ -10,7 +10,7 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.candidate_refit import CandidateRefits, Trial
-from hil_emulator.identify.selection.certainty import faint
+from hil_emulator.identify.selection.certainty import faint, uncertain
 from hil_emulator.identify.selection.confirmation import Confirmation
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.distinguishability import rivals_of, weighed
@@ -179,6 +179,10 @@ class Searcher:
         for name in faint(search):
             self.tell(f"{name} is too faint")
             why = "named, but too faint for a law or a value as uncertain as that"
+            self._take_out(search, name, why, search.rounds[-1].unknown)
+        while name := uncertain(search):
+            self.tell(f"{name} may as well be absent")
+            why = "named, but its 95 % interval holds none of it"
             self._take_out(search, name, why, search.rounds[-1].unknown)
         last = search.rounds[-1]
         if last.unknown:
