@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hil_emulator.identify.disagreement.gap import View
-from hil_emulator.identify.measured.experiment import Array, noise_of
+from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.predictor import Predictor
 
 STATES = ("position", "velocity", "pressure_a", "pressure_b")
@@ -28,11 +28,8 @@ AGAIN = 0.5
 """Time from which a state was visited again, rather than not left yet [s] (assumed)."""
 
 REPEATING = 0.5
-"""Part of the residual's variance that comes again, from which most of it is no chance."""
-
-NOISY = 3.0
-"""Standard deviations of the sensor's noise up to which a residual is not worth a doubt (assumed:
-noise of the other channels comes on top)."""
+"""Part of the residual's variance that comes again, from which most of it is no chance: neither the
+sensors' noise nor what the bench does not repeat, which both differ from visit to visit."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +40,6 @@ class Repetition:
         channel: which reading it is about.
         rms: root mean square of the residual, in `unit`.
         scatter: standard deviation between visits of one state.
-        noise: of the sensor.
         spread: standard deviation of the readings.
         unit: of these.
 
@@ -52,7 +48,6 @@ class Repetition:
     channel: str
     rms: float
     scatter: float
-    noise: float
     spread: float
     unit: str
 
@@ -63,8 +58,8 @@ class Repetition:
 
     @property
     def unexplained(self) -> bool:
-        """Whether most of it is neither noise nor what the bench does not repeat."""
-        return self.rms > NOISY * self.noise and self.share > REPEATING
+        """Whether most of it comes again."""
+        return self.share > REPEATING
 
     def __str__(self) -> str:
         return (
@@ -92,7 +87,7 @@ def repetition(predictor: Predictor, views: Sequence[View]) -> Repetition:
     return Repetition(
         channel, float(np.sqrt(np.mean(residual[chosen] ** 2))),
         _scatter(residual[chosen], state[chosen], time[chosen]),
-        max(noise_of(r) for r in readings), float(np.nanstd(np.concatenate(readings))), unit,
+        float(np.nanstd(np.concatenate(readings))), unit,
     )  # fmt: skip
 
 
