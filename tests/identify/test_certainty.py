@@ -8,7 +8,7 @@ from hil_emulator.identify.prediction.balances import PISTON
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.certainty import deviation, faint
+from hil_emulator.identify.selection.certainty import deviation, faint, interval, uncertain
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of
@@ -65,3 +65,19 @@ def test_doubts_come_on_top_of_what_the_data_leave() -> None:
     found = search(100.0, own=0.3, uncertainty=0.4)
     fit = found.rounds[-1].base
     assert deviation(found, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
+
+
+@pytest.mark.parametrize(("own", "absent"), [(0.4, ""), (0.6, "position_friction")])
+def test_a_value_that_noise_may_have_made_is_no_name(own: float, absent: str) -> None:
+    """The 95 % interval by noise alone must not hold none, whatever was gained."""
+    assert uncertain(search(1e4, own=own)) == absent
+
+
+@pytest.mark.parametrize("doubt", [0.01, 0.3, 0.6, 2.0])
+def test_an_interval_is_that_of_an_effect_which_is_there(doubt: float) -> None:
+    """It never holds none: of many draws that do not, a fortieth lies beyond each end."""
+    found = search(1e4, uncertainty=doubt)
+    low, high = interval(found, found.rounds[-1].base, "position_friction")
+    draws = 1.0 + doubt * np.random.default_rng(1).standard_normal(400_000)
+    assert [low, high] == pytest.approx(np.quantile(draws[draws > 0.0], [0.025, 0.975]), rel=0.02)
+    assert 0.0 < low < 1.0 < high

@@ -11,7 +11,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.gap import Compared, View, compare, measure, traces
 from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
-from hil_emulator.identify.disagreement.repeatability import repetition
+from hil_emulator.identify.disagreement.repeatability import repeatability
 from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.observer import Observer
@@ -47,7 +47,7 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
     result.where = _where(searcher, first, compared.before["training"])
     result.final_at = after.at
     if after.effective is not None:
-        result.repeats = repetition(predictor, compared.after["training"])
+        result.repeats = repeatability(predictor, compared.after["training"])
     if result.unknown:
         _say_more(searcher, last, result)
     try:

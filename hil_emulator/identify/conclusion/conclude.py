@@ -10,7 +10,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.certainty import NORMAL_95, deviation, discrepancy_uncertainty
+from hil_emulator.identify.selection.certainty import NORMAL_95, discrepancy_uncertainty, interval
 from hil_emulator.identify.selection.distinguishability import confirmed, weighed
 from hil_emulator.identify.selection.law_objections import hardly_believed
 from hil_emulator.identify.selection.near_rivals import MOST_TOLD, near_rivals
@@ -129,9 +129,8 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     best = round_.trials[0]
     final = search.final
     assert final is not None
-    i = [c.name for c in final.coordinates].index(coordinate.name)
-    at, reach = float(final.at[i]), NORMAL_95 * deviation(search, final, coordinate.name)
-    ends = sorted(coordinate.value(at + k * reach) for k in (-1.0, 1.0))
+    at = float(final.at[[c.name for c in final.coordinates].index(coordinate.name)])
+    ends = sorted(coordinate.value(end) for end in interval(search, final, coordinate.name))
     alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []

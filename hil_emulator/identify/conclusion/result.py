@@ -9,7 +9,7 @@ import numpy as np
 from hil_emulator.identify.conclusion.effect_table import EffectTable
 from hil_emulator.identify.conclusion.findings import Finding, Unexplained
 from hil_emulator.identify.disagreement.regions import Disagreement
-from hil_emulator.identify.disagreement.repeatability import Repetition
+from hil_emulator.identify.disagreement.repeatability import Repeatability
 from hil_emulator.identify.disagreement.residuals import Map
 from hil_emulator.identify.experiment_design.next_experiment import NextExperiment
 from hil_emulator.identify.measured.experiment import Array
@@ -87,7 +87,7 @@ class Result:
     where: list[Disagreement] = field(default_factory=list)
     remaining: list[Disagreement] = field(default_factory=list)
     maps: list[Map] = field(default_factory=list)
-    repeats: Repetition | None = None
+    repeats: Repeatability | None = None
     interrupted: bool = False
     added: EffectTable | None = None
     final_at: Array = field(default_factory=lambda: np.zeros(0))

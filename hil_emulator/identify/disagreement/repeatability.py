@@ -33,7 +33,7 @@ sensors' noise nor what the bench does not repeat, which both differ from visit 
 
 
 @dataclass(frozen=True)
-class Repetition:
+class Repeatability:
     """What a model leaves, and how much of it comes again.
 
     Attributes:
@@ -70,7 +70,7 @@ class Repetition:
         )
 
 
-def repetition(predictor: Predictor, views: Sequence[View]) -> Repetition:
+def repeatability(predictor: Predictor, views: Sequence[View]) -> Repeatability:
     """Return what comes again of the residual of a predictor's only channel."""
     channel, unit = predictor.channels[0], predictor.measure
     residuals = [v.replay.one_step[:, 0] for v in views]
@@ -84,7 +84,7 @@ def repetition(predictor: Predictor, views: Sequence[View]) -> Repetition:
     chosen = np.flatnonzero(np.isfinite(residual))
     chosen = chosen[:: max(1, len(chosen) // MOST)]
     readings = [v.experiment.readings[channel] for v in views]
-    return Repetition(
+    return Repeatability(
         channel, float(np.sqrt(np.mean(residual[chosen] ** 2))),
         _scatter(residual[chosen], state[chosen], time[chosen]),
         float(np.nanstd(np.concatenate(readings))), unit,

@@ -7,6 +7,7 @@ hardly anything is named only where it can be nothing else.
 import math
 
 import numpy as np
+from scipy.stats import norm
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
@@ -48,6 +49,20 @@ def deviation(search: Search, fit: Fit, name: str) -> float:
     return math.hypot(found, discrepancy_uncertainty(search, fit)[i])
 
 
+def interval(search: Search, fit: Fit, name: str) -> tuple[float, float]:
+    """Return the 95 % interval of an effect's coordinate, given that the effect is there.
+
+    That it is there, on this side of none, has passed a test; what no law explains leaves its size
+    uncertain. So the normal distribution ends at none.
+    """
+    at = float(fit.at[[c.name for c in fit.coordinates].index(name)])
+    spread = deviation(search, fit, name)
+    absent = float(norm.cdf(-abs(at) / spread))
+    ends = abs(at) + spread * norm.ppf(absent + (1.0 - absent) * np.array([0.025, 0.975]))
+    low, high = sorted(math.copysign(float(end), at) for end in ends)
+    return low, high
+
+
 def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
     """Return the standard deviation of each coordinate that comes from what no law explains.
 
@@ -64,14 +79,18 @@ def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
 
 
 def uncertain(search: Search) -> str:
-    """Return the effect whose interval holds what is configured, the least certain; or ""."""
+    """Return the effect that may as well be absent, the least certain first; or "".
+
+    By what it was accepted by, the robust Wald statistic, or by its value beside all that was
+    accepted later.
+    """
     fit = search.rounds[-1].base
-    distance = {
-        c.name: abs(float(fit.at[fit.coordinates.index(c)])) / deviation(search, fit, c.name)
-        for c in search.effects
-    }  # fmt: skip
-    least = min(distance, key=lambda name: distance[name], default="")
-    return least if least and distance[least] < NORMAL_95 else ""
+    certainty = {}
+    for i, c in ((fit.coordinates.index(c), c) for c in search.effects):
+        beside = float(fit.at[i] ** 2 / fit.covariance()[i, i])
+        certainty[c.name] = min(beside, search.selected_in(c.name).trials[0].evidence.wald)
+    least = min(certainty, key=lambda name: certainty[name], default="")
+    return least if least and certainty[least] < NORMAL_95**2 else ""
 
 
 def _may_be_none(search: Search, name: str) -> bool:
