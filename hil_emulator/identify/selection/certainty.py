@@ -5,9 +5,9 @@ hardly anything is named only where it can be nothing else.
 """
 
 import math
+from statistics import NormalDist
 
 import numpy as np
-from scipy.stats import norm
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
@@ -56,10 +56,10 @@ def interval(search: Search, fit: Fit, name: str) -> tuple[float, float]:
     uncertain. So the normal distribution ends at none.
     """
     at = float(fit.at[[c.name for c in fit.coordinates].index(name)])
-    spread = deviation(search, fit, name)
-    absent = float(norm.cdf(-abs(at) / spread))
-    ends = abs(at) + spread * norm.ppf(absent + (1.0 - absent) * np.array([0.025, 0.975]))
-    low, high = sorted(math.copysign(float(end), at) for end in ends)
+    size = NormalDist(abs(at), deviation(search, fit, name))
+    absent = size.cdf(0.0)
+    ends = [size.inv_cdf(absent + (1.0 - absent) * part) for part in (0.025, 0.975)]
+    low, high = sorted(math.copysign(end, at) for end in ends)
     return low, high
 
 
