@@ -1,1 +1,0 @@
-x: is not a readable MATLAB file: Reader needs file name or open file-like object
