@@ -256,6 +256,12 @@ def _meaning(said: dict[str, Any]) -> Any:
 @recordings
 @click.option("--only", multiple=True, metavar="EFFECT", help="Name none but these.")
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not name these.")
+@click.option(
+    "--method",
+    type=click.Choice(["search", "least-squares"]),
+    default="search",
+    help="least-squares: beside what the search finds, a plain fit of the same effects.",
+)
 def identify(
     files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],
     exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, **said: Any,
@@ -264,7 +270,7 @@ def identify(
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 
-    question = Question(only, exclude)
+    question = Question(only, exclude, plain_fit=said.pop("method") == "least-squares")
     command.identify(files, validate, question, out, jobs, _meaning(said), cluster)
 
 

@@ -30,7 +30,7 @@ ROOMS = {
     "identify/measured": {"numpy", "scipy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},
     "identify/prediction": {"numpy", "numba", "scipy", "model", "config", "platform"},
-    "identify/estimation": {"numpy"},
+    "identify/estimation": {"numpy", "scipy"},
     "identify/selection": {"numpy"},
     "identify/disagreement": {"numpy", "scipy"},
     "identify/experiment_design": {"numpy", "model"},

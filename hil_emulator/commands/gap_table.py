@@ -17,6 +17,7 @@ def gap_lines(result: Result) -> list[str]:
     if not result.gap:
         return lines
     times = ("before", "after", "floor") if result.effects else ("before", "floor")
+    times = (*times[:-1], "least_squares", "floor") if result.plain else times
     free = any("free_before" in v for parts in result.gap.values() for v in parts.values())
     short = "sigma" if "deviation" in result.measure else result.measure
     unit = result.measure if short == result.measure else f"{result.measure} (sigma)"
@@ -25,7 +26,8 @@ def gap_lines(result: Result) -> list[str]:
     head, rows = ["channel", "data"], []
     kinds = {"": "1 step", "free_": "free run"} if free else {"": "rms"}
     for words in kinds.values():
-        head += [f"{words}: {when}" if when == times[0] else when for when in times]
+        head += [f"{words}: {when}" if when == times[0] else when.replace("_", " ")
+                 for when in times]  # fmt: skip
     for channel, parts in result.gap.items():
         for part, values in parts.items():
             cells = [_cell(values, f"{k}{when}", short) for k in kinds for when in times]
@@ -37,9 +39,7 @@ def balances(title: str, found: Sequence[Disagreement]) -> list[str]:
     """Return a line per balance, and one per region of it."""
     lines = []
     for d in found:
-        lines.append(
-            f"{title:9s} {d.balance}, over {d.regressor}: {100 * d.share:.0f} % of the gap"
-        )
+        lines.append(f"{title:9s} {d.place}")
         lines += [f"          {region}" for region in d.regions]
         title = ""
     return lines

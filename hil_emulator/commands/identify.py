@@ -13,6 +13,7 @@ from hil_emulator.commands.logs import Meaning, experiments
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.reporting.headline import headline
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.reporting.report import report
 from hil_emulator.identify.session import Question
@@ -82,11 +83,11 @@ def identify(
 
 def summary(result: Result) -> str:
     """Return a result for the terminal."""
-    lines = [f"verdict   {result.verdict}", f"          {result.reason}"]
+    lines = [f"verdict   {result.verdict}", *(f"          {told}" for told in headline(result))]
     lines += [f"note      {note}" for note in result.notes]
     lines += [f"held out  {', '.join(result.held_out)}"] if result.held_out else []
     for finding in result.effects:
-        lines.append(f"missing   {finding}, {100 * finding.explained:.0f} % of the gap")
+        lines.append(f"missing   {finding}; takes {finding.share} of the squared error")
         if finding.form_differs:
             lines.append(f"          its law differs from the catalogue's form: {finding.form}")
         lines += [f"          rival {r.name}: {r.lost}" for r in finding.rivals[:3]]

@@ -40,12 +40,14 @@ class Question:
         only: effects that may be named; empty for all.
         exclude: effects that may not.
         search: False measures the gap after refitting ordinary parameters, and names nothing.
+        plain_fit: whether to fit what is named by ordinary least squares, too, for comparison.
 
     """
 
     only: Sequence[str] = ()
     exclude: Sequence[str] = ()
     search: bool = True
+    plain_fit: bool = False
 
 
 EVERYTHING = Question()
@@ -115,6 +117,9 @@ def _identified(
         result = conclude(searcher, found)
         if not question.search:
             account.judge(result)
+        if question.plain_fit and result.gap:
+            tell("fitting the same by ordinary least squares")
+            account.compare_with_plain_fit(searcher, found, result)
     result.notes = [*notes, *result.notes]
     result.digests = {e.name: e.digest for e in (*learn, *check)}
     result.held_out = [e.name for e in check]

@@ -256,6 +256,13 @@ class Effect:
         """First line of the law's docstring."""
         return (inspect.getdoc(self.law) or "").partition("\n")[0].rstrip(".")
 
+    @property
+    def words(self) -> str:
+        """What the machine does, as a workshop says it: second paragraph of the docstring."""
+        _, _, further = (inspect.getdoc(self.law) or "").partition("\n\n")
+        words = " ".join(further.partition("\n\n")[0].split()).rstrip(".")
+        return words[:1].lower() + words[1:]
+
     def field_of(self, quantity: Quantity) -> str:
         """Name of the record field that holds one of its parameters or states."""
         return f"{self.name}_{quantity.name}"

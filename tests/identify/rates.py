@@ -88,13 +88,13 @@ def least_squares(model: PlantModel, training: Sequence[Experiment],
     """Return the held-out error of area, Coulomb friction and its growth with pressure [N]."""
     turned = dissipative([*training, *validation], model.plant_values)
     learn, check = turned[: len(training)], turned[len(training) :]
-    rows, force = _terms(model, learn)
+    rows, force = terms(model, learn)
     found = np.linalg.lstsq(rows, force, rcond=None)[0]
-    rows, force = _terms(model, check)
+    rows, force = terms(model, check)
     return float(np.sqrt(np.mean((force - rows @ found) ** 2)))
 
 
-def _terms(model: PlantModel, experiments: Sequence[Experiment]) -> tuple[Array, Array]:
+def terms(model: PlantModel, experiments: Sequence[Experiment]) -> tuple[Array, Array]:
     """Return what the force is a sum of, where the rod slides, and the force."""
     observer = StaticObserver(model)
     names = list(model.kernel.state.names or ())

@@ -8,12 +8,21 @@ import numpy as np
 from hil_emulator.identify.conclusion.effect_table import effect_table, place_of
 from hil_emulator.identify.conclusion.findings import in_words
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.disagreement.gap import Compared, View, compare, measure, traces
+from hil_emulator.identify.disagreement.gap import (
+    Compared,
+    View,
+    compare,
+    enter,
+    measure,
+    traces,
+    view,
+)
 from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
 from hil_emulator.identify.disagreement.repeatability import repeatability
 from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
 from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.ordinary_least_squares import ordinary_least_squares
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.regressors import regressors
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
@@ -113,21 +122,33 @@ def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm
     return found[: max(1, min(MAPPED, len(where)))]
 
 
-def shares(searcher: Searcher, search: Search) -> dict[str, float]:
-    """Return by effect its share of what laws of any form could take out of the disagreement.
+def compare_with_plain_fit(searcher: Searcher, search: Search, result: Result) -> None:
+    """Enter what ordinary least squares makes of the same parameters on the same data."""
+    predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
+    plain = ordinary_least_squares(predictor, training, search.final or search.rounds[-1].base)
+    result.plain = {
+        c.name: float(c.value(float(at))) for c, at in zip(plain.coordinates, plain.at, strict=True)
+    }
+    for part, experiments in (("training", training), ("validation", searcher.validation)):
+        if experiments:
+            seen = view(predictor, plain, experiments)
+            enter(result.gap, predictor, part, "least_squares", seen)
 
-    The disagreement is chi-square one step ahead, on the training data, in the weights of the final
-    model. Its explainable part is what the effects took, and what the strongest term that no
-    effect explains would still take.
+
+def shares(searcher: Searcher, search: Search) -> dict[str, float]:
+    """Return by effect its share of the squared error before anything was named.
+
+    The error is that one step ahead, on the training data, in the weights of the final model; what
+    the shares leave is noise, and what no effect explains.
     """
     if search.final is None or not search.effects:
         return {}
     fitter = searcher.fitter
     fitter.freeze(search.final.coordinates, search.final.at)
     took = _lost(searcher, search) if search.dropped else _won(searcher, search, search.final)
-    took = {c.name: max(took.get(c.name, 0.0), 0.0) for c in search.effects}
-    total = sum(took.values()) + _left(search.rounds[-1])
-    return {name: part / total if total > 0.0 else 0.0 for name, part in took.items()}
+    total = _chi2(searcher, search.rounds[0].base)
+    return {c.name: max(took.get(c.name, 0.0), 0.0) / total if total > 0.0 else 0.0
+            for c in search.effects}  # fmt: skip
 
 
 def _won(searcher: Searcher, search: Search, final: Fit) -> dict[str, float]:
@@ -149,12 +170,6 @@ def _lost(searcher: Searcher, search: Search) -> dict[str, float]:
 def _chi2(searcher: Searcher, fit: Fit) -> float:
     residual = searcher.fitter.residual(fit.coordinates, fit.at)
     return float(residual @ residual)
-
-
-def _left(last: Round) -> float:
-    """Return what the strongest unexplained term would still take."""
-    terms: list[DiscrepancyTerm] = [t for t in last.terms if t.significant]
-    return max((t.statistic for t in terms), default=0.0)
 
 
 def judge(result: Result) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from hil_emulator.identify.conclusion import account
 from hil_emulator.identify.conclusion.findings import Finding, Rival, Unexplained, in_words
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.experiment_design.contrast import contrast
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.candidate_refit import Trial
@@ -16,6 +17,9 @@ from hil_emulator.identify.selection.law_objections import hardly_believed
 from hil_emulator.identify.selection.near_rivals import MOST_TOLD, near_rivals
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
+
+LONGEST = 80
+"""Characters of what is still a clause of a headline (assumed)."""
 
 
 def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Result:
@@ -62,13 +66,20 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         f = ambiguous[0]
         if thorough:
             result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
-        result.next_experiment = str(result.plan or "") or (
-            f"{f.name} and {', '.join(f.group)} look alike here; record other motions: slower, "
-            "faster, over the whole stroke"
-        )
+        result.next_experiment = str(result.plan or "") or _advice(searcher, f)
     searcher.fitter.release()
     _measure(searcher, search, result)
     return result
+
+
+def _advice(searcher: Searcher, finding: Finding) -> str:
+    """Say what to vary where no experiment can be forecast."""
+    declared = {c.name: c.effect for c in searcher.candidates}
+    one, *others = (declared.get(name) for name in (finding.name, *finding.group))
+    told = f"{finding.name} and {', '.join(finding.group)} look alike here; record"
+    if one is None:
+        return f"{told} with larger and smaller motions"
+    return f"{told} {contrast(one, [other for other in others if other is not None])}"
 
 
 def _explained(search: Search) -> str:
@@ -146,7 +157,16 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
         group=tuple(group),
         form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
         rivals=tuple(_rival(t, best) for t in weaker), separating_size=round_.separating,
+        words=_in_words(coordinate),
     )  # fmt: skip
+
+
+def _in_words(coordinate: Coordinate) -> str:
+    """Return what an effect does, and at which sensor."""
+    named = coordinate.name.rpartition(".")[2].replace("_", " ")
+    words = coordinate.effect.words if coordinate.effect else ""
+    words = words if 0 < len(words) <= LONGEST else named
+    return f"{words} ({coordinate.channel.replace('_', ' ')})" if coordinate.channel else words
 
 
 def _rival(trial: Trial, best: Trial) -> Rival:

@@ -1,5 +1,6 @@
 """What a search has found: missing effects with their rivals, and terms that no effect explains."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,10 @@ import numpy as np
 from hil_emulator.identify.disagreement.residuals import SHOWN
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.units import show
+
+UNEVEN = 0.1
+"""Distance of a value from the middle of its interval, over half its width, from which both ends
+are told (assumed)."""
 
 
 def rounded(value: float, unit: str, shown: str) -> str:
@@ -43,13 +48,15 @@ class Finding:
         unit: SI unit.
         shown: the unit for people.
         interval: 95 % confidence interval [unit].
-        explained: share of the explained gap that this effect carries.
+        explained: share of the squared error one step ahead on the training data, before anything
+            was named, that this effect takes.
         delta_chi2: gain in chi-square on the training data.
         held_out: the same on the validation data; None without any.
         group: effects that these data cannot tell from it, or that explain nearly as much where
             none of their laws fits.
         form_differs: whether its law is of another form than the catalogue's.
         form: what says so, in words.
+        words: what the machine does, as a workshop says it.
         rivals: what else was weighed.
         separating_size: size [unit] at which the nearest rival would separate; None without rivals.
 
@@ -69,6 +76,7 @@ class Finding:
     rivals: tuple[Rival, ...]
     separating_size: float | None = None
     form: str = ""
+    words: str = ""
 
     def __str__(self) -> str:
         low, high = (rounded(v, self.unit, self.shown) for v in self.interval)
@@ -76,6 +84,24 @@ class Finding:
         law = ", by a law of another form" if self.form_differs else ""
         value = rounded(self.value, self.unit, self.shown)
         return f"{self.names}{law}: {whose} = {value} (95 %: {low} ... {high})"
+
+    @property
+    def share(self) -> str:
+        """The share that it takes, for people: never "0 %"."""
+        return "less than 1 %" if self.explained < 0.01 else f"{100 * self.explained:.0f} %"
+
+    @property
+    def size(self) -> str:
+        """The value with its doubt: "6.8 +- 0.9 mm^2"; both ends where they lie unevenly."""
+        low, high = self.interval
+        half = 0.5 * (high - low)
+        if not abs(0.5 * (low + high) - self.value) <= UNEVEN * half:
+            ends = " to ".join(rounded(end, self.unit, self.shown) for end in (low, high))
+            return f"{rounded(self.value, self.unit, self.shown)} ({ends})"
+        number, _, unit = show(self.value, self.unit, self.shown).partition(" ")
+        doubt = float(show(half, self.unit, self.shown).partition(" ")[0])
+        digits = 1 - math.floor(math.log10(doubt)) if doubt > 0.0 else 6
+        return f"{round(float(number), digits):g} +- {round(doubt, digits):g} {unit}".rstrip()
 
     @property
     def names(self) -> str:

@@ -59,6 +59,8 @@ class Result:
         traces: by experiment and channel, see `gap.traces`.
         repeats: what the final model leaves that comes again at the same state; None where its
             noise is known.
+        plain: value [SI] of every parameter by ordinary least squares, by name; empty where nobody
+            asked for it.
         interrupted: whether the user ended the search before it was complete.
         added: the strongest unexplained term as an effect file; None without one, or where the
             model has no place for it.
@@ -88,6 +90,7 @@ class Result:
     remaining: list[Disagreement] = field(default_factory=list)
     maps: list[Map] = field(default_factory=list)
     repeats: Repeatability | None = None
+    plain: dict[str, float] = field(default_factory=dict)
     interrupted: bool = False
     added: EffectTable | None = None
     final_at: Array = field(default_factory=lambda: np.zeros(0))
@@ -113,6 +116,7 @@ class Result:
             "data": self.digests,
             "held_out": self.held_out,
             "ladder": self.ladder,
+            "least_squares": self.plain,
             "interrupted": self.interrupted,
         }
 

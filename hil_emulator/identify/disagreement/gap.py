@@ -101,18 +101,24 @@ def measure(predictor: Predictor, compared: Compared) -> Gap:
     not known is absent.
     """
     gap: Gap = {}
-    for part in compared.before:
+    for part, views in compared.after.items():
+        enter(gap, predictor, part, "before", compared.before[part])
+        enter(gap, predictor, part, "after", views)
         for i, channel in enumerate(predictor.channels):
-            entry = gap.setdefault(channel, {}).setdefault(part, {})
-            for when, views in (("before", compared.before[part]), ("after", compared.after[part])):
-                for prefix, kind in KINDS.items():
-                    errors = [getattr(v.replay, kind)[:, i] for v in views]
-                    _enter(entry, f"{prefix}{when}", channel, views, i, errors)
             for prefix, kind in KINDS.items():
                 if all(v.floors is not None for v in views):
                     left = [floor_of(v, kind)[:, i] for v in views]
-                    _enter(entry, f"{prefix}floor", channel, views, i, left)
+                    _enter(gap[channel][part], f"{prefix}floor", channel, views, i, left)
     return gap
+
+
+def enter(gap: Gap, predictor: Predictor, part: str, when: str, views: Sequence[View]) -> None:
+    """Enter the errors of a model over a part of the data."""
+    for i, channel in enumerate(predictor.channels):
+        entry = gap.setdefault(channel, {}).setdefault(part, {})
+        for prefix, kind in KINDS.items():
+            errors = [getattr(v.replay, kind)[:, i] for v in views]
+            _enter(entry, f"{prefix}{when}", channel, views, i, errors)
 
 
 def floor_of(seen: View, kind: str) -> Array:

@@ -73,7 +73,15 @@ class Disagreement:
 
     def __str__(self) -> str:
         where = f", {self.regions[0]}" if self.regions else ", everywhere"
-        return f"{self.balance} over {self.regressor}, {100 * self.share:.0f} % of the gap{where}"
+        return f"{self.place}{where}"
+
+    @property
+    def place(self) -> str:
+        """The balance, over what, and its share where others disagree, too."""
+        told = f"{self.balance} over {self.regressor}"
+        if self.share > 1.0 - LEAST_FURTHER_SHARE:
+            return told
+        return f"{told}: {100 * self.share:.0f} % of what the balances lack"
 
 
 def disagreements(

@@ -93,7 +93,7 @@ def _effect(search: Search, coordinate: Coordinate, finding: Finding) -> str:
     low, high = (f"{v:.4g}" for v in finding.interval)
     return (
         f"{coordinate.effect.name} = {{ {', '.join(law)} }}"
-        f"   # 95 %: {low} ... {high} {finding.unit}; {100 * finding.explained:.0f} % of the gap"
+        f"   # 95 %: {low} ... {high} {finding.unit}; takes {finding.share} of the squared error"
     )
 
 

@@ -6,6 +6,7 @@ from typing import Any
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.regions import Disagreement, Region
 from hil_emulator.identify.reporting import charts, pictures, report_tables
+from hil_emulator.identify.reporting.headline import headline
 from hil_emulator.pages.render import render
 
 _WORDS = {
@@ -35,35 +36,13 @@ def report(result: Result, title: str, made: str = "") -> str:
         result=result,
         verdict=_WORDS[result.verdict],
         settled=result.verdict in _SETTLED,
-        reason=result.reason.removeprefix("missing: "),
-        shrunk=_shrunk(result),
+        sentences=headline(result),
         **_where(result),
         **_found(result),
         **_size(result),
         **_reasons(result),
         **_model(result),
     )
-
-
-def _shrunk(result: Result) -> str:
-    """Return the one sentence that says how the gap shrank where it was widest."""
-    best, sentence = 1.0, ""
-    for channel, parts in result.gap.items():
-        values = parts.get("validation") or parts["training"]
-        kind = "free_" if "free_before" in values else ""
-        before, after = values[f"{kind}before"], values[f"{kind}after"]
-        if not result.effects or before / after <= best:
-            continue
-        best = before / after
-        run = "0.5 s free runs" if kind else "the force balance"
-        data = "data not used for the fit" if "validation" in parts else "the training data"
-        floor = values.get(f"{kind}floor")
-        least = f"; disturbances alone leave {floor:.3g}" if floor else ""
-        sentence = (
-            f"In {run} on {data}, {channel.replace('_', ' ')} was {before:.3g} off and is "
-            f"{after:.3g} off with it (rms, in {result.measure}{least})."
-        )
-    return sentence
 
 
 def _where(result: Result) -> dict[str, Any]:
@@ -79,9 +58,9 @@ def _where(result: Result) -> dict[str, Any]:
     }
 
 
-def _places(found: Sequence[Disagreement]) -> list[tuple[str, str, str, tuple[Region, ...]]]:
-    """Return balance, regressor, share of the gap and regions of each."""
-    return [(d.balance, d.regressor, f"{100 * d.share:.0f} %", d.regions) for d in found]
+def _places(found: Sequence[Disagreement]) -> list[tuple[str, tuple[Region, ...]]]:
+    """Return the place and the regions of each."""
+    return [(d.place, d.regions) for d in found]
 
 
 def _found(result: Result) -> dict[str, Any]:

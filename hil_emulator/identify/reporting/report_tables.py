@@ -1,12 +1,16 @@
 """The tables of the page of a result."""
 
+import math
 from collections.abc import Mapping
 
 from hil_emulator.identify.conclusion.findings import rounded
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.pages.render import Table
 
-TIMES = ("before", "after", "floor")
+GAINS = ("better fit", "held out")
+"""What an effect gains in chi-square, on training and on held-out data."""
+
+TIMES = ("before", "after", "least_squares", "floor")
 
 
 def effects(result: Result) -> Table:
@@ -18,10 +22,9 @@ def effects(result: Result) -> Table:
         flags += [f"or {', '.join(f.group)}"] if f.group else []
         rows.append(
             (f.name, f.knob, rounded(f.value, f.unit, f.shown), f"{low} ... {high}",
-             f"{100 * f.explained:.0f} %", f"{f.delta_chi2:.0f}",
-             _held_out(f.held_out), "; ".join(flags))
+             f.share, f"{f.delta_chi2:.0f}", _held_out(f.held_out), "; ".join(flags))
         )  # fmt: skip
-    head = ("effect", "knob", "value", "95 % interval", "share", "gain", "held-out gain", "caution")
+    head = ("effect", "parameter", "value", "95 % interval", "share", *GAINS, "caution")
     return Table(head, rows)
 
 
@@ -39,7 +42,8 @@ def gap(result: Result) -> Table:
     ]  # fmt: skip
     titles = ("one step ahead", "free run") if free else ("root mean square",)
     groups = (("", 2), *((title, len(times)) for title in titles))
-    return Table(("channel", "data", *(times * len(kinds))), rows, groups)
+    names = tuple(t.replace("_", " ") for t in times)
+    return Table(("channel", "data", *(names * len(kinds))), rows, groups)
 
 
 _PARTS = {"training": "training", "validation": "held out"}
@@ -53,7 +57,7 @@ def _amount(values: Mapping[str, float], name: str) -> str:
 
 def motion(result: Result) -> Table:
     """Return the free run by region of motion: one row per region, channels side by side."""
-    times = TIMES if result.effects else ("before", "floor")
+    times = ("before", "after", "floor") if result.effects else ("before", "floor")
     channels = [c for c in result.motion if c != "supply_pressure"]
     regions = list(dict.fromkeys(r for c in channels for r in result.motion[c]))
     rows: list[tuple[object, ...]] = []
@@ -82,8 +86,9 @@ def ranking(result: Result) -> Table:
                 if name == best and not found.accepted:
                     why = "; ".join(e.objections) or "a term of no catalogued form explains more"
             held = None if e.held_out != e.held_out else e.held_out
-            rows.append((i + 1, name, f"{e.delta_chi2:.0f}", f"{e.wald:.0f}", _held_out(held), why))
-    head = ("round", "effect", "gain", "robust Wald", "held-out gain", "why")
+            clear = f"{math.sqrt(max(e.wald, 0.0)):.1f}"
+            rows.append((i + 1, name, f"{e.delta_chi2:.0f}", clear, _held_out(held), why))
+    head = ("round", "effect", GAINS[0], "signal to noise", GAINS[1], "why")
     return Table(head, rows)
 
 

@@ -18,7 +18,10 @@ from hil_emulator.model.stages import coupling, play
                  "turns over a wider velocity, see actuator.friction_force",
 )  # fmt: skip
 def coupling_compliance(compliance: float) -> float:
-    """F = (x_p - x_l) / C."""
+    """F = (x_p - x_l) / C.
+
+    The coupling between rod and load gives way.
+    """
     return compliance
 
 
@@ -41,7 +44,10 @@ def _flanks(gap: float, softness: float) -> float:
     also=((coupling, _flanks),),
 )  # fmt: skip
 def backlash(stretch: float, gap: float) -> float:
-    """d = s - max(-g/2, min(g/2, s))."""
+    """d = s - max(-g/2, min(g/2, s)).
+
+    There is play between rod and load.
+    """
     return stretch - max(-0.5 * gap, min(0.5 * gap, stretch))
 
 

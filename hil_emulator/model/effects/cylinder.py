@@ -17,7 +17,10 @@ from hil_emulator.model.stages import cross_leakage, inertia, outward_leakage, s
 def internal_leakage(
     pressure_a: float, pressure_b: float, viscosity: float, conductance: float
 ) -> float:
-    """q_ab = C_i (p_a - p_b) nu_40/nu."""
+    """q_ab = C_i (p_a - p_b) nu_40/nu.
+
+    Oil leaks past the piston.
+    """
     return conductance * (pressure_a - pressure_b) / viscosity
 
 
@@ -30,7 +33,10 @@ def internal_leakage(
     not_modelled="different leakage of the two chambers",
 )  # fmt: skip
 def external_leakage(pressure: float, viscosity: float, conductance: float) -> float:
-    """q_e = C_e max(0, p - p_atm) nu_40/nu, for each chamber: seals let no air in."""
+    """q_e = C_e max(0, p - p_atm) nu_40/nu, for each chamber: seals let no air in.
+
+    Oil leaks out of the cylinder.
+    """
     return conductance * max(0.0, pressure - ATMOSPHERE) / viscosity
 
 
@@ -49,6 +55,8 @@ def end_stops(
     position: float, velocity: float, stiffness: float, damping: float, cylinder_stroke: float
 ) -> float:
     """F = k d (1 + c d'), d = depth in the stop, never pulling.
+
+    The piston meets its ends.
 
     Continuous at contact, so that an impact costs the integrator no accuracy.
     """
@@ -75,7 +83,10 @@ def end_stops(
 def cushion(
     position: float, velocity: float, coefficient: float, length: float, cylinder_stroke: float
 ) -> float:
-    """F = -c v |v| d/l on the way into an end, d = depth in the cushion."""
+    """F = -c v |v| d/l on the way into an end, d = depth in the cushion.
+
+    The piston is cushioned at its ends.
+    """
     depth = position - (cylinder_stroke - length) if velocity > 0.0 else length - position
     inside = max(0.0, min(1.0, depth / length))
     return -coefficient * velocity * abs(velocity) * inside
@@ -89,7 +100,10 @@ def cushion(
     signature="hydraulic force minus load cell at high acceleration",
 )  # fmt: skip
 def rod_mass(mass: float) -> float:
-    """F = f_h - f_f - m_p a: the rod's inertia is not seen by the load cell."""
+    """F = f_h - f_f - m_p a: the rod's inertia is not seen by the load cell.
+
+    The load cell does not see the mass of the rod.
+    """
     return mass
 
 

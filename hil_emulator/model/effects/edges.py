@@ -13,7 +13,10 @@ from hil_emulator.model.stages import discharge, metering
     signature="both chamber flows scale with the direction of the spool",
 )
 def gain_asymmetry(opening: float, travel: float, asymmetry: float) -> float:
-    """u_i = u_i (1 + k sign(u_v))."""
+    """u_i = u_i (1 + k sign(u_v)).
+
+    The valve opens further to one side than to the other.
+    """
     return opening * (1.0 + asymmetry * math.copysign(1.0, travel))
 
 
@@ -25,7 +28,10 @@ def gain_asymmetry(opening: float, travel: float, asymmetry: float) -> float:
     not_modelled="different laps on the four edges",
 )
 def overlap(opening: float, lap: float) -> float:
-    """u_i = u_i - u_lap, on each of the four edges."""
+    """u_i = u_i - u_lap, on each of the four edges.
+
+    The valve has a dead band: its lands overlap the ports.
+    """
     return opening - lap
 
 
@@ -37,7 +43,10 @@ def overlap(opening: float, lap: float) -> float:
     not_modelled="laminar flow in the clearance of a closed edge",
 )
 def underlap(opening: float, lap: float) -> float:
-    """u_i = u_i + u_0, on each of the four edges."""
+    """u_i = u_i + u_0, on each of the four edges.
+
+    The valve is open at null: its lands are shorter than the ports.
+    """
     return opening + lap
 
 
@@ -49,7 +58,10 @@ def underlap(opening: float, lap: float) -> float:
     signature="flow grows less than the spool at large openings",
 )  # fmt: skip
 def flow_saturation(opening: float, passage: float) -> float:
-    """u_i = u_i / sqrt(1 + (u_i/u_p)²)."""
+    """u_i = u_i / sqrt(1 + (u_i/u_p)²).
+
+    The valve's flow grows less at large openings.
+    """
     ratio = opening / passage
     return opening / math.sqrt(1.0 + ratio * ratio)
 
@@ -71,7 +83,10 @@ def reynolds_discharge(
     coefficient: float, opening: float, drop: float, viscosity: float, critical_flow_number: float,
     slot_per_ampere: float, oil_density: float, oil_kinematic_viscosity: float,
 ) -> float:  # fmt: skip
-    """C_d/C_inf = tanh(2 lambda/lambda_c),  lambda = (D_h/nu) sqrt(2 |dp|/rho),  D_h = 2 x."""
+    """C_d/C_inf = tanh(2 lambda/lambda_c),  lambda = (D_h/nu) sqrt(2 |dp|/rho),  D_h = 2 x.
+
+    The flow is laminar at small openings.
+    """
     diameter = 2.0 * slot_per_ampere * opening
     speed = math.sqrt(2.0 * abs(drop) / oil_density)
     flow_number = diameter * speed / (oil_kinematic_viscosity * viscosity)

@@ -24,7 +24,10 @@ _STRIBECK_VELOCITY = Param(
     signature="hydraulic force minus load cell, proportional to velocity",
 )  # fmt: skip
 def viscous_friction(velocity: float, viscosity: float, scale: float, coefficient: float) -> float:
-    """F = B v nu/nu_40."""
+    """F = B v nu/nu_40.
+
+    Friction grows with speed.
+    """
     return scale * coefficient * velocity * viscosity
 
 
@@ -36,7 +39,10 @@ def viscous_friction(velocity: float, viscosity: float, scale: float, coefficien
     not_modelled="sticking: the rod creeps under forces below F_c0; see presliding",
 )
 def coulomb_friction(force: float) -> float:
-    """F = F_c0 tanh(v/v_t)."""
+    """F = F_c0 tanh(v/v_t).
+
+    Dry friction opposes the motion.
+    """
     return force
 
 
@@ -51,7 +57,10 @@ def coulomb_friction(force: float) -> float:
     not_modelled="friction lag: the curve is the same up and down",
 )  # fmt: skip
 def stribeck_friction(velocity: float, excess: float, stribeck_velocity: float) -> float:
-    """F = F_s0 exp(-|v|/C_s) tanh(v/v_t)."""
+    """F = F_s0 exp(-|v|/C_s) tanh(v/v_t).
+
+    Friction is higher at low speed.
+    """
     return excess * math.exp(-abs(velocity) / stribeck_velocity)
 
 
@@ -65,7 +74,10 @@ def stribeck_friction(velocity: float, excess: float, stribeck_velocity: float) 
     not_modelled="different seals on rod and piston",
 )  # fmt: skip
 def pressure_friction(pressure_a: float, pressure_b: float, area: float) -> float:
-    """F = f (p_a + p_b) tanh(v/v_t)."""
+    """F = f (p_a + p_b) tanh(v/v_t).
+
+    The seals' friction grows with pressure.
+    """
     return area * (pressure_a + pressure_b)
 
 
@@ -90,6 +102,8 @@ def presliding(
 ) -> tuple[float, float]:  # fmt: skip
     """F = s_0 z,  dz/dt = v - s_0 |v| z / (F_c + F_s exp(-|v|/C_s)).
 
+    The seals bend before they slide.
+
     What scales friction scales the level at which bristles slip, not the springs they are. At
     speeds where bristles would slip faster than anything here may, they follow at that rate.
     """
@@ -110,7 +124,10 @@ def presliding(
 def friction_asymmetry(
     scale: float, velocity: float, asymmetry: float, friction_transition_velocity: float
 ) -> float:
-    """F = F (1 + k tanh(v/v_t))."""
+    """F = F (1 + k tanh(v/v_t)).
+
+    Friction differs between the two directions.
+    """
     return scale * (1.0 + asymmetry * math.tanh(velocity / friction_transition_velocity))
 
 
@@ -123,7 +140,10 @@ def friction_asymmetry(
     not_modelled="friction that differs between both ends",
 )  # fmt: skip
 def position_friction(scale: float, position: float, rise: float, cylinder_stroke: float) -> float:
-    """F = F (1 + k (2x/L_c - 1)²)."""
+    """F = F (1 + k (2x/L_c - 1)²).
+
+    Friction changes along the stroke.
+    """
     from_centre = max(-1.0, min(1.0, 2.0 * position / cylinder_stroke - 1.0))
     return scale * (1.0 + rise * from_centre * from_centre)
 

@@ -16,7 +16,10 @@ from hil_emulator.model.stages import load, load_inertia
     signature="load force minus inertia, proportional to velocity",
 )  # fmt: skip
 def load_viscous_friction(velocity: float, coefficient: float) -> float:
-    """F = B_l v."""
+    """F = B_l v.
+
+    The load is braked in proportion to its speed.
+    """
     return coefficient * velocity
 
 
@@ -29,7 +32,10 @@ def load_viscous_friction(velocity: float, coefficient: float) -> float:
     not_modelled="its change with the joint's angle",
 )  # fmt: skip
 def gravity(force: float) -> float:
-    """F = F_g."""
+    """F = F_g.
+
+    A constant force acts on the load.
+    """
     return force
 
 
@@ -44,7 +50,10 @@ def gravity(force: float) -> float:
     signature="load force against position",
 )  # fmt: skip
 def load_spring(position: float, stiffness: float, rest_position: float) -> float:
-    """F = k (x - x_0)."""
+    """F = k (x - x_0).
+
+    A spring acts on the load.
+    """
     return stiffness * (position - rest_position)
 
 
@@ -64,7 +73,10 @@ def load_spring(position: float, stiffness: float, rest_position: float) -> floa
 def wall(
     position: float, velocity: float, stiffness: float, distance: float, damping: float
 ) -> float:
-    """F = k d (1 + c d'), d = depth in the wall, never pulling."""
+    """F = k d (1 + c d'), d = depth in the wall, never pulling.
+
+    The load meets an obstacle.
+    """
     depth = position - distance
     if depth <= 0.0:
         return 0.0
@@ -80,7 +92,10 @@ def wall(
     signature="load force at one frequency, whatever the command",
 )
 def harmonic_force(phase: float, amplitude: float, frequency: float) -> tuple[float, float]:
-    """F = F_0 sin(phi),  dphi/dt = 2 pi f."""
+    """F = F_0 sin(phi),  dphi/dt = 2 pi f.
+
+    A periodic force shakes the load.
+    """
     return amplitude * math.sin(phase), 2.0 * math.pi * frequency
 
 
@@ -132,7 +147,10 @@ def rotary_joint(
     position: float, velocity: float, inertia: float, retracted_length: float,
     base_distance: float, crank: float, torque: float,
 ) -> float:  # fmt: skip
-    """F = tau/l + M'(x) v²/2,  M = J/l²,  l = a b sin(theta)/c."""
+    """F = tau/l + M'(x) v²/2,  M = J/l²,  l = a b sin(theta)/c.
+
+    The load turns about a joint.
+    """
     squared, slope = _lever_squared(position, retracted_length, base_distance, crank)
     mass_slope = -inertia * slope / (squared * squared)
     return torque / math.sqrt(squared) + 0.5 * mass_slope * velocity * velocity

@@ -22,7 +22,10 @@ a small value keeps the chamber's state close to its pressure."""
 def viscosity_temperature(
     viscosity: float, slope: float, oil_temperature: float, oil_kinematic_viscosity: float
 ) -> float:
-    """log10 log10(nu + 0.7) = Z_40 - m log10(T / 313.15 K), nu in mm²/s."""
+    """log10 log10(nu + 0.7) = Z_40 - m log10(T / 313.15 K), nu in mm²/s.
+
+    The oil is thinner when it is warm.
+    """
     at_reference = 1e6 * oil_kinematic_viscosity
     level = math.log10(math.log10(at_reference + 0.7))
     level -= slope * math.log10(oil_temperature / REFERENCE_TEMPERATURE)
@@ -38,7 +41,10 @@ def viscosity_temperature(
     signature="pressure rates grow with pressure",
 )
 def modulus_pressure(bulk_modulus: float, pressure: float, rise: float) -> float:
-    """E = E + m p."""
+    """E = E + m p.
+
+    The oil is stiffer at higher pressure.
+    """
     return bulk_modulus + rise * pressure
 
 
@@ -50,7 +56,10 @@ def modulus_pressure(bulk_modulus: float, pressure: float, rise: float) -> float
     signature="pressure rates fall as the oil warms",
 )  # fmt: skip
 def modulus_temperature(bulk_modulus: float, fall: float, oil_temperature: float) -> float:
-    """E = E (1 - n (T - 40 °C))."""
+    """E = E (1 - n (T - 40 °C)).
+
+    The oil is softer when it is warm.
+    """
     return bulk_modulus * (1.0 - fall * (oil_temperature - REFERENCE_TEMPERATURE))
 
 
@@ -86,6 +95,8 @@ def entrained_air(
 ) -> float:
     """E' = E (1 + w) / (1 + w E / (k p)), w = r (p_0/p)^(1/k).
 
+    There is air in the oil.
+
     From V = V_L (1 - p/E) + V_G (p_0/p)^(1/k) and E' = -V dp/dV, p absolute. E' tends to E at
     high pressure and to k p towards vacuum, so that a pressure cannot become negative.
     """
@@ -104,7 +115,10 @@ def entrained_air(
     not_modelled="creep of rubber hoses",
 )  # fmt: skip
 def line_compliance(bulk_modulus: float, volume: float, compliance: float) -> float:
-    """1/E' = 1/E + C/V."""
+    """1/E' = 1/E + C/V.
+
+    The lines to the chambers give way.
+    """
     return bulk_modulus / (1.0 + compliance * bulk_modulus / volume)
 
 
@@ -117,7 +131,10 @@ def line_compliance(bulk_modulus: float, volume: float, compliance: float) -> fl
     not_modelled="growth and collapse of bubbles take no time",
 )  # fmt: skip
 def cavitation_floor(pressure: float, pressure_floor: float) -> float:
-    """p = max(p, p_v), the volume below p_v counted as vapour."""
+    """p = max(p, p_v), the volume below p_v counted as vapour.
+
+    The oil cavitates.
+    """
     return max(pressure, pressure_floor)
 
 

@@ -42,7 +42,10 @@ def relief_valve(
     also=((relief, relief_valve),),
 )  # fmt: skip
 def fixed_pump(flow: float) -> float:
-    """V/beta dp/dt = q_0 - q - q_r,  q_r = q_0 max(0, 1 + (p - p_set)/dp_o)."""
+    """V/beta dp/dt = q_0 - q - q_r,  q_r = q_0 max(0, 1 + (p - p_set)/dp_o).
+
+    The pump delivers a limited flow.
+    """
     return flow
 
 
@@ -65,7 +68,10 @@ def variable_pump(
     pump_pressure: float, stroke: float, flow: float, droop: float, time_constant: float,
     supply_pressure: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """V/beta dp/dt = q_p - q,  tau dq_p/dt = q_max clip((p_set - p)/dp_d, 0, 1) - q_p."""
+    """V/beta dp/dt = q_p - q,  tau dq_p/dt = q_max clip((p_set - p)/dp_d, 0, 1) - q_p.
+
+    The pump's controller needs time and a pressure drop to deliver.
+    """
     wanted = flow * max(0.0, min(1.0, (supply_pressure - pump_pressure) / droop))
     return stroke, (wanted - stroke) / time_constant
 
@@ -78,7 +84,10 @@ def variable_pump(
     not_modelled="dependence on speed and viscosity",
 )
 def pump_leakage(pump_pressure: float, flow: float) -> float:
-    """q_l = q_250 (p / 250 bar)²."""
+    """q_l = q_250 (p / 250 bar)².
+
+    The pump loses more flow at higher pressure.
+    """
     ratio = pump_pressure / 250e5
     return flow * ratio * ratio
 
@@ -100,7 +109,10 @@ def pump_leakage(pump_pressure: float, flow: float) -> float:
 def accumulator(
     pump_pressure: float, gas_volume: float, precharge: float, exponent: float
 ) -> float:
-    """C = V_0/(n p) (p_0/p)^(1/n) above the pre-charge p_0, else 0."""
+    """C = V_0/(n p) (p_0/p)^(1/n) above the pre-charge p_0, else 0.
+
+    An accumulator feeds the supply.
+    """
     if pump_pressure <= precharge:
         return 0.0
     gas: float = gas_volume * (precharge / pump_pressure) ** (1.0 / exponent)
@@ -165,7 +177,10 @@ def _line_flow(drawn: float, flow: float) -> float:
     also=((line_flow, _line_flow), (line_rates, _line_rates)),
 )  # fmt: skip
 def supply_line(excess: float, supply_pressure: float) -> float:
-    """L dq/dt = p_0 - p_s - R q,  C dp_s/dt = q - q_s,  L C = (2 l/(pi c))²."""
+    """L dq/dt = p_0 - p_s - R q,  C dp_s/dt = q - q_s,  L C = (2 l/(pi c))².
+
+    The oil swings in the supply line.
+    """
     return max(0.0, supply_pressure + excess)
 
 
@@ -177,7 +192,10 @@ def supply_line(excess: float, supply_pressure: float) -> float:
     signature="power alone: supply flow at rest",
 )  # fmt: skip
 def pilot_leakage(port_s: float, port_t: float, conductance: float) -> float:
-    """q_st = C_p (p_s - p_t)."""
+    """q_st = C_p (p_s - p_t).
+
+    The pilot stage draws oil all the time.
+    """
     return conductance * (port_s - port_t)
 
 
@@ -201,7 +219,10 @@ def _return_rates(returned: float, flow: float, time_constant: float) -> float:
     also=((return_rates, _return_rates),),
 )  # fmt: skip
 def back_pressure(port_pressure: float, flow: float, resistance: float) -> float:
-    """p_t = p_t0 + R |q_f| q_f,  dq_f/dt = (q_t - q_f)/tau."""
+    """p_t = p_t0 + R |q_f| q_f,  dq_f/dt = (q_t - q_f)/tau.
+
+    The return line builds up pressure with its flow.
+    """
     return max(0.0, port_pressure + resistance * abs(flow) * flow)
 
 

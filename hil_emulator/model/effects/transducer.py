@@ -24,7 +24,10 @@ _INF = math.inf
     not_modelled="windows longer than 127 ticks",
 )  # fmt: skip
 def velocity_estimator(differenced: float, period: float, window: float, history: Array) -> float:
-    """v = (x(t) - x(t - n T)) / (n T)."""
+    """v = (x(t) - x(t - n T)) / (n T).
+
+    The velocity is formed from positions, and late.
+    """
     return (differenced - past(history, differenced, window / period)) / window
 
 
@@ -36,7 +39,10 @@ def velocity_estimator(differenced: float, period: float, window: float, history
     signature="the channel moves with another quantity",
 )  # fmt: skip
 def crosstalk(reading: float, neighbour: float, span: float, relative: float) -> float:
-    """y = x + c s n, n = neighbour over its own span s_n."""
+    """y = x + c s n, n = neighbour over its own span s_n.
+
+    Its neighbour acts on the sensor.
+    """
     return reading + relative * span * neighbour
 
 
@@ -49,7 +55,10 @@ def crosstalk(reading: float, neighbour: float, span: float, relative: float) ->
     not_modelled="hysteresis of the sensor",
 )  # fmt: skip
 def nonlinearity(reading: float, span: float, relative: float) -> float:
-    """y = x (1 + n |x|/s)."""
+    """y = x (1 + n |x|/s).
+
+    The sensor's curve is bent.
+    """
     return reading * (1.0 + relative * abs(reading) / span)
 
 
@@ -61,7 +70,10 @@ def nonlinearity(reading: float, span: float, relative: float) -> float:
     signature="two slopes that meet at zero",
 )  # fmt: skip
 def slope_asymmetry(reading: float, relative: float) -> float:
-    """y = x (1 + g sign(x))."""
+    """y = x (1 + g sign(x)).
+
+    The sensor's slope differs with the sign.
+    """
     return reading * (1.0 + relative * math.copysign(1.0, reading))
 
 
@@ -72,7 +84,10 @@ def slope_asymmetry(reading: float, relative: float) -> float:
     signature="proportional to the channel itself",
 )
 def gain_error(reading: float, relative: float) -> float:
-    """y = (1 + g) x."""
+    """y = (1 + g) x.
+
+    The sensor's scale is off.
+    """
     return reading * (1.0 + relative)
 
 
@@ -90,7 +105,10 @@ def gain_error(reading: float, relative: float) -> float:
 def creep(
     reading: float, period: float, crept: float, relative: float, time_constant: float
 ) -> tuple[float, float]:
-    """y = x + c m,  tau dm/dt = x - m."""
+    """y = x + c m,  tau dm/dt = x - m.
+
+    The sensor creeps under load.
+    """
     before = 0.0 if math.isnan(crept) else crept
     after = before - math.expm1(-period / time_constant) * (reading - before)
     return reading + relative * after, after
@@ -103,7 +121,10 @@ def creep(
     signature="constant part of the channel",
 )
 def offset(reading: float, value: float) -> float:
-    """y = x + o."""
+    """y = x + o.
+
+    The sensor's zero is off.
+    """
     return reading + value
 
 
@@ -119,7 +140,10 @@ def offset(reading: float, value: float) -> float:
 def zero_drift(
     reading: float, span: float, period: float, drifted: float, rate: float
 ) -> tuple[float, float]:
-    """y = x + s d t, from the first sample on."""
+    """y = x + s d t, from the first sample on.
+
+    The sensor's zero drifts.
+    """
     now = 0.0 if math.isnan(drifted) else drifted + rate * period
     return reading + span * now, now
 
@@ -132,7 +156,10 @@ def zero_drift(
     signature="the channel trails its quantity",
 )
 def lag(reading: float, period: float, time_constant: float, memory: float) -> tuple[float, float]:
-    """y = y + (1 - exp(-T/tau)) (x - y)."""
+    """y = y + (1 - exp(-T/tau)) (x - y).
+
+    The sensor lags behind.
+    """
     if math.isnan(memory):
         return reading, reading
     filtered = memory + (1.0 - math.exp(-period / time_constant)) * (reading - memory)
@@ -148,7 +175,10 @@ def lag(reading: float, period: float, time_constant: float, memory: float) -> t
     not_modelled="readings older than 127 ticks",
 )
 def delay(reading: float, period: float, time: float, history: Array) -> float:
-    """y(t) = x(t - T_d)."""
+    """y(t) = x(t - T_d).
+
+    The reading is late.
+    """
     return past(history, reading, time / period)
 
 
@@ -163,7 +193,10 @@ def delay(reading: float, period: float, time: float, history: Array) -> float:
 def hum(
     reading: float, period: float, turns: float, amplitude: float, frequency: float
 ) -> tuple[float, float]:
-    """y = x + a sin(2 pi f t)."""
+    """y = x + a sin(2 pi f t).
+
+    The mains hum in the reading.
+    """
     now = 0.0 if math.isnan(turns) else (turns + frequency * period) % 1.0
     return reading + amplitude * math.sin(2.0 * math.pi * now), now
 
@@ -176,7 +209,10 @@ def hum(
     not_modelled="its correlation in time",
 )
 def noise(reading: float, normal: float, sigma: float) -> float:
-    """y = x + sigma n, n normally distributed."""
+    """y = x + sigma n, n normally distributed.
+
+    The reading is noisy.
+    """
     return reading + sigma * normal
 
 
@@ -187,7 +223,10 @@ def noise(reading: float, normal: float, sigma: float) -> float:
     signature="steps in the channel",
 )
 def resolution(reading: float, step: float) -> float:
-    """y = q round(x/q)."""
+    """y = q round(x/q).
+
+    The reading goes in steps.
+    """
     return step * math.floor(reading / step + 0.5)
 
 
@@ -199,7 +238,10 @@ def resolution(reading: float, step: float) -> float:
     signature="flat tops in the channel",
 )
 def measuring_range(reading: float, upper: float, lower: float) -> float:
-    """y = max(lower, min(upper, x))."""
+    """y = max(lower, min(upper, x)).
+
+    The sensor saturates.
+    """
     return max(lower, min(upper, reading))
 
 

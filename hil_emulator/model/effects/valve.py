@@ -20,7 +20,10 @@ from hil_emulator.model.stages import command, pilot, set_point, spool, spool_fo
     not_modelled="jitter of the delay; set points older than 127 ticks",
 )
 def transport_delay(set_point: float, period: float, time: float, history: Array) -> float:
-    """u(t) = u_set(t - T_d), linear between ticks."""
+    """u(t) = u_set(t - T_d), linear between ticks.
+
+    The set point arrives late.
+    """
     return past(history, set_point, time / period)
 
 
@@ -34,7 +37,10 @@ def transport_delay(set_point: float, period: float, time: float, history: Array
     not_modelled="the driver's supply voltage",
 )
 def current_saturation(current: float, limit: float) -> float:
-    """u = max(-I_max, min(I_max, u))."""
+    """u = max(-I_max, min(I_max, u)).
+
+    The driver limits the current.
+    """
     return max(-limit, min(limit, current))
 
 
@@ -48,7 +54,10 @@ def current_saturation(current: float, limit: float) -> float:
     not_modelled="back electromotive force of the moving armature",
 )  # fmt: skip
 def driver_lag(current: float, coil_current: float, time_constant: float) -> tuple[float, float]:
-    """di/dt = (u - i) / tau."""
+    """di/dt = (u - i) / tau.
+
+    The current lags behind its set point.
+    """
     return coil_current, (current - coil_current) / time_constant
 
 
@@ -60,7 +69,10 @@ def driver_lag(current: float, coil_current: float, time_constant: float) -> tup
     not_modelled="ageing",
 )
 def null_bias(current: float, bias: float) -> float:
-    """u = u + u_b."""
+    """u = u + u_b.
+
+    The valve's null lies at another current.
+    """
     return current + bias
 
 
@@ -77,7 +89,10 @@ def null_bias(current: float, bias: float) -> float:
     not_modelled="shift with tank pressure and temperature",
 )  # fmt: skip
 def null_shift(current: float, port_s: float, shift: float, rated_pressure: float) -> float:
-    """u = u + s (p_s - p_n) / p_n."""
+    """u = u + s (p_s - p_n) / p_n.
+
+    The valve's null moves with the supply pressure.
+    """
     return current + shift * (port_s - rated_pressure) / rated_pressure
 
 
@@ -95,7 +110,10 @@ def null_shift(current: float, port_s: float, shift: float, rated_pressure: floa
 def pilot_supply(
     bandwidth_factor: float, port_s: float, share: float, rated_pressure: float
 ) -> float:
-    """w_v, R = (w_v, R) (1 + k (sqrt(p_s/p_n) - 1))."""
+    """w_v, R = (w_v, R) (1 + k (sqrt(p_s/p_n) - 1)).
+
+    The spool is quicker at a higher supply pressure.
+    """
     return bandwidth_factor * (1.0 + share * (math.sqrt(port_s / rated_pressure) - 1.0))
 
 
@@ -114,7 +132,10 @@ def pilot_supply(
 def flow_force(
     deviation: float, spool_position: float, valve_drop: float, stiffness: float, rated_drop: float
 ) -> float:
-    """e = e - k_f u_v dp / dp_n: closing, proportional to opening and pressure drop."""
+    """e = e - k_f u_v dp / dp_n: closing, proportional to opening and pressure drop.
+
+    The flow pushes the spool closed.
+    """
     return deviation - stiffness * spool_position * max(0.0, valve_drop) / rated_drop
 
 
@@ -127,7 +148,10 @@ def flow_force(
     not_modelled="dither that dissolves it",
 )  # fmt: skip
 def threshold(deviation: float, current: float) -> float:
-    """e = e - max(-T, min(T, e)): dry friction holds the spool within ±T of its command."""
+    """e = e - max(-T, min(T, e)): dry friction holds the spool within ±T of its command.
+
+    Dry friction holds the spool.
+    """
     return deviation - max(-current, min(current, deviation))
 
 
@@ -138,7 +162,10 @@ def threshold(deviation: float, current: float) -> float:
     signature="large, fast commands only: flow lags and turns triangular",
 )
 def spool_rate_limit(spool_speed: float, bandwidth_factor: float, rate: float) -> float:
-    """du_v/dt = max(-R, min(R, du_v/dt))."""
+    """du_v/dt = max(-R, min(R, du_v/dt)).
+
+    The spool moves no faster than a limit.
+    """
     return max(-rate * bandwidth_factor, min(rate * bandwidth_factor, spool_speed))
 
 
@@ -159,7 +186,10 @@ def spool_rate_limit(spool_speed: float, bandwidth_factor: float, rate: float) -
 def hysteresis(
     travel: float, spool_speed: float, side: float, width: float, transition: float
 ) -> tuple[float, float]:
-    """u = u_v - (h/2) z,  dz/dt = (du_v/dt - |du_v/dt| z) / u_t."""
+    """u = u_v - (h/2) z,  dz/dt = (du_v/dt - |du_v/dt| z) / u_t.
+
+    The valve stands elsewhere after a rising current than after a falling one.
+    """
     speed = abs(spool_speed)
     way = max(transition, speed / FASTEST_SLIP)
     return travel - 0.5 * width * side, (spool_speed - speed * side) / way
