@@ -5,6 +5,8 @@ import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration, load
@@ -23,6 +25,14 @@ _numbers = itertools.count()
 def reference() -> Configuration:
     """Return the reference machine."""
     return load([shipped("configs/hyq_knee.toml")])
+
+
+def timed(folder: Path, **settings: Any) -> Configuration:
+    """Return the reference machine on a bus that takes time."""
+    bus = {"bit_rate": "500 kbit/s", "timing": "modelled", **settings}
+    layer = folder / "timed.toml"
+    layer.write_text("[bus]\n" + "".join(f"{k} = {v!r}\n" for k, v in bus.items()))
+    return load([shipped("configs/hyq_knee.toml"), layer])
 
 
 def set_point(milliampere: float) -> Frame:

@@ -23,10 +23,11 @@ ROOMS = {
     "config": {"pydantic", "model"},
     "device": {"canopen"},
     "bus": {"can"},
+    "wire": set(),
     "export": {"cantools", "device"},
     "faults": {"signals", "device", "model"},
     "recording": {"numpy", "scipy", "bus", "config", "device", "export", "model", "signals"},
-    "remote": {"faults", "signals"},
+    "remote": {"faults", "signals", "wire"},
     "identify/measured": {"numpy", "scipy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},
     "identify/prediction": {"numpy", "numba", "scipy", "model", "config", "platform"},
@@ -42,6 +43,7 @@ ROOMS = {
     "conformance": {"canopen", "pytest", "bus"},
     "simulation": {
         "numpy", "bus", "config", "device", "faults", "model", "platform", "recording", "signals",
+        "wire",
     },
     "demo": {
         "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",
@@ -74,6 +76,7 @@ BESIDE = {"identify/disagreement", "identify/experiment_design"}
 FORBIDDEN = {
     "model": {"time", "threading", "random", "logging", "socket", "asyncio"},
     "device": {"time", "threading", "random", "socket", "asyncio", "datetime", "can"},
+    "wire": {"time", "threading", "random", "logging", "socket", "asyncio"},
 }
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hil_emulator.bus.bus import Bus
+from hil_emulator.config.bus import WireSettings
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.config.machine import ActuatorSettings, MachineSettings
 from hil_emulator.frame import Frame
@@ -89,7 +90,7 @@ def _machine(config: Configuration, cache: Path) -> Iterator[tuple[Machine, list
     with ExitStack() as stack:
         buses = {name: stack.enter_context(Bus(table)) for name, table in settings.items()}
         peers = [stack.enter_context(Bus(table)) for table in settings.values()]
-        machine = MachineSettings(tuple(actuators), settings)
+        machine = MachineSettings(tuple(actuators), settings, dict.fromkeys(_BUSES, WireSettings()))
         yield assemble_machine(machine, buses, cache), peers
 
 

@@ -6,8 +6,10 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 import can
+from can.interfaces.virtual import VirtualBus
 
 from hil_emulator.bus.opening import client_command, open_can_bus
+from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.frame import Frame
 
 # Frames handed on in one receive(): 128 a millisecond is more than ten times what a CAN bus of
@@ -91,6 +93,17 @@ class Bus(AbstractContextManager["Bus"]):
                 self.dropped += 1
             else:
                 self.sent += 1
+
+    def report(self, error_class: int) -> None:
+        """Show an error frame to the others, where this is no bus of real controllers.
+
+        Those make their own error frames, and a kernel takes none from a program.
+        """
+        if isinstance(self._bus, SocketcandServerBus | VirtualBus):
+            message = can.Message(
+                arbitration_id=error_class, is_error_frame=True, data=bytes(_CLASSICAL_BYTES)
+            )
+            self._bus.send(message, timeout=0)
 
     def close(self) -> None:
         """Leave the bus; harmless when repeated."""

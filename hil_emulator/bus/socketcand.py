@@ -7,6 +7,7 @@ A conversation is a stream of commands between `<` and `>`:
     client  < rawmode >                     server  < ok >
     client  < send 123 4 1a 22 3 44 >       identifier, length, bytes; hexadecimal, unpadded
     server  < frame 123 23.424242 1A220344 >    identifier, time [s], bytes
+    server  < error 040 23.424242 >             class of an error frame, time [s]
 
 An identifier of eight digits is a 29-bit one. The protocol has no remote frames and no CAN FD;
 python-can's client writes a remote frame as one without data, and a length above 0 gives it away.
@@ -88,6 +89,14 @@ def format_frame(frame: Frame, time: float) -> bytes:
     """
     width = 8 if frame.extended else 3
     return b"< frame %0*X %.6f %b >" % (width, frame.can_id, time, frame.data.hex().encode())
+
+
+def format_error_frame(error_class: int, time: float) -> bytes:
+    """Return the line that tells a client about an error frame seen at `time` [s].
+
+    Source: socketcand's raw mode (`state_raw.c`); the class is that of Linux's `can/error.h`.
+    """
+    return b"< error %03X %.6f >" % (error_class, time)
 
 
 def format_error(reason: str) -> bytes:

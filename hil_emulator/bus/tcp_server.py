@@ -100,13 +100,17 @@ class SocketcandServerBus(can.BusABC):
         """Send a frame to all clients; never waits, whatever `timeout`.
 
         Raises:
-            can.CanOperationError: for a frame the protocol cannot carry (remote, error, CAN FD),
-                or where a client that does not read has lost it.
+            can.CanOperationError: for a frame the protocol cannot carry (remote, CAN FD), or where
+                a client that does not read has lost it.
 
         """
+        if msg.is_error_frame:
+            line = socketcand.format_error_frame(msg.arbitration_id, time.time())
+            self._write(line, 1, self._clients)
+            return
         if msg.is_remote_frame:
             self._warn(msg.arbitration_id)
-        if msg.is_remote_frame or msg.is_error_frame or msg.is_fd:
+        if msg.is_remote_frame or msg.is_fd:
             raise can.CanOperationError("socketcand carries classical data frames only")
         frame = Frame(msg.arbitration_id, bytes(msg.data), extended=msg.is_extended_id)
         if frame.data:
@@ -204,10 +208,14 @@ class SocketcandServerBus(can.BusABC):
         """Send `frames` to those of `clients` that are in raw mode; False where one lost them."""
         now = time.time()
         lines = b"".join([socketcand.format_frame(frame, now) for frame in frames])
+        return self._write(lines, len(frames), clients)
+
+    def _write(self, lines: bytes, count: int, clients: Iterable[Connection]) -> bool:
+        """Write `count` lines to those of `clients` that are in raw mode; False where one lost."""
         complete = True
         for client in clients:
             if client.raw and not client.gone:
-                complete &= client.write(lines, len(frames))
+                complete &= client.write(lines, count)
                 if client.gone or client.wants_to_write:
                     self._watch(client)
         return complete

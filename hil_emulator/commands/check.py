@@ -3,11 +3,11 @@
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import click
 
 from hil_emulator.commands.text_table import text_table
+from hil_emulator.config.bus import WireSettings
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import MachineSettings, load_machine
 from hil_emulator.device.collisions import collisions
@@ -21,9 +21,6 @@ from hil_emulator.model.stability import required_step
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.rig import compiled, nodes
-
-BIT_RATE = 1_000_000
-"""Assumed where the bus has none: the fastest classical CAN [bit/s]."""
 
 
 def check(files: Sequence[Path]) -> None:
@@ -39,7 +36,7 @@ def check(files: Sequence[Path]) -> None:
         made = nodes(actuator.config, [c.name for c in CHANNELS])
         on_bus[actuator.bus] += made
         _show(actuator.name, actuator.config, made)
-        for warning in _of_nodes(made, settings.buses[actuator.bus]):
+        for warning in _of_nodes(made, settings.wires[actuator.bus]):
             click.echo(f"warning: {actuator.name}: {warning}")
     for name, there in on_bus.items():
         refuse_collisions(name, there)
@@ -61,14 +58,14 @@ def refuse_collisions(bus: str, there: Sequence[Node]) -> None:
         raise UserError("\n".join(f"bus {bus}: {message}" for message in found))
 
 
-def _of_nodes(made: Sequence[Node], bus: Mapping[str, Any]) -> Iterator[str]:
+def _of_nodes(made: Sequence[Node], wire: WireSettings) -> Iterator[str]:
     """Yield what nodes cannot do for their actuator and on their bus."""
     if not any(b.bound_to.startswith("command ") for node in made for b in node.bindings()):
         yield "no node commands valve_current, so the valve keeps its safe current"
-    rate = bus.get("bitrate")
+    rate = wire.bit_rate
     for node in made:
         rates = node.dictionary.bit_rates
-        if isinstance(rate, int) and rates and rate not in rates:
+        if rate and rates and rate not in rates:
             yield f"{near(Path(node.dictionary.source))} knows no bit rate of {rate / 1e3:g} kbit/s"
 
 
@@ -137,7 +134,7 @@ def _load(name: str, settings: MachineSettings, there: Sequence[Node]) -> str:
     bits = sum(
         node.bus_load(config.sync_period_ns // 1000, config.tick_ns // 1000) for node in there
     )
-    rate = int(settings.buses[name].get("bitrate", BIT_RATE))
+    rate = settings.wires[name].assumed_bit_rate
     text = (
         f"Bus load of {name} at most {bits / rate:.0%} of {rate / 1000:g} kbit/s "
         f"(SYNC each {config.sync_period_ns / 1e6:g} ms, set points at the same rate)"

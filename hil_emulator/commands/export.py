@@ -17,9 +17,6 @@ from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.platform.paths import near
 from hil_emulator.simulation.rig import nodes
 
-BIT_RATE = 1_000_000
-"""Assumed where the bus has none: the fastest classical CAN [bit/s]."""
-
 
 def export(files: Sequence[Path], folder: Path) -> None:
     """Write EDS and DCF of each node, and a DBC of each bus.
@@ -47,8 +44,8 @@ def contents(settings: MachineSettings) -> dict[str, str]:
 
     """
     texts: dict[str, str] = {}
-    for bus, arguments in settings.buses.items():
-        bit_rate = int(arguments.get("bitrate", BIT_RATE))
+    for bus, wire in settings.wires.items():
+        bit_rate = wire.assumed_bit_rate
         named = dict(_nodes(settings, bus))
         wrong = collisions(list(named.values()))
         if wrong:

@@ -4,11 +4,12 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.simulation.clock import Clock
 from hil_emulator.simulation.loop import Ticking, Timing, run
+from hil_emulator.wire.wire import TimedWire
 
 FOREVER = 2**62
 """Ticks of a run without a duration."""
@@ -92,8 +93,15 @@ def traffic(buses: Sequence[Bus]) -> str:
     return f"{received} in, {sent} out, {dropped} dropped"
 
 
-def summary(rig: Ticking, timing: Timing, buses: Sequence[Bus]) -> str:
-    """Return how punctual a run was and what went over the buses."""
+def load(wires: Iterable[TimedWire]) -> str:
+    """Return how loaded buses that take time are; "" where none does."""
+    return "".join(f"  load {wire.load:.1%}" for wire in wires)
+
+
+def summary(
+    rig: Ticking, timing: Timing, buses: Sequence[Bus], wires: Iterable[TimedWire] = ()
+) -> str:
+    """Return how punctual a run was, what went over the buses and how loaded wires were."""
     late = f"{timing.overruns} late, {behind(timing)}" if timing.overruns else "0 late"
     lines = [f"time      {rig.now_ns * 1e-9:.3f} s, {timing.ticks} ticks, {late}"]
     for name, durations in (("lateness", timing.lateness), ("execution", timing.execution)):
@@ -102,4 +110,7 @@ def summary(rig: Ticking, timing: Timing, buses: Sequence[Bus]) -> str:
             f"{name:<9} p50 {us['p50']:.0f} us, p99 {us['p99']:.0f} us, "
             f"p99.9 {us['p999']:.0f} us, max {us['max']:.0f} us"
         )
-    return "\n".join([*lines, f"frames    {traffic(buses)}"])
+    lines.append(f"frames    {traffic(buses)}")
+    for wire in wires:
+        lines.append(f"bus load  {wire.load:.1%} in the last second, {wire.peak:.1%} at most")
+    return "\n".join(lines)

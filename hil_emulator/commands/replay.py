@@ -60,6 +60,9 @@ class Script:
     def send(self, frames: Iterable[Frame]) -> None:
         """Let them go: the recorder has them."""
 
+    def report(self, error_class: int) -> None:
+        """Let it go: nobody else is there."""
+
 
 @dataclass(frozen=True)
 class Repetition:
@@ -140,8 +143,8 @@ def _repeat(rig: Rig, script: Script, what: dict[str, Any], running: list[Any]) 
     if "fault" in what:
         options = dict(what["fault"])
         running.append(rig.fault(options.pop("target"), options.pop("kind"), **options))
-    elif "slipped" in what:
-        pass  # in lock-step there is no wall to fall behind
+    elif "slipped" in what or "bus_load" in what:
+        pass  # in lock-step there is no wall to fall behind; a load follows from the frames
     elif "end" in what:
         running[what["end"]].end()
     else:

@@ -10,7 +10,7 @@ import click
 from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
-from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
+from hil_emulator.commands.live import FOREVER, keep_running, load, summary, traffic
 from hil_emulator.commands.recording import recorded
 from hil_emulator.commands.run_machine import run_machine
 from hil_emulator.config.load import Configuration
@@ -26,6 +26,7 @@ from hil_emulator.simulation import realtime
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.simulation.loop import Timing
 from hil_emulator.simulation.rig import Rig, assemble
+from hil_emulator.wire.wire import TimedWire
 
 
 def run(
@@ -102,7 +103,7 @@ def _live(
             stop_when_late=config.late == "stop",
         )
     finally:
-        click.echo(summary(rig, timing, [bus]))
+        click.echo(summary(rig, timing, [bus], _wires(rig)))
 
 
 @contextmanager
@@ -170,5 +171,9 @@ def _status(rig: Rig, timing: Timing, bus: Bus) -> str:
         f"{rig.now_ns * 1e-9:9.1f} s  node {states}  x {y.position * 1e3:6.2f} mm  "
         f"f {y.load_force:7.0f} N  "
         f"pa {y.pressure_a * 1e-5:5.1f} pb {y.pressure_b * 1e-5:5.1f} bar  "
-        f"{traffic([bus])}  late {timing.overruns}"
+        f"{traffic([bus])}{load(_wires(rig))}  late {timing.overruns}"
     )
+
+
+def _wires(rig: Rig) -> list[TimedWire]:
+    return [rig.wire] if rig.wire else []

@@ -9,7 +9,7 @@ import click
 from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
-from hil_emulator.commands.live import FOREVER, keep_running, summary, traffic
+from hil_emulator.commands.live import FOREVER, keep_running, load, summary, traffic
 from hil_emulator.commands.recording import machine_recorded
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
@@ -69,7 +69,7 @@ def run_machine(
                 stop_when_late=any(a.config.late == "stop" for a in settings.actuators),
             )  # fmt: skip
         finally:
-            click.echo(summary(machine, timing, doors))
+            click.echo(summary(machine, timing, doors, machine.wires.values()))
 
 
 def placed(line: str, names: Sequence[str]) -> tuple[str, Fault]:
@@ -109,4 +109,5 @@ def _status(machine: Machine, timing: Timing, buses: list[Bus]) -> str:
     positions = "  ".join(
         f"{name} {rig.plant.signals.position * 1e3:.1f} mm" for name, rig in machine.rigs.items()
     )
-    return f"{machine.now_ns * 1e-9:9.1f} s  {positions}  {traffic(buses)}  late {timing.overruns}"
+    told = f"{load(machine.wires.values())}  late {timing.overruns}"
+    return f"{machine.now_ns * 1e-9:9.1f} s  {positions}  {traffic(buses)}{told}"

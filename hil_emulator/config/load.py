@@ -3,7 +3,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from hil_emulator.config import datasheet
 from hil_emulator.config.bench import BenchSettings, described, kind_of
+from hil_emulator.config.bus import WireSettings, split
 from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.nodes import UNCONFIGURED, NodeSettings, NodeTable, node_settings
@@ -47,6 +48,7 @@ class Configuration:
             the model.
         sync_period_ns: time that one SYNC stands for under the follow-SYNC clock [ns].
         bus: arguments of `can.Bus`.
+        wire: its bit rate, and whether frames take time.
         nodes: the CANopen nodes; none for a bench that only measures.
         effects: the catalogue, with the user's own effects at its end.
         plant: parameters of the plant by record field, SI.
@@ -67,6 +69,7 @@ class Configuration:
     not_finite: str
     sync_period_ns: int
     bus: dict[str, Any]
+    wire: WireSettings
     nodes: tuple[NodeSettings, ...]
     effects: tuple[Effect, ...]
     plant: dict[str, float]
@@ -258,19 +261,16 @@ def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
     return values
 
 
-def _nodes(
-    tables: Sequence[NodeTable], bus: Mapping[str, Any], file: Path
-) -> tuple[NodeSettings, ...]:
+def _nodes(tables: Sequence[NodeTable], wire: WireSettings, file: Path) -> tuple[NodeSettings, ...]:
     nodes = tuple(node_settings(table, file.parent) for table in tables)
     ids = [node.id for node in nodes if node.id != UNCONFIGURED]
     for number in {i for i in ids if ids.count(i) > 1}:
         raise UserError(f"{file}: two nodes have the ID {number}; each node on a bus needs its own")
-    rate = bus.get("bitrate")
     for node in nodes:
-        if node.bit_rate and isinstance(rate, int) and node.bit_rate != rate:
+        if node.bit_rate and wire.bit_rate and node.bit_rate != wire.bit_rate:
             raise UserError(
                 f"{file}: node {node.id} has {node.bit_rate / 1e3:g} kbit/s, its bus "
-                f"{rate / 1e3:g} kbit/s; one bus has one bit rate"
+                f"{wire.bit_rate / 1e3:g} kbit/s; one bus has one bit rate"
             )
     return nodes
 
@@ -287,8 +287,8 @@ def _configuration(
     steps = round(rig.tick / rig.step)
     chain = [e for e in effects if e.stage == transducer]
     channels = type(checked.sensors).model_fields
-    bus = dict(checked.bus) or dict(DEFAULT_BUS)
-    nodes = _nodes(checked.node, bus, origin.get(("node",), files[-1]))
+    bus, wire = split(checked.bus)
+    nodes = _nodes(checked.node, wire, origin.get(("node",), files[-1]))
     canonical = json.dumps(merged, sort_keys=True, default=str).encode()
     return Configuration(
         tick_ns=round(rig.tick * 1e9),
@@ -298,7 +298,8 @@ def _configuration(
         late=rig.late,
         not_finite=rig.not_finite,
         sync_period_ns=round(rig.sync_period * 1e9),
-        bus=bus,
+        bus=bus or dict(DEFAULT_BUS),
+        wire=wire,
         nodes=nodes,
         effects=effects,
         plant=_plant_values(checked, effects),

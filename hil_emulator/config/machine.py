@@ -19,6 +19,7 @@ from typing import Any
 
 from pydantic import Field, ValidationError
 
+from hil_emulator.config.bus import BusTable, WireSettings, split
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.nodes import UNCONFIGURED
@@ -42,7 +43,7 @@ class ActuatorTable(StrictTable):
 class MachineTable(StrictTable):
     """The whole file."""
 
-    buses: dict[str, dict[str, Any]] = Field(min_length=1)
+    buses: dict[str, BusTable] = Field(min_length=1)
     actuator: tuple[ActuatorTable, ...] = Field(min_length=1)
 
 
@@ -62,11 +63,13 @@ class MachineSettings:
     Attributes:
         actuators: at least one; all have the same tick.
         buses: arguments of `can.Bus` by name.
+        wires: what the buses are made of, by name.
 
     """
 
     actuators: tuple[ActuatorSettings, ...]
     buses: Mapping[str, Mapping[str, Any]]
+    wires: Mapping[str, WireSettings]
 
 
 def load_machine(files: Sequence[Path]) -> MachineSettings:
@@ -80,7 +83,7 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
         config = load_rig(files)
         name = config.files[0].stem
         only = ActuatorSettings(name, config, ONLY_BUS)
-        return MachineSettings((only,), {ONLY_BUS: config.bus})
+        return MachineSettings((only,), {ONLY_BUS: config.bus}, {ONLY_BUS: config.wire})
     (file,) = files
     table = _checked(file)
     places = {name: place for place, name in enumerate(table.buses)}
@@ -88,7 +91,9 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
         _actuator(file, i, a, places.get(a.bus, 0)) for i, a in enumerate(table.actuator)
     )
     _check_together(file, table, actuators)
-    return MachineSettings(actuators, table.buses)
+    made = {name: split(bus) for name, bus in table.buses.items()}
+    buses = {name: arguments for name, (arguments, _) in made.items()}
+    return MachineSettings(actuators, buses, {name: wire for name, (_, wire) in made.items()})
 
 
 def _has_actuators(file: Path) -> bool:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
+from hil_emulator.config.bus import BIT_RATE
 from hil_emulator.config.course_points import column
 from hil_emulator.config.object_map import COMMAND_UNITS, ObjectSettings, read_map
 from hil_emulator.config.table import StrictTable, quantity
@@ -17,7 +18,6 @@ UNCONFIGURED = 0xFF
 """Node-ID of a device that has none yet (CiA 305)."""
 
 SAFE_CURRENT = Param("safe_current", "A", "set point without a controller", 0.0, -0.1, 0.1, "mA")
-BIT_RATE = Param("bit_rate", "bit/s", "of the bus", 500e3, 10e3, 1e6, "kbit/s")
 
 _IDENTITY = {
     "vendor_id": (0x1018, 1),

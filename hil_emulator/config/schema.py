@@ -4,10 +4,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Annotated, Any
 
-from pydantic import Field, create_model
+from pydantic import create_model
 
 from hil_emulator.config import datasheet
 from hil_emulator.config.bench import BenchTable, Kind
+from hil_emulator.config.bus import BusTable
 from hil_emulator.config.nodes import NodeTable
 from hil_emulator.config.table import StrictTable, quantity
 from hil_emulator.config.tables import (
@@ -104,7 +105,7 @@ def schema(effects: tuple[Effect, ...], kind: Kind) -> type[StrictTable]:
         "bench": (BenchTable, BenchTable()),
         "rig": (RigTable, RigTable()),
         "model": (ModelTable, ModelTable()),
-        "bus": (dict[str, Any], Field(default_factory=dict)),
+        "bus": (BusTable, BusTable()),
         "node": (list[NodeTable], []),
     }
     for table in plant_tables(effects):

@@ -77,6 +77,7 @@ class Faults:
         sensors: their readings can be.
         nodes: their connections can be.
         value: returns the present value of a signal, for conditions.
+        on_begin: told of each fault that begins.
         on_end: told of each fault that has ended.
 
     """
@@ -87,8 +88,10 @@ class Faults:
         sensors: Sensors,
         nodes: Sequence[Node],
         value: Callable[[str], float],
+        on_begin: Callable[[Running], None],
         on_end: Callable[[Running], None],
     ) -> None:
+        self._on_begin = on_begin
         self._on_end = on_end
         self._count = 0
         self._nodes = tuple(nodes)
@@ -187,11 +190,20 @@ class Faults:
         self.active = bool(self._waiting or self._running or self._freed)
         return passed
 
+    def destroys(self, node: Node, now_ns: int) -> bool:
+        """Return whether an error frame destroys the frame that a node begins to send."""
+        return any(
+            act.destroys(running.strength(now_ns))
+            for running, owner, act in self._frames
+            if owner is node
+        )
+
     def _begin(self, running: Running, now_ns: int) -> None:
         self._waiting.remove(running)
         self._running.append(running)
         running.began_ns = now_ns
         self._apply(running)
+        self._on_begin(running)
         if emergency := running.fault.kind.emergency:
             for node in self._nodes:
                 node.raise_error(running, *emergency)

@@ -18,6 +18,10 @@ class FrameFault(Protocol):
         """Return what reaches the bus of the frames that the node sends."""
         ...
 
+    def destroys(self, s: Strength) -> bool:
+        """Return whether an error frame destroys what the node begins to send, on a timed bus."""
+        ...
+
     def end(self) -> tuple[list[Frame], list[Frame]]:
         """Return the frames still held back: those for the node, and those for the bus."""
         ...
@@ -33,6 +37,10 @@ class PassThrough:
     def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
         """Let all frames pass."""
         return list(frames)
+
+    def destroys(self, s: Strength) -> bool:
+        """Let all frames be sent."""
+        return False
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
         """Hold nothing back."""

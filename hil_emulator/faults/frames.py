@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
 
-from hil_emulator.device.emergency import ErrorBit
+from hil_emulator.device.emergency import ErrorBit, ErrorCode
 from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
 from hil_emulator.device.node import Node
 from hil_emulator.faults.connection import BUS, MESSAGE, NODE, NodeConnection
@@ -17,10 +17,7 @@ from hil_emulator.faults.frame_filters import (
     Rewriting,
 )
 from hil_emulator.faults.strength import Strength
-from hil_emulator.frame import Frame
-
-RECOVERED_FROM_BUS_OFF = 0x8140
-"""Emergency error code (CiA 301 table 26)."""
+from hil_emulator.frame import BUS_OFF, RESTARTED, Frame
 
 _BITS_PER_BYTE = 8
 
@@ -31,6 +28,8 @@ class BusFaultKind(FaultKind):
 
     Attributes:
         once: whether it befalls one connection only, where several nodes are on the bus.
+        needs_time: whether it can be on a bus that takes time only.
+        error_classes: those of the error frames at its beginning and end, if there are.
 
     """
 
@@ -39,15 +38,25 @@ class BusFaultKind(FaultKind):
     begin: Callable[..., FrameFault]
     _: KW_ONLY
     once: bool = False
+    needs_time: bool = False
+    error_classes: tuple[int, int] | None = None
 
 
 def bus_fault(
-    *targets: str, params: tuple[FaultParam, ...] = (), once: bool = False
+    *targets: str,
+    params: tuple[FaultParam, ...] = (),
+    probability: float = 1.0,
+    once: bool = False,
+    needs_time: bool = False,
+    error_classes: tuple[int, int] | None = None,
 ) -> Callable[[Callable[..., FrameFault]], BusFaultKind]:
     """Declare the decorated function, or class, as a fault of the bus, of a node, of messages."""
 
     def declare(begin: Callable[..., FrameFault]) -> BusFaultKind:
-        return BusFaultKind(begin, targets, params, once=once)
+        return BusFaultKind(
+            begin, targets, params, probability,
+            once=once, needs_time=needs_time, error_classes=error_classes,
+        )  # fmt: skip
 
     return declare
 
@@ -191,15 +200,29 @@ class _BusOff(Cut):
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
         """Report the return to the bus."""
-        self._node.raise_error("bus-off", RECOVERED_FROM_BUS_OFF, ErrorBit.COMMUNICATION)
+        self._node.raise_error("bus-off", ErrorCode.RECOVERED_FROM_BUS_OFF, ErrorBit.COMMUNICATION)
         self._node.clear_error("bus-off")
         return [], []
 
 
-@bus_fault(NODE)
+@bus_fault(NODE, error_classes=(BUS_OFF, RESTARTED))
 def bus_off(connection: NodeConnection) -> FrameFault:
     """The node is off the bus; back again it reports EMCY 0x8140."""
     return _BusOff(connection.node)
+
+
+class _Disturbed(PassThrough):
+    """Lets error frames destroy what the node sends; its controller sends it again."""
+
+    def destroys(self, s: Strength) -> bool:
+        """Take the chance for a frame."""
+        return s.hits()
+
+
+@bus_fault(BUS, NODE, probability=0.1, needs_time=True)
+def error_frames(connection: NodeConnection) -> FrameFault:
+    """Frames are destroyed and sent again; 32 in a row are bus-off (bus with modelled timing)."""
+    return _Disturbed()
 
 
 @bus_fault(BUS)
@@ -210,5 +233,5 @@ def interface_down(connection: NodeConnection) -> FrameFault:
 
 KINDS = (
     drop, delay, duplicate, corrupt, reorder, wrong_length, silence, babbling, emcy,
-    heartbeat_stop, reset, bus_off, interface_down,
+    heartbeat_stop, reset, bus_off, error_frames, interface_down,
 )  # fmt: skip

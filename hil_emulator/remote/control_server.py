@@ -12,6 +12,7 @@ from hil_emulator.errors import UserError, brief
 from hil_emulator.faults.active import Faults, Running
 from hil_emulator.signals.columns import columns
 from hil_emulator.signals.inputs import COMMANDS, SETTINGS, setting
+from hil_emulator.wire.wire import TimedWire
 
 _CHUNK = 1 << 16
 _START_S = 20.0  # for a Python process to begin (assumed limit)
@@ -23,6 +24,7 @@ class Controlled(Protocol):
     now_ns: int
     slipped_ns: int
     faults: Faults
+    wire: TimedWire | None
 
     def fault(self, target: str, kind: str, /, **options: Any) -> Running:
         """Let something break."""
@@ -134,6 +136,7 @@ def _status(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
     return {
         "time": rig.now_ns * 1e-9,
         "slipped": rig.slipped_ns * 1e-9,
+        "bus_load": rig.wire.load if rig.wire else None,
         "faults": injected,
         "settings": list(SETTINGS),
     }

@@ -2,7 +2,7 @@
 
 | request | does |
 |---|---|
-| GET /status | time, how far it has fallen behind the wall, faults |
+| GET /status | time, how far it has fallen behind the wall, load of a bus that takes time, faults |
 | GET /signals?name=position | values in SI; all without a name |
 | POST /faults {"target": ..., "kind": ..., ...} | injects a fault; answers its number |
 | DELETE /faults/3, DELETE /faults | ends one, ends all |

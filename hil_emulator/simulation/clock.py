@@ -97,6 +97,10 @@ class WaitingBus(Protocol):
         """Wait until something arrives, at most `timeout` [s]."""
         ...
 
+    def report(self, error_class: int) -> None:
+        """Show an error frame to the others on the bus."""
+        ...
+
 
 class FollowSync:
     """The controller's SYNC messages are the clock: each lets one SYNC period pass.
@@ -142,6 +146,10 @@ class FollowSync:
         """Return the SYNC that released this tick and what came with it."""
         passed, self._passed = self._passed, []
         return passed + self._until_sync()
+
+    def report(self, error_class: int) -> None:
+        """Show an error frame to the others on the bus."""
+        self._bus.report(error_class)
 
     def _until_sync(self) -> list[Frame]:
         """Take what has arrived up to, and without, the next SYNC."""

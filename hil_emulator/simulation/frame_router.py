@@ -30,6 +30,15 @@ class FrameRouter:
         for node in self._nodes:
             node.on_route = self._rerouted
 
+    def begin(self, now_ns: int) -> None:
+        """Begin a tick: nothing to do on a bus that takes no time."""
+
+    def stand(self) -> None:
+        """Let frames pass at once from now on: time stands still."""
+
+    def go_on(self) -> None:
+        """Let time pass again."""
+
     def say(self, node: Node, frames: Sequence[Frame]) -> None:
         """Let the other nodes hear in the next tick what a node has sent."""
         self._spoken += [(node, frame) for frame in frames]
@@ -52,6 +61,10 @@ class FrameRouter:
                 yield node, [*(f for speaker, f in spoken if speaker is not node), *frames]
             else:
                 yield node, frames
+
+    def leaving(self, now_ns: int, said: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
+        """Return what leaves the nodes at this tick, and when: all that they have said."""
+        return [(now_ns, said)] if said else []
 
     def _of_concern(
         self, spoken: Spoken, frames: Sequence[Frame]

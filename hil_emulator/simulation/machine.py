@@ -1,12 +1,15 @@
 """Several rigs under one loop, on one or several buses."""
 
+import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
 from hil_emulator.simulation.not_finite import NotFiniteError
-from hil_emulator.simulation.rig import FrameDoor, Rig, assemble
+from hil_emulator.simulation.rig import Rig, assemble
+from hil_emulator.simulation.wire_door import FrameDoor, WireDoor
+from hil_emulator.wire.wire import TimedWire
 
 
 class Junction:
@@ -33,6 +36,10 @@ class Junction:
         if frames:
             for tap in self._taps:
                 tap.waiting += frames
+
+    def report(self, error_class: int) -> None:
+        """Show an error frame to the others on the bus."""
+        self._bus.report(error_class)
 
     def carry(self, sender: "Tap", frames: Iterable[Frame]) -> None:
         """Send a rig's frames to the bus and to the other rigs."""
@@ -64,18 +71,31 @@ class Tap:
         """Send frames, never wait."""
         self._junction.carry(self, frames)
 
+    def report(self, error_class: int) -> None:
+        """Show an error frame to the others on the bus."""
+        self._junction.report(error_class)
+
 
 class Machine:
     """Several rigs that tick together.
 
     Args:
         rigs: at least one, by name; all with the same tick.
-        junctions: the buses that they are on.
+        junctions: the buses that they are on; one that takes time needs none.
+
+    Attributes:
+        wires: those of buses that take time, by name.
 
     """
 
-    def __init__(self, rigs: Mapping[str, Rig], junctions: Iterable[Junction]) -> None:
+    def __init__(
+        self,
+        rigs: Mapping[str, Rig],
+        junctions: Iterable[Junction],
+        wires: Mapping[str, TimedWire] | None = None,
+    ) -> None:
         self.rigs = dict(rigs)
+        self.wires = dict(wires or {})
         self._junctions = tuple(junctions)
         self.tick_ns = next(iter(rigs.values())).tick_ns
 
@@ -120,6 +140,12 @@ def assemble_machine(
         UserError: if a node cannot be made from its EDS.
 
     """
-    junctions = {name: Junction(bus) for name, bus in buses.items()}
-    rigs = {a.name: assemble(a.config, junctions[a.bus].tap(), cache) for a in settings.actuators}
-    return Machine(rigs, junctions.values())
+    timed = {n: WireDoor(buses[n], wire) for n, wire in settings.wires.items() if wire.modelled}
+    junctions = {name: Junction(bus) for name, bus in buses.items() if name not in timed}
+    rigs = {}
+    for actuator in settings.actuators:
+        name = actuator.bus
+        config = dataclasses.replace(actuator.config, wire=settings.wires[name])
+        door = timed[name] if name in timed else junctions[name].tap()
+        rigs[actuator.name] = assemble(config, door, cache)
+    return Machine(rigs, junctions.values(), {name: door.wire for name, door in timed.items()})

@@ -3,9 +3,9 @@
 import functools
 import logging
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 from hil_emulator.faults.active import Faults, Running
 from hil_emulator.faults.fault import Fault, fault
+from hil_emulator.faults.frames import BusFaultKind
 from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
@@ -29,22 +30,12 @@ from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.node_factory import nodes
 from hil_emulator.simulation.not_finite import NotFiniteError
+from hil_emulator.simulation.wire_door import FrameDoor, TimedRouter, WireDoor
+from hil_emulator.wire.wire import WINDOW_NS, TimedWire
 
 __all__ = ["FrameDoor", "Rig", "assemble", "compiled", "nodes"]
 
 _log = logging.getLogger(__name__)
-
-
-class FrameDoor(Protocol):
-    """The bus as the rig sees it."""
-
-    def receive(self) -> list[Frame]:
-        """Return what has arrived, never wait."""
-        ...
-
-    def send(self, frames: Iterable[Frame]) -> None:
-        """Send frames, never wait."""
-        ...
 
 
 class Rig:
@@ -64,6 +55,7 @@ class Rig:
         now_ns: emulator time at which the next tick begins [ns].
         faults: what is broken.
         slipped_ns: by how much its time has fallen behind the wall.
+        wire: the wire of its bus, where that takes time.
 
     """
 
@@ -86,10 +78,15 @@ class Rig:
         self.now_ns = 0
         self.slipped_ns = 0
         self.recorder = recorder
-        self.faults = Faults(plant, sensors, nodes, self.value, self._ended)
+        self.faults = Faults(plant, sensors, nodes, self.value, self._began, self._ended)
         self._steps = steps
         self._resets = not_finite == "reset"
+        self.wire: TimedWire | None = None
         self._router = FrameRouter(self.nodes)
+        if isinstance(bus, WireDoor):
+            self.wire = bus.wire
+            self._router = TimedRouter(self.nodes, bus)
+            self._router.disturb(self.faults.destroys)
         self._measured = self._measure()
 
     def step(self) -> None:
@@ -100,12 +97,15 @@ class Rig:
 
         """
         self.faults.schedule(self.now_ns)
+        self._router.begin(self.now_ns)
         self._receive(self.bus.receive())
         finite = self.plant.step(self._steps)
         self._measured = self._measure() if finite else self._fail()
         self._publish()
         if self.recorder:
             self.recorder.row(self.now_ns, self.plant, self._measured.values)
+            if self.wire and self.now_ns % WINDOW_NS < self.tick_ns <= self.now_ns:
+                self.recorder.event(self.now_ns, {"bus_load": self.wire.load})
         self.now_ns += self.tick_ns
         if not finite:
             self._recover()
@@ -114,8 +114,10 @@ class Rig:
         """Let the nodes answer frames at the present moment; the plant stands still."""
         if self.recorder:
             self.recorder.event(self.now_ns, {"serve": len(frames)})
+        self._router.stand()
         self._receive(frames)
         self._publish()
+        self._router.go_on()
 
     def slip(self, total_ns: int) -> None:
         """Take note that emulator time has fallen behind the wall, by so much in all."""
@@ -145,6 +147,11 @@ class Rig:
         if chosen.node is not None and chosen.node not in ids:
             known = ", ".join(map(str, ids))
             raise UserError(f"fault {chosen.target}: no node {chosen.node}; there are {known}")
+        if isinstance(chosen.kind, BusFaultKind) and chosen.kind.needs_time and not self.wire:
+            raise UserError(
+                f"fault {chosen.kind.name}: this bus takes no time; give it "
+                '[bus] timing = "modelled" and bit_rate = "500 kbit/s"'
+            )
         running = self.faults.inject(chosen, self.now_ns)
         if self.recorder:
             what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}
@@ -195,7 +202,16 @@ class Rig:
         except SdoAbort as abort:
             raise UserError(f"{name}: {value:g} is refused: {abort}") from None
 
+    def _began(self, running: Running) -> None:
+        kind = running.fault.kind
+        if isinstance(kind, BusFaultKind) and kind.error_classes:
+            self.bus.report(kind.error_classes[0])
+
     def _ended(self, running: Running) -> None:
+        kind = running.fault.kind
+        began = running.began_ns is not None
+        if began and isinstance(kind, BusFaultKind) and kind.error_classes:
+            self.bus.report(kind.error_classes[1])
         if self.recorder:
             self.recorder.event(self.now_ns, {"end": running.number})
 
@@ -242,10 +258,10 @@ class Rig:
                 sent = self.faults.leaving(self.now_ns, node, sent)
             self._router.say(node, sent)
             outgoing += sent
-        if outgoing:
-            self.bus.send(outgoing)
+        for time_ns, frames in self._router.leaving(self.now_ns, outgoing):
+            self.bus.send(frames)
             if self.recorder:
-                self.recorder.bus(self.now_ns, outgoing, sent=True)
+                self.recorder.bus(time_ns, frames, sent=True)
 
 
 @functools.cache
@@ -280,4 +296,6 @@ def assemble(
     random = np.random.default_rng(config.seed)
     sensors = Sensors(model, config.sensors, config.tick_ns * 1e-9, random)
     made = nodes(config, sensors.names)
+    if config.wire.modelled and not isinstance(bus, WireDoor):
+        bus = WireDoor(bus, config.wire)
     return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, recorder, config.not_finite)

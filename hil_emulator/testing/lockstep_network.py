@@ -13,6 +13,12 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.frame import Frame
 from hil_emulator.simulation.emulator import Emulator
 
+_SDO_REQUESTS = range(0x600, 0x680)
+_SDO_ANSWER = -0x080
+"""From the COB-ID of a request to that of its answer (CiA 301 7.3.5)."""
+_PATIENCE = 20
+"""Ticks that an answer may take on a bus that takes time (assumed)."""
+
 
 class LockStepTask:
     """A frame that is sent periodically, in emulator time.
@@ -52,6 +58,8 @@ class LockStepTask:
 class LockStepNetwork(canopen.Network):
     """Carries frames between stock `canopen` nodes and an emulator in this process.
 
+    On a bus that takes time an SDO request lets as many ticks pass as its answer takes.
+
     What waits with a thread's condition, such as `nmt.wait_for_heartbeat`, waits in vain: no
     time passes. Use `emulator.wait_until` instead.
 
@@ -68,12 +76,18 @@ class LockStepNetwork(canopen.Network):
         self._emulator = emulator
         self._door = Bus(emulator.bus)
         self.tasks: set[LockStepTask] = set()
+        self._heard: set[int] = set()  # identifiers, in the last tick
         emulator.every_tick(self._listen)
 
     def send_message(self, can_id: int, data: Sequence[int] | bytes, remote: bool = False) -> None:
         """Put a frame on the bus and let one tick pass."""
         self.put(Frame(can_id, bytes(data or b""), remote))
         self._emulator.tick()
+        if self._emulator.rig.wire and can_id in _SDO_REQUESTS:
+            for _ in range(_PATIENCE):
+                if can_id + _SDO_ANSWER in self._heard:
+                    break
+                self._emulator.tick()
 
     def send_periodic(  # type: ignore[override]  # canopen's own task has a thread
         self, can_id: int, data: Sequence[int] | bytes, period: float, remote: bool = False
@@ -95,8 +109,10 @@ class LockStepNetwork(canopen.Network):
 
     def _listen(self) -> None:
         now_ns = self._emulator.rig.now_ns
+        self._heard.clear()
         while frames := self._door.receive():
             for frame in frames:
+                self._heard.add(frame.identifier)
                 if not frame.remote:
                     self.notify(frame.can_id, bytearray(frame.data), now_ns * 1e-9)
         for task in sorted(self.tasks, key=_order):

@@ -11,7 +11,7 @@ from wires import PATIENCE_S, Wire, message_of
 
 from hil_emulator.bus import tcp_connection
 from hil_emulator.bus.tcp_server import MAX_CLIENTS, SocketcandServerBus
-from hil_emulator.frame import Frame
+from hil_emulator.frame import BUS_OFF, Frame
 
 SYNC = message_of(Frame(0x80))
 SYNC_LINE = b"< send 80 0  >"
@@ -141,14 +141,13 @@ def test_there_is_room_for_a_stated_number_of_clients(server: SocketcandServerBu
     "message",
     [
         can.Message(arbitration_id=1, is_remote_frame=True),
-        can.Message(is_error_frame=True),
         can.Message(arbitration_id=1, is_fd=True, data=bytes(12)),
     ],
 )
 def test_what_the_protocol_cannot_carry_is_refused(
     server: SocketcandServerBus, message: can.Message
 ) -> None:
-    """Remote, error and FD frames are not turned into something else."""
+    """Remote and FD frames are not turned into something else."""
     with pytest.raises(can.CanOperationError):
         server.send(message)
 
@@ -188,3 +187,19 @@ def test_a_remote_frame_is_no_data_frame(
     with pytest.raises(can.CanOperationError):
         server.send(message_of(Frame(0x705, remote=True)))
     assert [r.getMessage()[:16] for r in caplog.records] == ["remote frame 185"]
+
+
+def test_an_error_frame_reaches_stock_clients() -> None:
+    """Its class is what python-can's client tells, as socketcand has it."""
+    wire = Wire({"interface": "socketcand_server", "port": 0})
+    try:
+        node = wire.join()
+        wire.bus.report(BUS_OFF)
+        message = None
+        while message is None:
+            wire.poll()
+            message = node.recv(0.01)
+        assert message.is_error_frame
+        assert message.arbitration_id == BUS_OFF
+    finally:
+        wire.close()

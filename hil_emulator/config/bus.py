@@ -1,0 +1,66 @@
+"""`[bus]`: what carries the frames, and whether that takes time."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from hil_emulator.config.table import quantity
+from hil_emulator.model.declare import Param
+
+BIT_RATE = Param("bit_rate", "bit/s", "of the bus", 500e3, 10e3, 1e6, "kbit/s")
+FASTEST = 1_000_000
+"""Assumed where nothing is said: the fastest classical CAN [bit/s]."""
+TRANSMIT_QUEUE = 32
+"""Frames that wait in a node; message buffers of a common controller (Bosch C_CAN) (assumed)."""
+
+
+class BusTable(BaseModel):
+    """What carries the frames: settings of python-can's interface, and these."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    bit_rate: Annotated[float | None, quantity(BIT_RATE)] = None
+    timing: Literal["ideal", "modelled"] = "ideal"
+    transmit_queue: int = Field(default=TRANSMIT_QUEUE, ge=1, le=1024)
+
+    @model_validator(mode="after")
+    def _one_rate(self) -> "BusTable":
+        python_can = (self.model_extra or {}).get("bitrate")
+        if self.bit_rate and python_can and self.bit_rate != python_can:
+            raise ValueError(
+                f"bit_rate {self.bit_rate / 1e3:g} kbit/s and bitrate = {python_can} are two; "
+                "a bus has one"
+            )
+        if self.timing == "modelled" and not (self.bit_rate or python_can):
+            raise ValueError('timing = "modelled" needs bit_rate, such as "500 kbit/s"')
+        return self
+
+
+@dataclass(frozen=True)
+class WireSettings:
+    """The wire that frames go over.
+
+    Attributes:
+        bit_rate: in bit/s; None where nothing is said.
+        modelled: whether frames take their time and their turn.
+        transmit_queue: frames that can wait in a node.
+
+    """
+
+    bit_rate: int | None = None
+    modelled: bool = False
+    transmit_queue: int = TRANSMIT_QUEUE
+
+    @property
+    def assumed_bit_rate(self) -> int:
+        """The bit rate, `FASTEST` where nothing is said [bit/s]."""
+        return self.bit_rate or FASTEST
+
+
+def split(table: BusTable) -> tuple[dict[str, Any], WireSettings]:
+    """Return the arguments of `can.Bus`, and the wire."""
+    arguments: dict[str, Any] = dict(table.model_extra or {})
+    rate = table.bit_rate or arguments.get("bitrate")
+    whole = round(rate) if isinstance(rate, int | float) else None
+    return arguments, WireSettings(whole, table.timing == "modelled", table.transmit_queue)

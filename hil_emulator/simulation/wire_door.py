@@ -1,0 +1,164 @@
+"""A bus that takes time, as rigs see it: a door to the bus, and a router of frames.
+
+What nodes send is queued in their controllers; what comes from outside is queued as well, in one
+controller without a limit, as if it had been put on the wire at the tick in which it came. What has
+passed by the beginning of a tick is heard in it, and leaves for the outside in it.
+"""
+
+import functools
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Protocol
+
+from hil_emulator.config.bus import WireSettings
+from hil_emulator.device.emergency import ErrorBit, ErrorCode
+from hil_emulator.device.node import Node
+from hil_emulator.frame import BUS_OFF, RESTARTED, Frame
+from hil_emulator.simulation.frame_router import FrameRouter
+from hil_emulator.wire.controller import CanController
+from hil_emulator.wire.wire import Passed, TimedWire, WireError
+
+
+class FrameDoor(Protocol):
+    """The bus as the rig sees it."""
+
+    def receive(self) -> list[Frame]:
+        """Return what has arrived, never wait."""
+        ...
+
+    def send(self, frames: Iterable[Frame]) -> None:
+        """Send frames, never wait."""
+        ...
+
+    def report(self, error_class: int) -> None:
+        """Show an error frame to the others on the bus, where it can carry one."""
+        ...
+
+
+class WireDoor:
+    """A modelled wire between the rigs on it and the world outside.
+
+    Args:
+        bus: the world outside.
+        settings: its bit rate, and the depth of the nodes' transmit queues.
+
+    Attributes:
+        wire: the wire.
+        arrived: what has come from outside at this tick.
+        passed: what has passed since the last tick, in this order.
+        errors: what controllers have met with since then.
+        standing: whether time stands still, and frames pass at once.
+
+    """
+
+    def __init__(self, bus: FrameDoor, settings: WireSettings) -> None:
+        assert settings.bit_rate is not None
+        self.wire = TimedWire(settings.bit_rate)
+        self.arrived: list[Frame] = []
+        self.passed: Sequence[Passed] = ()
+        self.errors: Sequence[WireError] = ()
+        self.standing = False
+        self.now_ns = -1
+        self._bus = bus
+        self._depth = settings.transmit_queue
+        self._outside = self.wire.attach()
+        self.report = bus.report
+
+    def attach(self) -> CanController:
+        """Return the controller of a further node."""
+        return self.wire.attach(self._depth)
+
+    def begin(self, now_ns: int) -> None:
+        """Begin a tick, once for all rigs on the wire: let go what has passed, take what came."""
+        if now_ns <= self.now_ns:
+            return
+        self.now_ns = now_ns
+        self.passed, self.errors = self.wire.advance(now_ns)
+        self._bus.send([p.frame for p in self.passed if p.sender is not self._outside])
+        for error in self.errors:
+            self._bus.report(error.error_class)
+        self.arrived = self._bus.receive()
+        self.wire.queue(now_ns, self._outside, self.arrived)
+
+    def receive(self) -> list[Frame]:
+        """Return what has come from outside at this tick."""
+        return self.arrived
+
+    def send(self, frames: Iterable[Frame]) -> None:
+        """Send frames at once while time stands still; else the wire sends them in their turn."""
+        if self.standing:
+            self._bus.send(frames)
+
+
+class TimedRouter(FrameRouter):
+    """Carries frames between nodes by way of a wire.
+
+    Args:
+        nodes: the rig's nodes.
+        door: the wire they are on.
+
+    """
+
+    def __init__(self, nodes: Sequence[Node], door: WireDoor) -> None:
+        super().__init__(nodes)
+        self._door = door
+        self._controllers = {node: door.attach() for node in nodes}
+        self._lost = dict.fromkeys(nodes, 0)
+
+    def begin(self, now_ns: int) -> None:
+        """Begin a tick: nodes report what their controllers have met with."""
+        self._door.begin(now_ns)
+        for node, controller in self._controllers.items():
+            self._report_loss(node, controller)
+            for error in self._door.errors:
+                if error.controller is controller and error.error_class == RESTARTED:
+                    code = ErrorCode.RECOVERED_FROM_BUS_OFF
+                    node.raise_error(BUS_OFF, code, ErrorBit.COMMUNICATION)
+                    node.clear_error(BUS_OFF)
+
+    def stand(self) -> None:
+        """Let frames pass at once from now on: time stands still."""
+        self._door.standing = True
+
+    def go_on(self) -> None:
+        """Let time pass again."""
+        self._door.standing = False
+
+    def disturb(self, destroys: Callable[[Node, int], bool]) -> None:
+        """Let error frames destroy what nodes send, where a function of node and time says so."""
+        for node, controller in self._controllers.items():
+            controller.disturbed = functools.partial(destroys, node)
+
+    def say(self, node: Node, frames: Sequence[Frame]) -> None:
+        """Queue what a node sends in its controller."""
+        if self._door.standing:
+            super().say(node, frames)
+        elif frames:
+            self._door.wire.queue(self._door.now_ns, self._controllers[node], frames)
+
+    def arriving(
+        self, frames: Sequence[Frame], *, everything: bool
+    ) -> Iterator[tuple[Node, Sequence[Frame]]]:
+        """Yield each node with what it hears now; one that is off the bus hears nothing."""
+        if self._door.standing:
+            yield from super().arriving(frames, everything=everything)
+            return
+        spoken, self._spoken = self._spoken, []  # while time stood still
+        for node, controller in self._controllers.items():
+            heard = [frame for speaker, frame in spoken if speaker is not node]
+            heard += [p.frame for p in self._door.passed if p.sender is not controller]
+            yield node, [] if controller.off_until_ns is not None else heard
+
+    def leaving(self, now_ns: int, said: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
+        """Return which of these nodes' frames have passed, and when."""
+        if self._door.standing:
+            return super().leaving(now_ns, said)
+        own = self._controllers.values()
+        return [(p.done_ns, [p.frame]) for p in self._door.passed if p.sender in own]
+
+    def _report_loss(self, node: Node, controller: CanController) -> None:
+        """Let a node report frames lost in its queue, until that is empty again."""
+        if controller.lost > self._lost[node]:
+            self._lost[node] = controller.lost
+            node.raise_error(CanController, ErrorCode.CAN_OVERRUN, ErrorBit.COMMUNICATION)
+        elif controller.head is None:
+            node.clear_error(CanController)
