@@ -44,6 +44,8 @@ files = ["{KNEE}"]
 bus = "right"
 """
 
+TIMED = 'bit_rate = "1 Mbit/s"\ntiming = "modelled"\n'
+
 Write = Callable[[str], Path]
 
 
@@ -155,3 +157,20 @@ def test_a_mistake_in_a_machine_is_named(write: Write, old: str, new: str, messa
     assert old in LEG
     with pytest.raises(UserError, match=message):
         load_machine([write(LEG.replace(old, new))])
+
+
+def test_actuators_on_a_bus_that_takes_time_take_turns(write: Write) -> None:
+    """Both hear the master, their frames share one wire, and each hears the other."""
+    text = LEG.replace('channel = "left"\n', 'channel = "left"\n' + TIMED, 1)
+    bench = Bench(write(text))
+    bench.ticks(2, "left")
+    heard = bench.ticks(50, "left", Frame(0x000, b"\x01\x00"))["left"]
+    wire = bench.machine.wires["left"]
+    assert list(bench.machine.wires) == ["left"]
+    tpdos = [f.can_id for f in heard if f.can_id in (0x185, 0x186, 0x285, 0x286)]
+    assert sorted(set(tpdos[-8:])) == [0x185, 0x186, 0x285, 0x286]
+    # by priority, over and over
+    assert {b for a, b in itertools.pairwise(tpdos[8:]) if a == 0x185} == {0x186}
+    bench.ticks(1000, "left")
+    assert 0.5 < wire.load <= 1.0
+    bench.close()
