@@ -14,6 +14,7 @@ def faults() -> None:
     click.echo(
         "\nEvery fault also takes start, duration, ramp (times), probability, seed, condition. A "
         "message is\nnmt, sync, emcy, sdo, heartbeat, rpdo1 ... tpdo4, or a COB-ID such as 0x185."
+        "\nAn object is 0x7130:1, that of one node node7.0x7130:1."
     )
 
 

@@ -17,6 +17,7 @@ from hil_emulator.device.dictionary import (
     UNCONFIGURED,
     Dictionary,
 )
+from hil_emulator.device.distortion import Distortion
 from hil_emulator.device.emergency import Emergency, ErrorBit
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.error_control import (
@@ -71,6 +72,7 @@ class Node:
             bit 29 set for one of 29 bits, and whether taking it may change what the node takes.
         asked: the identifiers of the remote frames that it takes.
         on_route: called when these have changed.
+        distortions: what is wrong with its objects at present.
 
     Raises:
         UserError: a command has no RPDO-mappable object, or a default PDO maps what does not exist
@@ -89,6 +91,7 @@ class Node:
     ) -> None:
         self.dictionary = dictionary
         self.on_route: Callable[[], None] = lambda: None
+        self.distortions: list[Distortion] = []
         storage = storage or MemoryStorage()
         self._lss = LssSlave(dictionary, storage, self._configured)
         if self._lss.node_id != UNCONFIGURED:
@@ -180,6 +183,8 @@ class Node:
         if self._sensors.sample(now_ns, measured):
             self._profile.measure(now_ns, measured)
         self._courses.publish(now_ns)
+        for distortion in self.distortions:
+            distortion.publish(now_ns)
         frames: list[Frame] = []
         if self._lss.answers:
             self._lss.publish(frames)

@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from random import Random
 
+from hil_emulator.device.distortion import Distortion
+from hil_emulator.device.entry import Entry
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
@@ -13,6 +15,7 @@ from hil_emulator.faults.connection import connection
 from hil_emulator.faults.fault import Fault
 from hil_emulator.faults.frame_filters import FrameFault
 from hil_emulator.faults.frames import BusFaultKind
+from hil_emulator.faults.objects import ObjectFaultKind, Wrong, place
 from hil_emulator.faults.plant import PlantFaultKind
 from hil_emulator.faults.plant_parameters import PlantParameters
 from hil_emulator.faults.sensor import Act, Place, SensorFaultKind
@@ -104,6 +107,7 @@ class Faults:
         self._changes: list[tuple[Running, str, Change]] = []
         self._coil: list[tuple[Running, Change]] = []
         self._samples: list[tuple[Running, Act]] = []
+        self._objects: list[tuple[Running, Node, Distortion]] = []
         self._frames: list[tuple[Running, Node, FrameFault]] = []
         self._freed: list[tuple[Node, list[Frame], list[Frame]]] = []
         self.active = False
@@ -219,11 +223,23 @@ class Faults:
             at, upper = self._channels.index(fault.target), self._upper[fault.target]
             place = Place(at, upper, self._channels)
             self._samples.append((running, kind.begin(place, **fault.values)))
+        elif isinstance(kind, ObjectFaultKind):
+            for node, entry in self.befallen(fault):
+                distortion = Distortion(entry, _distorting(running, kind.begin(**fault.values)))
+                node.distortions.append(distortion)
+                self._objects.append((running, node, distortion))
         elif isinstance(kind, BusFaultKind):
             nodes = [n for n in self._nodes if fault.node in (None, n.node_id)]
             for node in nodes[:1] if kind.once else nodes:
                 act = kind.begin(connection(node, fault.thing), **fault.values)
                 self._frames.append((running, node, act))
+
+    def befallen(self, fault: Fault) -> list[tuple[Node, Entry]]:
+        """Return the objects, with their nodes, that a fault of objects befalls."""
+        at = place(fault.thing)
+        nodes = [n for n in self._nodes if fault.node in (None, n.node_id)]
+        found = [(n, n.dictionary.get(*at)) for n in nodes] if at else []
+        return [(n, entry) for n, entry in found if entry is not None and entry.type.numeric]
 
     def _end(self, running: Running) -> None:
         self._on_end(running)
@@ -235,12 +251,21 @@ class Faults:
         self.parameters.restore({name for _, name, _ in self._changes})
         self._coil = [c for c in self._coil if c[0] is not running]
         self._samples = [c for c in self._samples if c[0] is not running]
+        for _, node, distortion in [o for o in self._objects if o[0] is running]:
+            distortion.end()
+            node.distortions.remove(distortion)
+        self._objects = [o for o in self._objects if o[0] is not running]
         for _, node, act in [f for f in self._frames if f[0] is running]:
             self._freed.append((node, *act.end()))
         self._frames = [f for f in self._frames if f[0] is not running]
         if running.fault.kind.emergency:
             for node in self._nodes:
                 node.clear_error(running)
+
+
+def _distorting(running: Running, wrong: Wrong) -> Callable[[int, float], float]:
+    """Return what an object shows at a time in place of a value."""
+    return lambda now_ns, value: wrong(running.strength(now_ns), value)
 
 
 def _upper_ends(plant_: Plant, sensors: Sensors) -> dict[str, float]:

@@ -1,6 +1,12 @@
 """Every kind of fault: the one table that Python, scenario files and command line share."""
 
-from hil_emulator.faults import coil, frames, plant, sensor
+from hil_emulator.faults import coil, frames, objects, plant, sensor
 from hil_emulator.faults.declare import FaultKind
 
-KINDS: tuple[FaultKind, ...] = (*plant.KINDS, *coil.KINDS, *sensor.KINDS, *frames.KINDS)
+KINDS: tuple[FaultKind, ...] = (
+    *plant.KINDS,
+    *coil.KINDS,
+    *sensor.KINDS,
+    *objects.KINDS,
+    *frames.KINDS,
+)

@@ -21,6 +21,7 @@ class Layer(StrEnum):
     PLANT = "plant"
     ELECTRICAL = "electrical"
     SENSOR = "sensor"
+    OBJECT = "object"
     BUS = "bus"
 
 

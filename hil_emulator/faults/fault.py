@@ -19,6 +19,7 @@ from hil_emulator.faults.declare import (
     FaultParam,
     Layer,
 )
+from hil_emulator.faults.objects import EXAMPLE, OBJECT, place
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.signals import condition
 from hil_emulator.signals.condition import Condition
@@ -80,27 +81,28 @@ def _thing(target: str) -> str:
 
 
 def targets() -> list[str]:
-    """Return everything that faults can befall."""
-    plain = {t for k in KINDS for t in k.targets if t not in (MESSAGE, BUS, NODE)}
-    return [*_CHANNELS, *sorted(plain - _CHANNELS.keys()), BUS, NODE, *MESSAGES]
+    """Return everything that faults can befall, objects by an example."""
+    plain = {t for k in KINDS for t in k.targets if t not in (MESSAGE, BUS, NODE, OBJECT)}
+    return [*_CHANNELS, *sorted(plain - _CHANNELS.keys()), BUS, NODE, *MESSAGES, EXAMPLE]
 
 
 def kinds_of(target: str) -> dict[str, FaultKind]:
     """Return the kinds of fault that a target can have, by name."""
     name = _thing(target.lower())
-    group = MESSAGE if name in MESSAGES or _is_cob_id(name) else name
+    group = MESSAGE if name in MESSAGES or _is_cob_id(name) else OBJECT if place(name) else name
     possible = {k.name: k for k in KINDS if group in k.targets}
     if name == target.lower():
         return possible
-    return {name: k for name, k in possible.items() if k.layer is Layer.BUS}
+    return {name: k for name, k in possible.items() if k.layer in (Layer.BUS, Layer.OBJECT)}
 
 
 def fault(target: str, kind: str, /, **options: Any) -> Fault:
     """Return a checked fault.
 
     Args:
-        target: a sensor channel, a part of the plant, "coil", "node", "bus" or a message. Where
-            several nodes are on the bus, "node5" or "node5.tpdo1" means that of one of them.
+        target: a sensor channel, a part of the plant, "coil", "node", "bus", a message or an
+            object such as "0x7130:1". Where several nodes are on the bus, "node5", "node5.tpdo1" or
+            "node5.0x7130:1" means that of one of them.
         kind: one of those that the target can have.
         **options: parameters of the kind, and `start`, `duration`, `ramp` (times with unit),
             `probability`, `seed`, `condition`.
@@ -115,7 +117,9 @@ def fault(target: str, kind: str, /, **options: Any) -> Fault:
     target, kind = str(target).lower(), str(kind)
     possible = kinds_of(target)
     if not possible and kinds_of(_thing(target)):
-        raise UserError(f"fault {target}: a node has messages only; write {_thing(target)}")
+        raise UserError(
+            f"fault {target}: a node has messages and objects only; write {_thing(target)}"
+        )
     if not possible:
         raise UserError(f"fault: no '{brief(target)}' to befall{_meant(target, targets())}")
     kind = brief(kind)

@@ -19,6 +19,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.faults.active import Faults, Running
 from hil_emulator.faults.fault import Fault, fault
 from hil_emulator.faults.frames import BusFaultKind
+from hil_emulator.faults.objects import ObjectFaultKind
 from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
@@ -152,6 +153,8 @@ class Rig:
                 f"fault {chosen.kind.name}: this bus takes no time; give it "
                 '[bus] timing = "modelled" and bit_rate = "500 kbit/s"'
             )
+        if isinstance(chosen.kind, ObjectFaultKind) and not self.faults.befallen(chosen):
+            raise UserError(f"fault {chosen.target}: no node has such an object that is a number")
         running = self.faults.inject(chosen, self.now_ns)
         if self.recorder:
             what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}

@@ -18,7 +18,7 @@ from hil_emulator.model.declare import DeclarationError
 def test_every_kind_can_be_said_without_a_parameter(kind: FaultKind) -> None:
     """Each kind has defaults that make it, for each of its targets, or must be told a twin."""
     for target in kind.targets:
-        name = "tpdo1" if target == "message" else target
+        name = {"message": "tpdo1", "object": "0x6130:1"}.get(target, target)
         other = {"pressure_b": "pressure_a"}.get(name, "pressure_b")
         options = {p.name: other for p in kind.params if p.default is None}
         assert fault(name, kind.name, **options).kind is kind
@@ -32,13 +32,16 @@ def test_every_kind_is_shown_on_the_bus(kind: FaultKind) -> None:
         for file in Path(__file__).parent.glob("test_*.py")
         if file.name != Path(__file__).name
     )
-    names = "|".join(kind.targets) if kind.targets[-1] != "message" else r"\w+"
+    anything = kind.targets[-1] in ("message", "object")
+    names = r"[\w.:]+" if anything else "|".join(kind.targets)
     assert re.search(rf'"({names})",\s*"{kind.name}"', text)
 
 
 def test_an_unknown_target_lists_what_there_is() -> None:
     """A misspelt channel is answered with the right one, and the list."""
-    with pytest.raises(UserError, match=r"did you mean 'pressure_a'.*load_force.*coil.*tpdo4"):
+    with pytest.raises(
+        UserError, match=r"did you mean 'pressure_a'.*load_force.*coil.*tpdo4, 0x7130:1"
+    ):
         fault("presure_a", "stuck")
 
 
@@ -129,8 +132,8 @@ def test_a_kind_takes_what_can_be_said_about_it() -> None:
         (5, "stuck", "5 to befall|no '5'"),
         (["a"], "stuck", "neither text nor a number"),
         ("pressure_a", None, "cannot have 'None'"),
-        ("node5.pressure_a", "stuck", "a node has messages only; write pressure_a"),
-        ("node5.supply", "loss", "a node has messages only; write supply"),
+        ("node5.pressure_a", "stuck", "a node has messages and objects only; write pressure_a"),
+        ("node5.supply", "loss", "a node has messages and objects only; write supply"),
         ("node" + "9" * 5000, "silence", "to befall"),
         ("x" * 60_000, "stuck", "to befall"),
         ("supply", "x" * 60_000, "cannot have"),
