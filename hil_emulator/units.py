@@ -126,6 +126,23 @@ def factor(unit: str, shown: str) -> float:
     return float(_read(f"1 {shown}").to(unit).magnitude)
 
 
+def count(text: object, one: str) -> float:
+    """Return how many of `one`, such as "0.1 °C", a quantity such as "20 °C" is.
+
+    Raises:
+        ValueError: one of them is no quantity, they are of different dimensions, or `one` is 0.
+
+    """
+    if not isinstance(text, str):
+        raise ValueError(f"{brief(text)} has no unit; write it as text with a unit like {one}")
+    try:
+        digit, quantity = _read(one), _read(text)
+        return float(quantity.to(digit.units).magnitude / digit.magnitude)
+    except Exception:  # pint answers an unknown unit with many kinds of exception
+        written = f'"{brief(text)}"'
+        raise ValueError(f'{written} cannot be counted in "{brief(one)}"') from None
+
+
 def show(value: float, unit: str, shown: str = "") -> str:
     """Return an SI value as people write it: `show(1.6e7, "Pa", "bar")` is "160 bar"."""
     target = shown or unit

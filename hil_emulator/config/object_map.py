@@ -5,6 +5,7 @@ map = {
 "0x2090:1" = { channel = "pressure_b", unit = "0.1 mbar" },   # one digit
 "0x6077:0" = 0,                                               # digits
 "0x2100"   = { ramp = [0, 500], time = "2 s" },               # digits, and then held
+"0x2103"   = { constant = "20 °C", unit = "0.1 °C" },         # 200 digits; a course likewise
 "0x2101"   = { table = [["0 s", 20], ["5 s", 60]], repeat = true },
 "0x2102"   = { file = "oil.csv", column = "temperature" },    # first column: time in s
 }
@@ -18,7 +19,7 @@ from typing import Any
 
 from hil_emulator.config.course_points import Points, points
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.units import to_si
+from hil_emulator.units import count, to_si
 
 COMMAND_UNITS = {"valve_current": "A"}
 """What a node may command, with its SI unit."""
@@ -30,9 +31,9 @@ _UNITS = {c.name: c.unit for c in CHANNELS} | COMMAND_UNITS
 _KEYS = {
     "channel": ("unit",),
     "command": ("unit",),
-    "constant": (),
-    "ramp": ("time", "repeat"),
-    "table": ("repeat",),
+    "constant": ("unit",),
+    "ramp": ("time", "repeat", "unit"),
+    "table": ("repeat", "unit"),
     "file": ("column", "repeat"),
 }
 """By the key that says what an object shows, the keys that may stand beside it."""
@@ -46,7 +47,7 @@ class ObjectSettings:
         index: 16-bit index.
         subindex: 8-bit sub-index.
         signal: channel or command, "" for neither.
-        unit: SI unit of `factor`.
+        unit: SI unit of `factor`; beside a constant what a digit stands for, "" where it is digits.
         factor: what one digit stands for; None leaves it to the EDS.
         constant: its value, None for none.
         points: corners of its course over time, empty without one.
@@ -127,14 +128,27 @@ def _of_kind(kind: str, said: Mapping[str, Any]) -> dict[str, Any]:
     if kind in ("channel", "command"):
         return _signal(str(content), said.get("unit"))
     if kind == "constant":
-        return _constant(content)
+        unit = said.get("unit")
+        return _constant(_digits(content, unit)) | {"unit": str(unit or "")}
     if kind == "file":
         return {"column": (str(content), str(said.get("column", ""))), "repeat": repeat}
     if kind == "ramp":
         if not isinstance(content, list) or len(content) != 2:
             raise ValueError("a ramp goes from one value to another: ramp = [0, 500]")
         content = [["0 s", content[0]], [said.get("time", ""), content[1]]]
+    if isinstance(content, list):
+        content = [[*row[:-1], _digits(row[-1], said.get("unit"))] for row in map(_row, content)]
     return {"points": points(content), "repeat": repeat}
+
+
+def _row(said: object) -> list[Any]:
+    """Return a row of a table; what is none stays to be refused with the others."""
+    return said if isinstance(said, list) and said else [said]
+
+
+def _digits(content: Any, unit: object) -> Any:
+    """Return a value in digits: one with a unit, where `unit` says what a digit stands for."""
+    return content if unit is None else count(content, str(unit))
 
 
 def _constant(content: object) -> dict[str, Any]:

@@ -23,7 +23,7 @@ def wire(dictionary: Dictionary, objects: Sequence[ObjectSettings]) -> list[tupl
         if entry is None:
             raise UserError(f"{dictionary.source} has no object {said.where}, which map names")
         if said.constant is not None:
-            set_constant(dictionary, entry, said.constant)
+            set_constant(dictionary, entry, said.constant, nearest=bool(said.unit))
         elif not entry.type.numeric:
             raise UserError(f"{dictionary.source} {said.where}: a {entry.type.name} is no number")
         elif said.points:
@@ -34,11 +34,17 @@ def wire(dictionary: Dictionary, objects: Sequence[ObjectSettings]) -> list[tupl
     return courses
 
 
-def set_constant(dictionary: Dictionary, entry: Entry, value: float | str) -> None:
-    """Give an object another default: a number for a number, text for a string."""
+def set_constant(
+    dictionary: Dictionary, entry: Entry, value: float | str, *, nearest: bool = False
+) -> None:
+    """Give an object another default: a number for a number, text for a string.
+
+    A fraction is refused where the object is an integer, unless its `nearest` one is meant.
+    """
     if entry.type.numeric:
-        whole = isinstance(value, float) and value.is_integer() and entry.type.kind == "integer"
-        dictionary.set_default(entry, int(value) if whole else value)
+        if isinstance(value, float) and entry.type.kind == "integer":
+            value = round(value) if nearest or value.is_integer() else value
+        dictionary.set_default(entry, value)
     else:
         dictionary.set_default(entry, str(value).encode())
     entry.relative = False

@@ -63,6 +63,9 @@ def test_a_digit_may_be_said_in_the_configuration(tmp_path: Path) -> None:
         ('{ table = [["0 s", 0], ["10 ms", 100], ["20 ms", 0]], repeat = true }', [90, 10, 90]),
         ('{ file = "oil.csv", column = "oil" }', [41, 50, 50]),
         ('{ ramp = [0, 1e6], time = "1 ms" }', [0x7FFF, 0x7FFF, 0x7FFF]),
+        ('{ constant = "30 °C", unit = "0.1 °C" }', [300, 300, 300]),
+        ('{ constant = "30 °C", unit = "0.1 K" }', [3031, 3031, 3031]),
+        ('{ ramp = ["1 bar", "3 bar"], time = "20 ms", unit = "1 kPa" }', [210, 300, 300]),
     ],
 )
 def test_objects_follow_a_course(tmp_path: Path, said: str, shown: list[int]) -> None:
@@ -157,7 +160,9 @@ def test_a_new_device_gets_its_node_id_by_lss(
         ('map = { "0x2090" = { table = [["1 s", 1], ["0 s", 2]] } }', "rise from row to row"),
         ('map = { "0x2090" = { table = [["1 s", "x"]] } }', "'x' is no number of a course"),
         ('map = { "0x2090" = { file = "no.csv" } }', "no.csv: cannot be read"),
-        ('map = { "0x2090" = { constant = 1, unit = "1 m" } }', "unknown key 'unit'"),
+        ('map = { "0x2090" = { constant = 1, unit = "1 m" } }', "1 has no unit; write it as text"),
+        ('map = { "0x2090" = { constant = "1 s", unit = "1 m" } }', '"1 s" cannot be counted in'),
+        ('map = { "0x2090" = { file = "x", unit = "1 m" } }', "unknown key 'unit'"),
         ('map = { "0x2090" = { value = 1 } }', "give one of channel, command, constant"),
         ('map = { "0x2090" = 1, "0x2090:0" = 2 }', "0x2090:00 stands there twice"),
         ('map = "position"', "is a table of objects"),
