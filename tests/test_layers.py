@@ -40,7 +40,7 @@ ROOMS = {
     "identify": {"scipy", "threadpoolctl", "config", "platform"},
     "captures": {"numpy", "cantools", "bus", "device", "identify/measured"},
     "characterise": {"numpy", "matplotlib", "model", "pages"},
-    "conformance": {"canopen", "pytest", "bus"},
+    "conformance": {"pytest", "bus", "device"},
     "simulation": {
         "numpy", "bus", "config", "device", "faults", "model", "platform", "recording", "signals",
         "wire",
@@ -66,6 +66,10 @@ above them in this list, too, as data goes through them in that order. What stan
 these - the command line - may know everything."""
 
 IDENTIFY = [room for room in ROOMS if room.startswith("identify")]
+
+NARROW = {("conformance", "device"): {"device.eds", "device.entry", "device.datatype"}}
+"""Where a room needs little of another, all that it may take: the suite reads an EDS as a node
+does, and knows nothing of how a node works."""
 
 OUTERMOST = {"commands", "__main__.py", "__init__.py"}
 
@@ -137,6 +141,16 @@ def test_a_room_knows_only_what_lies_below_it(room: str) -> None:
     for file in files(room):
         for taken in foreign(file):
             assert taken in known(room) | {""}, f"{file.name} of {room} imports {taken}"
+
+
+@pytest.mark.parametrize("door", NARROW, ids=" to ".join)
+def test_a_narrow_door_stays_narrow(door: tuple[str, str]) -> None:
+    """A room that needs one thing of another takes that alone."""
+    room, other = door
+    allowed = {f"{OWN}.{name}" for name in NARROW[door]}
+    for file in files(room):
+        taken = {m for m in imports(file) if begins(m, {f"{OWN}.{other}"})}
+        assert all(begins(m, allowed) for m in taken), f"{file.name} imports {taken}"
 
 
 def test_the_model_knows_nothing_of_this_package() -> None:

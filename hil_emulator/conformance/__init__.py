@@ -2,8 +2,8 @@
 
     pytest --pyargs hil_emulator.conformance --can socketcan:can0 --node 5 --eds device.eds
 
-The suite is a master: it sends frames and judges what comes back against the EDS, as stock
-`canopen` reads it. It resets the device before each case, restores its defaults, and writes the
+The suite is a master: it sends frames and judges what comes back against the EDS, which may be any
+maker's. It resets the device before each case, restores its defaults, and writes the
 values it has read back into the objects: no machine may hang on the device. The numbers of the
 cases are those of the CAN in Automation conformance test tool; what each does is our own reading
 of CiA 301 and CiA 306.

@@ -1,9 +1,9 @@
 """Which objects a master may write at any time, and by how much a value can be wrong."""
 
 from collections.abc import Iterator
-from typing import Any
 
-from hil_emulator.conformance.expectation import STRING_TYPES, Expectation, size, type_range
+from hil_emulator.conformance.expectation import Expectation, type_range
+from hil_emulator.device.entry import Entry
 
 COMMUNICATION = range(0x1000, 0x2000)
 _COMMANDS = frozenset({0x1003, 0x1010, 0x1011, 0x1020, 0x1F50, 0x1F51})
@@ -14,7 +14,7 @@ _LOCKED_WHILE_VALID = (3, 6)
 """Inhibit time and SYNC start value (CiA 301 7.5.2.37)."""
 
 
-def free(variable: Any) -> bool:
+def free(variable: Entry) -> bool:
     """Tell whether a master may write a variable at any time without the device acting on it."""
     index = variable.index
     if index in _COMMANDS or any(index in indices for indices in _MAPPINGS):
@@ -23,7 +23,7 @@ def free(variable: Any) -> bool:
     return not (pdo and variable.subindex in _LOCKED_WHILE_VALID)
 
 
-def free_parameters(eds: Expectation, within: range = range(0x1000, 0x10000)) -> list[Any]:
+def free_parameters(eds: Expectation, within: range = range(0x1000, 0x10000)) -> list[Entry]:
     """Return all readable and writable parameters of a range that are free."""
     return [
         variable
@@ -32,17 +32,17 @@ def free_parameters(eds: Expectation, within: range = range(0x1000, 0x10000)) ->
     ]
 
 
-def beyond(eds: Expectation, *, above: bool) -> Iterator[tuple[Any, int]]:
+def beyond(eds: Expectation, *, above: bool) -> Iterator[tuple[Entry, int]]:
     """Yield free parameters and a value above, or below, what they may be.
 
     The limits of the EDS, and those of the SYNC counter overflow (CiA 301 7.5.2.22: 0, 2 to 240).
     """
     for variable in free_parameters(eds):
         limits = type_range(variable)
-        limit = variable.max if above else variable.min
+        limit = variable.high if above else variable.low
         if limits is None or limit is None:
             continue
-        wrong = limit + 1 if above else limit - 1
+        wrong = int(limit) + 1 if above else int(limit) - 1
         if limits[0] <= wrong <= limits[1]:
             yield variable, wrong
     overflow = eds.variables.get((0x1019, 0))
@@ -50,19 +50,19 @@ def beyond(eds: Expectation, *, above: bool) -> Iterator[tuple[Any, int]]:
         yield overflow, 241 if above else 1
 
 
-def numbers(eds: Expectation, *sizes: int) -> list[Any]:
+def numbers(eds: Expectation, *sizes: int) -> list[Entry]:
     """Return the free parameters that are integers of these sizes in bytes."""
     return [
         variable
         for variable in free_parameters(eds)
-        if type_range(variable) is not None and size(variable) in sizes
+        if type_range(variable) is not None and variable.type.size in sizes
     ]
 
 
-def strings(eds: Expectation) -> list[Any]:
+def strings(eds: Expectation) -> list[Entry]:
     """Return the readable variables too long for one frame, by type."""
     return [
         variable
         for variable in eds.variables.values()
-        if variable.readable and (variable.data_type in STRING_TYPES or size(variable) > 4)
+        if variable.readable and (not variable.type.numeric or variable.type.size > 4)
     ]

@@ -1,13 +1,13 @@
 """The PDOs of the device, as a master configures them (CiA 301 7.5.2.35 to 7.5.2.38)."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import pytest
 
 from hil_emulator.conformance.device import Device
-from hil_emulator.conformance.expectation import bits, encoded
+from hil_emulator.conformance.expectation import encoded
 from hil_emulator.conformance.sdo_client import Aborted
+from hil_emulator.device.entry import Entry
 
 RPDO_RECORDS, TPDO_RECORDS = range(0x1400, 0x1600), range(0x1800, 0x1A00)
 TO_MAPPING = 0x200
@@ -173,12 +173,12 @@ def usable(device: Device) -> list[Pdo]:
     return found
 
 
-def word(variable: Any) -> int:
+def word(variable: Entry) -> int:
     """Return the mapping entry of a variable."""
-    return int(variable.index) << 16 | int(variable.subindex) << 8 | bits(variable)
+    return variable.index << 16 | variable.subindex << 8 | variable.type.bits
 
 
-def mappable(device: Device, access: set[str]) -> list[Any]:
+def mappable(device: Device, access: set[str]) -> list[Entry]:
     """Return the variables a PDO may carry by their access types, the case's reason to exist."""
     found = device.eds.find(access, mappable=True)
     if not found:

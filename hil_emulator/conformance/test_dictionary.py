@@ -1,18 +1,16 @@
 """Chapter 4: the dictionary against its EDS (CiA 306)."""
 
-from typing import Any
-
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.device import OPERATIONAL, Device
 from hil_emulator.conformance.expectation import (
     REFUSE_READ,
     REFUSE_WRITE,
-    default,
     encoded,
-    size,
+    type_code,
     where,
 )
 from hil_emulator.conformance.parameters import beyond, free, free_parameters
+from hil_emulator.device.entry import Entry
 
 NO_DATA = 0x0800_0024
 READ_ONLY = {0x0601_0000, 0x0601_0002, 0x0800_0000}
@@ -35,7 +33,7 @@ def check_access(device: Device) -> None:
         check_write_back(device, variable)
 
 
-def check_write_back(device: Device, variable: Any) -> None:
+def check_write_back(device: Device, variable: Entry) -> None:
     """Check that an object takes the value it has."""
     if device.eds.flags(variable) & (REFUSE_READ | REFUSE_WRITE):
         return
@@ -47,7 +45,7 @@ def check_write_back(device: Device, variable: Any) -> None:
 def check_defaults(device: Device) -> None:
     """Check that parameters have the EDS's defaults; process data have values of their own."""
     for variable in device.eds.find({"const", "ro", "rw"}, mappable=False):
-        expected = default(variable)
+        expected = device.eds.default(variable)
         skipped = device.eds.flags(variable) & REFUSE_READ or variable.index == ERROR_HISTORY
         if expected is not None and not skipped:
             value = device.sdo.upload(variable.index, variable.subindex)
@@ -70,7 +68,8 @@ def test_defaults_are_those_of_the_eds(device: Device) -> None:
 def test_read_only_objects_refuse_writes(device: Device) -> None:
     """Objects that are ro or const abort a write of the right length."""
     for variable in device.eds.find({"ro", "const"}):
-        code = device.sdo.write_code(variable.index, variable.subindex, bytes(size(variable) or 1))
+        data = bytes(variable.type.size or 1)
+        code = device.sdo.write_code(variable.index, variable.subindex, data)
         assert code in READ_ONLY, f"{where(variable)}: writing ends with {code:08X}"
 
 
@@ -79,7 +78,7 @@ def test_write_only_objects_refuse_reads(device: Device) -> None:
     """Objects abort a read exactly if they are wo."""
     for (index, subindex), variable in device.eds.variables.items():
         code = device.sdo.read_code(index, subindex)
-        allowed = WRITE_ONLY if variable.access_type == "wo" else {0, NO_DATA}
+        allowed = WRITE_ONLY if variable.access == "wo" else {0, NO_DATA}
         assert code in allowed, f"{where(variable)}: reading ends with {code:08X}"
 
 
@@ -94,7 +93,7 @@ def test_structure_is_that_of_the_eds(device: Device) -> None:
         value = device.sdo.read(index, STRUCTURE)
         assert value & 0xFF == device.eds.object_type(index), where(variable)
         member = device.eds.variables.get((index, 1)) or device.eds.variables[index, 0]
-        assert value >> 8 in (member.data_type, 0), where(variable)
+        assert value >> 8 in (type_code(member.type), 0), where(variable)
 
 
 @case("4.6")

@@ -4,7 +4,6 @@ from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import need_object
 from hil_emulator.conformance.device import EMCY_COB_ID, Device
 from hil_emulator.conformance.errors import provoke
-from hil_emulator.conformance.expectation import default
 
 ERROR_REGISTER, ERROR_HISTORY = 0x1001, 0x1003
 GENERIC, RESERVED = 0x01, 0x40
@@ -16,7 +15,7 @@ def test_emergency_identifier(device: Device) -> None:
     """0x1014 is that of the predefined connection set, as in the EDS."""
     need_object(device, EMCY_COB_ID)
     value = device.sdo.upload(EMCY_COB_ID)
-    assert value == default(device.eds.variables[EMCY_COB_ID, 0])
+    assert value == device.eds.default(device.eds.variables[EMCY_COB_ID, 0])
     assert int.from_bytes(value, "little") == device.emergency_id
 
 

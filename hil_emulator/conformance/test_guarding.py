@@ -12,7 +12,6 @@ from hil_emulator.conformance.device import (
     Device,
 )
 from hil_emulator.conformance.errors import LIFE_GUARD_OR_HEARTBEAT
-from hil_emulator.conformance.expectation import default
 
 TOGGLE = 0x80
 
@@ -31,7 +30,7 @@ def test_guarding_parameters(device: Device) -> None:
     """0x100C and 0x100D have the defaults of the EDS."""
     for index in (GUARD_TIME, LIFE_TIME_FACTOR):
         need_object(device, index)
-        assert device.sdo.upload(index) == default(device.eds.variables[index, 0])
+        assert device.sdo.upload(index) == device.eds.default(device.eds.variables[index, 0])
 
 
 @case("7.2")

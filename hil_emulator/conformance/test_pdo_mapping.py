@@ -1,12 +1,10 @@
 """Chapter 3, second part: what PDOs carry (CiA 301 7.5.2.36, 7.5.2.38)."""
 
-from typing import Any
-
 import pytest
 
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.device import OPERATIONAL, Device
-from hil_emulator.conformance.expectation import FIRST_OBJECT, bits, size
+from hil_emulator.conformance.expectation import FIRST_OBJECT
 from hil_emulator.conformance.pdo import (
     Pdo,
     mappable,
@@ -17,6 +15,7 @@ from hil_emulator.conformance.pdo import (
     word,
 )
 from hil_emulator.conformance.situations import EVERY, SYNC
+from hil_emulator.device.entry import Entry
 
 INPUTS, OUTPUTS = {"ro", "rwr", "const"}, {"rww", "wo"}
 RECEIVABLE, TRANSMITTABLE = {"rw", "rww", "wo"}, {"rw", "rwr", "ro", "const"}
@@ -35,9 +34,14 @@ def variable_pdos(device: Device) -> list[Pdo]:
     return found
 
 
-def candidates(device: Device, pdo: Pdo) -> list[Any]:
+def candidates(device: Device, pdo: Pdo) -> list[Entry]:
     """Return what may be mapped into a PDO, by the EDS."""
     return device.eds.find(RECEIVABLE if pdo.receive else TRANSMITTABLE, mappable=True)
+
+
+def length(variable: Entry) -> int:
+    """Return the bits of a variable in a PDO."""
+    return variable.type.bits
 
 
 def another_word(device: Device, pdo: Pdo) -> int:
@@ -48,15 +52,15 @@ def another_word(device: Device, pdo: Pdo) -> int:
     return next((other for other in words if [other] != pdo.words()[:1]), words[0])
 
 
-def first_mapping_code(device: Device, pdo: Pdo, variable: Any) -> int:
+def first_mapping_code(device: Device, pdo: Pdo, variable: Entry) -> int:
     """Return the abort code of mapping one variable alone, 0 if the device agrees."""
     pdo.need_variable_mapping()
     return pdo.map([word(variable)])
 
 
-def unmappable(device: Device) -> Any:
+def unmappable(device: Device) -> Entry:
     """Return a variable of fixed length that no PDO may carry."""
-    found = [v for v in device.eds.find(RECEIVABLE, mappable=False) if 1 <= bits(v) <= MAX_BITS]
+    found = [v for v in device.eds.find(RECEIVABLE, mappable=False) if 1 <= v.type.bits <= MAX_BITS]
     assert found, "every object is mappable"
     return found[0]
 
@@ -67,7 +71,7 @@ def test_default_mapping_is_sound(device: Device) -> None:
     for pdo in pdos(device):
         words = pdo.words()
         for entry in words:
-            index, subindex, length = entry >> 16, entry >> 8 & 0xFF, entry & 0xFF
+            index, subindex, width = entry >> 16, entry >> 8 & 0xFF, entry & 0xFF
             if index < FIRST_OBJECT:
                 assert pdo.receive, f"{pdo.name} maps a dummy"
                 assert index in device.eds.dummies, f"{pdo.name}: dummy {index:04X} is not allowed"
@@ -75,7 +79,7 @@ def test_default_mapping_is_sound(device: Device) -> None:
             variable = device.eds.variables.get((index, subindex))
             assert variable is not None, f"{pdo.name}: {entry:08X} does not exist"
             assert variable in candidates(device, pdo), f"{pdo.name}: {entry:08X} is not mappable"
-            assert length == bits(variable), f"{pdo.name}: {entry:08X} has another length"
+            assert width == variable.type.bits, f"{pdo.name}: {entry:08X} has another length"
         assert sum(entry & 0xFF for entry in words) <= MAX_BITS, f"{pdo.name} is too long"
 
 
@@ -93,10 +97,10 @@ def test_mapping_procedure(device: Device) -> None:
     sent = {pdo.can_id: pdo.size() for pdo in variable_pdos(device) if not pdo.receive}
     device.enter(OPERATIONAL)
     device.wire.send(SYNC)
-    for can_id, length in sent.items():
+    for can_id, size in sent.items():
         data = device.wire.await_frame(can_id)
         assert data is not None, f"{can_id:03X} was not sent"
-        assert len(data) == length
+        assert len(data) == size
 
 
 @case("3.23")
@@ -127,9 +131,9 @@ def test_mapping_is_locked_while_valid(device: Device) -> None:
 def test_too_many_objects_are_refused(device: Device) -> None:
     """One object more than the mapping record has entries for cannot be counted."""
     for pdo in variable_pdos(device):
-        smallest = min(candidates(device, pdo), key=bits)
+        smallest = min(candidates(device, pdo), key=length)
         room = pdo.capacity()
-        fitting = min(room, MAX_BITS // bits(smallest))
+        fitting = min(room, MAX_BITS // smallest.type.bits)
         assert pdo.map([word(smallest)] * fitting) == 0, pdo.name
         assert device.sdo.write_code(pdo.mapping, 0, b"\0") == 0
         code = device.sdo.write_code(pdo.mapping, 0, bytes([room + 1]))
@@ -140,12 +144,14 @@ def test_too_many_objects_are_refused(device: Device) -> None:
 def test_too_long_objects_are_refused(device: Device) -> None:
     """Objects of more than 64 bits together do not fit."""
     for pdo in variable_pdos(device):
-        longest = max(candidates(device, pdo), key=bits)
-        count = MAX_BITS // bits(longest) + 1
+        longest = max(candidates(device, pdo), key=length)
+        count = MAX_BITS // longest.type.bits + 1
         if count > pdo.capacity():
             pytest.skip(f"{pdo.name} has no room for more than 64 bits")
         code = pdo.map([word(longest)] * count)
-        assert code in TOO_MUCH, f"{pdo.name}: {count} x {bits(longest)} bits end with {code:08X}"
+        assert code in TOO_MUCH, (
+            f"{pdo.name}: {count} x {longest.type.bits} bits end with {code:08X}"
+        )
 
 
 @case("3.27")
@@ -203,6 +209,5 @@ def test_dummies_fill_an_rpdo(device: Device) -> None:
     device.enter(OPERATIONAL)
     device.wire.send(can_id, b"\xaa" + value)
     device.barrier()
-    assert len(value) == size(variable)
     codes = set(device.emergencies())
     assert not codes & {PDO_TOO_SHORT, PDO_TOO_LONG}, "the RPDO had the wrong length"

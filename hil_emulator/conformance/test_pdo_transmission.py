@@ -42,13 +42,13 @@ def scan(device: Device, records: range) -> int:
 @case("3.1")
 def test_rpdos_are_those_of_the_eds(device: Device) -> None:
     """Of all 512 possible RPDOs those exist that the EDS has, and as many as it counts."""
-    assert scan(device, RPDO_RECORDS) == device.eds.information.nr_of_RXPDO
+    assert scan(device, RPDO_RECORDS) == device.eds.count("NrOfRXPDO")
 
 
 @case("3.2")
 def test_tpdos_are_those_of_the_eds(device: Device) -> None:
     """Of all 512 possible TPDOs those exist that the EDS has, and as many as it counts."""
-    assert scan(device, TPDO_RECORDS) == device.eds.information.nr_of_TXPDO
+    assert scan(device, TPDO_RECORDS) == device.eds.count("NrOfTXPDO")
 
 
 @case("3.3")

@@ -5,8 +5,9 @@ import random
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import NO_SUCH_OBJECT
 from hil_emulator.conformance.device import Device
-from hil_emulator.conformance.expectation import default, encoded, where
+from hil_emulator.conformance.expectation import encoded, where
 from hil_emulator.conformance.parameters import COMMUNICATION, beyond, free_parameters, numbers
+from hil_emulator.device.entry import Entry
 
 GENERAL = 0x0800_0000
 READ_ONLY = {0x0601_0000, 0x0601_0002, GENERAL}
@@ -26,7 +27,7 @@ def test_device_type_is_answered_in_one_frame(device: Device) -> None:
     """The answer is expedited and holds the value of the EDS."""
     answer = device.sdo.initiate_upload(0x1000)
     assert answer[0] & 0x02, f"{answer.hex()} is no expedited answer"
-    expected = default(device.eds.variables[0x1000, 0])
+    expected = device.eds.default(device.eds.variables[0x1000, 0])
     assert expected in (None, answer[4:])
 
 
@@ -56,10 +57,10 @@ def test_write_only_objects_are_not_read(device: Device) -> None:
     refusing = {
         key
         for key, variable in device.eds.variables.items()
-        if device.sdo.read_code(*key) == 0x0601_0001 or variable.access_type == "wo"
+        if device.sdo.read_code(*key) == 0x0601_0001 or variable.access == "wo"
     }
     for key in refusing:
-        assert device.eds.variables[key].access_type == "wo", f"{key} refuses to be read"
+        assert device.eds.variables[key].access == "wo", f"{key} refuses to be read"
         assert device.sdo.read_code(*key) in WRITE_ONLY
 
 
@@ -120,9 +121,9 @@ def test_predefined_identifiers_are_used(device: Device) -> None:
             assert device.sdo.read_code(0x1200, subindex) in NO_SUCH_OBJECT
 
 
-def _refuses(device: Device, variable: object, data: bytes, codes: set[int]) -> None:
+def _refuses(device: Device, variable: Entry, data: bytes, codes: set[int]) -> None:
     """Check that a write aborts with one of some codes and leaves the object as it was."""
-    key = variable.index, variable.subindex  # type: ignore[attr-defined]
+    key = variable.index, variable.subindex
     before = device.sdo.upload(*key)
     code = device.sdo.write_code(*key, data)
     assert code in codes, f"{where(variable)}: writing {data.hex()} ends with {code:08X}"

@@ -5,7 +5,7 @@ import pytest
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import need_writable
 from hil_emulator.conformance.device import GUARD_TIME, HEARTBEAT_PRODUCER, Device
-from hil_emulator.conformance.expectation import STRING_TYPES, default, where
+from hil_emulator.conformance.expectation import where
 from hil_emulator.conformance.parameters import strings
 
 TOGGLE_NOT_ALTERNATED = {0x0503_0000}
@@ -76,8 +76,8 @@ def test_long_objects_are_uploaded_in_segments(device: Device) -> None:
     long_object(device)
     for variable in strings(device.eds):
         key = variable.index, variable.subindex
-        if variable.data_type not in STRING_TYPES or device.sdo.read_code(*key):
+        if variable.type.numeric or device.sdo.read_code(*key):
             continue
-        expected = default(variable) if variable.access_type == "const" else None
+        expected = device.eds.default(variable) if variable.access == "const" else None
         data = device.sdo.upload(*key)
         assert data == (expected or device.sdo.upload(*key)), where(variable)

@@ -13,7 +13,6 @@ from hil_emulator.conformance.device import (
     STOPPED,
     Device,
 )
-from hil_emulator.conformance.expectation import default
 from hil_emulator.conformance.pdo import Pdo, usable
 from hil_emulator.conformance.situations import EVERY, SYNC
 
@@ -73,7 +72,7 @@ def test_boot_up_comes_with_defaults(device: Device) -> None:
         device.sdo.write(*key, 777, 2)
     device.reset(RESET_NODE)
     if device.eds.writable(*key):
-        assert device.sdo.upload(*key) == default(device.eds.variables[key])
+        assert device.sdo.upload(*key) == device.eds.default(device.eds.variables[key])
 
 
 @case("9.2")

@@ -11,7 +11,6 @@ from hil_emulator.conformance.device import (
     SYNC_OVERFLOW,
     Device,
 )
-from hil_emulator.conformance.expectation import default
 from hil_emulator.conformance.pdo import Pdo, usable
 from hil_emulator.conformance.situations import EVERY, SYNC
 
@@ -66,7 +65,7 @@ def test_predefined_sync_is_consumed(device: Device) -> None:
     """0x1005 is 0x80 by default, as in the EDS."""
     need_object(device, SYNC_COB_ID)
     value = device.sdo.upload(SYNC_COB_ID)
-    assert value == default(device.eds.variables[SYNC_COB_ID, 0])
+    assert value == device.eds.default(device.eds.variables[SYNC_COB_ID, 0])
     assert int.from_bytes(value, "little") & 0x7FF == SYNC
 
 

@@ -40,7 +40,7 @@ def test_an_option_has_a_value() -> None:
         ([], "needs --eds FILE and --node ID"),
         (DEVICE, "needs --can INTERFACE:CHANNEL"),
         (["--can", "nonsense:1", *DEVICE], "interface = 'nonsense' is unknown"),
-        ([*DEVICE[:2], "--eds", "missing.eds"], "--eds missing.eds: canopen cannot read it"),
+        ([*DEVICE[:2], "--eds", "missing.eds"], "cannot read the EDS missing.eds"),
     ],
 )
 def test_the_suite_says_what_it_needs(
