@@ -85,10 +85,27 @@ class Results:
 
 
 def run_in_lock_step(
-    peer: Bus, step: Callable[[], None], node_id: int, eds: Path, only: set[str] | None = None
+    peer: Bus,
+    step: Callable[[], None],
+    node_id: int,
+    eds: Path,
+    only: set[str] | None = None,
+    *,
+    first: bool = False,
 ) -> Results:
-    """Run the suite, or some cases, on a device that moves only while the suite waits for it."""
+    """Run the suite on a device that moves only while the suite waits for it.
+
+    Args:
+        peer: the suite's place on the virtual bus.
+        step: lets one tick of the device pass.
+        node_id: of the device.
+        eds: of the device.
+        only: the cases to run; all without it.
+        first: whether to stop at the first case that fails.
+
+    """
     results = Results(peer, step, only or set(CASES))
     where = ["--node", str(node_id), "--eds", str(eds)]
-    pytest.main([*SUITE, *where, "-q", "--no-header"], plugins=[results])
+    options = ["-q", "--no-header", *(["-x"] if first else [])]
+    pytest.main([*SUITE, *where, *options], plugins=[results])
     return results
