@@ -117,7 +117,8 @@ class LssSlave:
 
     def _switch_selective(self, part: int, number: int) -> None:
         """Enter configuration once vendor, product, revision and serial came in order."""
-        expected = part == self._selected and number == self._address[part]
+        begins = part == 0  # anew, also where a master has broken off before
+        expected = (begins or part == self._selected) and number == self._address[part]
         self._selected = part + 1 if expected else 0
         if self._selected == len(self._address) and not self._configuring:
             self._configuring = True
@@ -135,7 +136,8 @@ class LssSlave:
             number <= serial,
             serial <= number,
         )
-        self._identified = part + 1 if part == self._identified and inside[part] else 0
+        expected = part in (0, self._identified)  # a first part begins anew
+        self._identified = part + 1 if expected and inside[part] else 0
         if self._identified == len(inside):
             self._identified = 0
             self._answer(_Service.IDENTIFIED)

@@ -67,6 +67,23 @@ def test_selective_switch_needs_the_whole_address(master: Master) -> None:
     assert lss.inquire_node_id() == NODE_ID
 
 
+@pytest.mark.parametrize("sent", [1, 2, 3])
+def test_broken_off_requests_are_forgotten(master: Master, sent: int) -> None:
+    """A master that begins anew after some parts of an address is answered as if they were not."""
+    lss = master.network.lss
+    for part in range(sent):
+        master.network.send_message(0x7E5, bytes([0x40 + part]) + _padded(ADDRESS[part]))
+        master.network.send_message(0x7E5, bytes([0x46 + part]) + _padded(ADDRESS[min(part, 2)]))
+    master.forget()
+    lss.send_identify_remote_slave(VENDOR, PRODUCT, REVISION, REVISION, SERIAL, SERIAL)
+    assert master.data(0x7E4) == [b"\x4f" + bytes(7)]
+    assert lss.send_switch_state_selective(*ADDRESS)
+
+
+def _padded(number: int) -> bytes:
+    return number.to_bytes(4, "little") + bytes(3)
+
+
 def test_new_node_id_waits_for_the_reset(master: Master) -> None:
     """After reset communication the node is there under its new number, COB-IDs and all."""
     lss = master.network.lss

@@ -1,0 +1,44 @@
+"""`hil-emulator conformance`: put the cases to a device, and report."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from hil_emulator.errors import UserError
+
+_PACKAGE = "hil_emulator.conformance"
+
+
+def conformance(
+    can: str,
+    can_options: Sequence[str],
+    node: int,
+    eds: Path,
+    cases: Sequence[str],
+    storm: int,
+    html: Path | None,
+    *,
+    self_starting: bool,
+) -> bool:
+    """Run the suite; return whether no case failed.
+
+    Raises:
+        UserError: pytest is not installed, or the suite could not begin.
+
+    """
+    try:
+        import pytest
+    except ImportError as error:
+        raise UserError(
+            'the conformance suite needs pytest: pip install "hil-emulator[test]"'
+        ) from error
+    plugin = f"{_PACKAGE}.plugin"
+    options = ["--can", can, "--node", str(node), "--eds", str(eds), "--storm", str(storm)]
+    options += [word for option in can_options for word in ("--can-option", option)]
+    options += [word for case in cases for word in ("--case", case)]
+    options += ["--conformance-html", str(html)] if html is not None else []
+    options += ["--self-starting"] if self_starting else []
+    quiet = ["-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", "-p", "no:warnings"]
+    code = pytest.main(["--pyargs", _PACKAGE, "-p", plugin, *quiet, *options])
+    if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+        raise UserError("no case was put to the device; see above")
+    return code == pytest.ExitCode.OK

@@ -1,0 +1,187 @@
+"""Chapter 11: LSS slave (CiA 305).
+
+The master selects the device by its identity, so that other slaves on the bus are left alone.
+"""
+
+from collections.abc import Iterator
+
+import pytest
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.device import RESET_COMMUNICATION, Device
+
+REQUEST_ID, ANSWER_ID = 0x7E5, 0x7E4
+SWITCH_GLOBAL, SWITCH_VENDOR, SWITCHED = 0x04, 0x40, 0x44
+CONFIGURE_NODE_ID, CONFIGURE_BIT_TIMING = 0x11, 0x13
+IDENTIFY_VENDOR, IDENTIFIED = 0x46, 0x4F
+INQUIRE_VENDOR, INQUIRE_NODE_ID = 0x5A, 0x5E
+IDENTIFY_NON_CONFIGURED, FASTSCAN = 0x4C, 0x51
+NO_BIT_CHECK = 0x80
+IDENTITY, PARTS = 0x1018, (1, 2, 3, 4)
+NO_NODE_IDS = (0, 128, 254)
+NO_TABLE = 0x7F
+"""A table of bit timings that nobody has."""
+PATIENCE_MS = 100
+
+
+class Master:
+    """An LSS master that knows the identity of its slave."""
+
+    def __init__(self, device: Device) -> None:
+        self._wire = device.wire
+        self.device = device
+        self.identity = [device.sdo.read(IDENTITY, part) for part in PARTS]
+
+    def ask(self, service: int, data: bytes = b"") -> bytes | None:
+        """Send a request; return the answer, None if there is none."""
+        since = len(self._wire.log)
+        self._wire.send(REQUEST_ID, bytes([service]) + data.ljust(7, b"\0"))
+        return self._wire.await_frame(ANSWER_ID, since=since, patience_ms=PATIENCE_MS)
+
+    def ask_number(self, service: int, number: int) -> bytes | None:
+        """Send a request about a number of 32 bits."""
+        return self.ask(service, number.to_bytes(4, "little"))
+
+    def wait(self) -> None:
+        """Have all slaves in waiting state."""
+        self.ask(SWITCH_GLOBAL, b"\0")
+
+    def select(self, identity: list[int]) -> bytes | None:
+        """Have the slave of an identity in configuration state; return its answer."""
+        answers = [self.ask_number(SWITCH_VENDOR + n, part) for n, part in enumerate(identity)]
+        return next((answer for answer in answers if answer is not None), None)
+
+    def identify(self, *limits: int) -> bytes | None:
+        """Ask for slaves of a vendor and product with revision and serial number in limits."""
+        answers = [self.ask_number(IDENTIFY_VENDOR + n, part) for n, part in enumerate(limits)]
+        return next((answer for answer in answers if answer is not None), None)
+
+    def configured(self) -> None:
+        """Select the slave, which must answer."""
+        self.wait()
+        answer = self.select(self.identity)
+        assert answer is not None, "not selected by its identity"
+        assert answer[0] == SWITCHED
+
+    def other(self, part: int) -> list[int]:
+        """Return the identity with another number in one part."""
+        return [number ^ (n == part) for n, number in enumerate(self.identity)]
+
+
+@pytest.fixture
+def master(device: Device) -> Iterator[Master]:
+    """Yield a master; afterwards no slave is in configuration state."""
+    if not device.eds.count("LSS_Supported"):
+        pytest.skip("the EDS says that there is no LSS")
+    if any((IDENTITY, part) not in device.eds for part in PARTS):
+        pytest.skip("the identity is not complete")
+    made = Master(device)
+    made.wait()
+    yield made
+    made.wait()
+
+
+@case("11.1")
+def test_inquiries_are_answered(master: Master) -> None:
+    """In configuration state the slave tells its identity and its node-ID."""
+    master.configured()
+    for n, part in enumerate(master.identity):
+        answer = master.ask(INQUIRE_VENDOR + n)
+        assert answer is not None, f"inquiry {INQUIRE_VENDOR + n:02X} is not answered"
+        assert answer[:5] == bytes([INQUIRE_VENDOR + n]) + part.to_bytes(4, "little")
+    answer = master.ask(INQUIRE_NODE_ID)
+    assert answer is not None
+    assert answer[:2] == bytes([INQUIRE_NODE_ID, master.device.node_id])
+
+
+@case("11.2")
+def test_waiting_slave_is_silent(master: Master) -> None:
+    """In waiting state neither inquiries nor a node-ID are answered, nor is it taken."""
+    master.configured()
+    master.wait()
+    assert master.ask(INQUIRE_NODE_ID) is None
+    assert master.ask(CONFIGURE_NODE_ID, bytes([master.device.node_id % 127 + 1])) is None
+    master.device.reset(RESET_COMMUNICATION)
+
+
+@case("11.3")
+def test_whole_identity_selects(master: Master) -> None:
+    """With another number in any part the slave is not selected, nor by its last part alone.
+
+    A selection that was broken off does not disturb the next one.
+    """
+    for part in range(len(PARTS)):
+        assert master.select(master.other(part)) is None, f"selected by another part {part + 1}"
+        assert master.ask(INQUIRE_NODE_ID) is None
+    master.wait()
+    serial_number = master.identity[-1]
+    assert master.ask_number(SWITCH_VENDOR + len(PARTS) - 1, serial_number) is None
+    assert master.select(master.identity[:2]) is None
+    master.configured()
+
+
+@case("11.4")
+def test_ranges_identify(master: Master) -> None:
+    """The slave answers where revision and serial number are in range, and nowhere else."""
+    vendor, product, revision, serial = master.identity
+    answer = master.identify(vendor, product, revision, revision, serial, serial)
+    assert answer is not None, "not identified by its identity"
+    assert answer[0] == IDENTIFIED
+    above = 0xFFFF_FFFF
+    if serial < above:
+        outside = master.identify(vendor, product, revision, revision, serial + 1, above)
+        assert outside is None, "identified by a range it is not in"
+    assert master.identify(vendor ^ 1, product, 0, above, 0, above) is None
+
+
+@case("11.5")
+def test_wrong_node_ids_are_refused(master: Master) -> None:
+    """Node-IDs other than 1 to 127 and 255 are answered with an error."""
+    master.configured()
+    answers = [master.ask(CONFIGURE_NODE_ID, bytes([node_id])) for node_id in NO_NODE_IDS]
+    master.ask(CONFIGURE_NODE_ID, bytes([master.device.node_id]))
+    for node_id, answer in zip(NO_NODE_IDS, answers, strict=True):
+        assert answer is not None
+        assert answer[0] == CONFIGURE_NODE_ID
+        assert answer[1], f"node-ID {node_id} was taken"
+
+
+@case("11.6")
+def test_node_id_counts_after_reset_communication(master: Master) -> None:
+    """A new node-ID is used from reset communication on; then the old one is given back."""
+    device = master.device
+    new = device.node_id % 127 + 1
+    master.configured()
+    answer = master.ask(CONFIGURE_NODE_ID, bytes([new]))
+    assert answer is not None
+    assert answer[:2] == bytes([CONFIGURE_NODE_ID, 0])
+    told = master.ask(INQUIRE_NODE_ID)
+    master.wait()
+    device.barrier()
+    since = len(device.wire.log)
+    device.nmt(RESET_COMMUNICATION)
+    booted = device.wire.await_frame(0x700 + new, since=since)
+    master.configured()
+    master.ask(CONFIGURE_NODE_ID, bytes([device.node_id]))
+    master.wait()
+    device.reset(RESET_COMMUNICATION, new if booted else device.node_id)
+    assert booted == b"\0", "no boot-up with the new node-ID"
+    assert told is not None
+    assert told[1] == device.node_id, "the new node-ID counted before the reset"
+
+
+@case("11.7")
+def test_bit_timing_is_answered(master: Master) -> None:
+    """A bit timing of a table that does not exist is answered with an error."""
+    master.configured()
+    answer = master.ask(CONFIGURE_BIT_TIMING, bytes([NO_TABLE, 0]))
+    assert answer is not None, "no answer to a bit timing"
+    assert answer[0] == CONFIGURE_BIT_TIMING
+    assert answer[1]
+
+
+@case("11.8")
+def test_configured_slave_is_not_scanned(master: Master) -> None:
+    """A node with a node-ID answers neither fastscan nor identify non-configured."""
+    assert master.ask(IDENTIFY_NON_CONFIGURED) is None
+    assert master.ask(FASTSCAN, bytes([0, 0, 0, 0, NO_BIT_CHECK])) is None

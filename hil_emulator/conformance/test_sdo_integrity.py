@@ -1,0 +1,208 @@
+"""Chapter 2, own cases: transfers that go wrong leave the object alone (CiA 301 7.2.4.3)."""
+
+from binascii import crc_hqx
+
+import pytest
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.demands import need_writable
+from hil_emulator.conformance.device import HEARTBEAT_PRODUCER, Device
+from hil_emulator.conformance.parameters import APPLICATION, free_parameters, numbers
+from hil_emulator.conformance.sdo_client import BLOCK, SEGMENT, SdoClient, head
+from hil_emulator.conformance.test_sdo_block import need_block_transfer
+from hil_emulator.conformance.test_sdo_segmented import TOGGLE_NOT_ALTERNATED, long_object
+from hil_emulator.device.entry import Entry
+
+TIMED_OUT, CRC_ERROR = 0x0504_0000, 0x0504_0004
+ABORT = b"\x80"
+LENGTH = {0x0607_0010, 0x0607_0012, 0x0607_0013, 0x0800_0000}
+OUT_OF_SEQUENCE = {0x0503_0000, 0x0504_0001, 0x0800_0000}
+SERVER, TO_SERVER, TO_CLIENT = 0x1201, 1, 2
+REQUEST_ID, ANSWER_ID = 0x6C1, 0x6C2
+"""Not restricted, and of no predefined connection (7.3.5)."""
+SILENCE_MS = 15_000
+"""How long a server may wait for its client. Assumed."""
+PAUSE_MS = 50
+
+
+class Written:
+    """An object to be written, and what it has: in the end it must have that still."""
+
+    def __init__(self, device: Device, key: tuple[int, int] = (HEARTBEAT_PRODUCER, 0)) -> None:
+        self.device = device
+        need_writable(device, *key)
+        self.key = key
+        self.before = device.sdo.upload(*key)
+        self.data = b"\x55\xaa"
+
+    def initiate(self, command: int = 0x21, size: int = 2) -> bytes:
+        """Begin a download that announces a size; return the answer."""
+        request = head(command, *self.key) + size.to_bytes(4, "little")
+        return self.device.sdo.request(request)
+
+    def check_untouched(self) -> None:
+        """Check that the object is as it was, and that the server serves."""
+        assert self.device.sdo.upload(*self.key) == self.before, "the object has changed"
+
+
+def loose(device: Device) -> Written:
+    """Return an object whose type has no length, so that only what is announced counts, if any."""
+    found = [v for v in free_parameters(device.eds, APPLICATION) if not v.type.numeric]
+    keys = [(v.index, v.subindex) for v in found if device.sdo.read_code(v.index, v.subindex) == 0]
+    return Written(device, *keys[:1])
+
+
+def first_number(device: Device, size: int) -> Entry:
+    """Return a parameter of so many bytes that can be written at any time."""
+    found = numbers(device.eds, size)
+    if not found:
+        pytest.skip(f"no parameter of {size} bytes can be written")
+    return found[0]
+
+
+@case("2.301")
+def test_size_need_not_be_said(device: Device) -> None:
+    """An expedited download with s = 0 has as many bytes as the object."""
+    variable = first_number(device, 4)
+    value = device.sdo.upload(variable.index, variable.subindex)
+    device.sdo.request(head(0x22, variable.index, variable.subindex) + value)
+    assert device.sdo.upload(variable.index, variable.subindex) == value
+
+
+@case("2.302")
+def test_answers_name_their_object(device: Device) -> None:
+    """Downloads are confirmed, and refused, with index and sub-index of the request."""
+    variable = first_number(device, 2)
+    key = variable.index, variable.subindex
+    answer = device.sdo.request(head(0x2B, *key) + device.sdo.upload(*key))
+    assert answer[:4] == head(0x60, *key)
+    for request in (head(0x40, 0x1000, 1), head(0x23, 0x1000, 0)):
+        since = device.sdo.send(request)
+        refused = device.wire.await_frame(0x580 + device.node_id, since=since)
+        assert refused is not None
+        assert refused[:4] == ABORT + request[1:4]
+
+
+@case("2.303")
+def test_download_toggle_has_to_toggle(device: Device) -> None:
+    """A first segment with the toggle bit set aborts, and changes nothing."""
+    target = Written(device)
+    target.initiate()
+    assert device.sdo.aborts(b"\x1b" + target.data) in TOGGLE_NOT_ALTERNATED
+    target.check_untouched()
+
+
+@case("2.304")
+def test_abort_ends_a_download(device: Device) -> None:
+    """What came before the client's abort is forgotten; the abort itself is not answered."""
+    target = Written(device)
+    target.initiate()
+    device.sdo.request(b"\x0a" + target.data)
+    since = len(device.wire.log)
+    device.sdo.abort(*target.key)
+    device.wire.run(PAUSE_MS)
+    assert device.wire.heard(0x580 + device.node_id, since) == [], "an abort was answered"
+    assert device.sdo.aborts(b"\x1f") in OUT_OF_SEQUENCE, "the transfer went on"
+    target.check_untouched()
+
+
+@case("2.305")
+def test_silent_client_is_given_up(device: Device) -> None:
+    """A download whose client sends no segment is aborted with 0504 0000."""
+    target = Written(device)
+    target.initiate()
+    since = len(device.wire.log)
+    answer_id = 0x580 + device.node_id
+    abort = device.wire.await_frame(answer_id, since=since, patience_ms=SILENCE_MS)
+    assert abort is not None, "the server waits for ever"
+    assert abort == head(0x80, *target.key) + TIMED_OUT.to_bytes(4, "little")
+    target.check_untouched()
+
+
+@case("2.306")
+def test_segments_have_the_announced_length(device: Device) -> None:
+    """One byte where two were announced aborts."""
+    target = loose(device)
+    target.initiate()
+    assert device.sdo.aborts(b"\x0d" + target.data[:1]) in LENGTH
+    target.check_untouched()
+
+
+@case("2.307")
+def test_client_may_begin_anew(device: Device) -> None:
+    """A request in the middle of a download is served, and the download forgotten."""
+    target = Written(device)
+    target.initiate()
+    assert device.sdo.upload(0x1000)
+    target.check_untouched()
+
+
+@case("2.308")
+def test_additional_server_is_served(device: Device) -> None:
+    """With identifiers, the server of 0x1201 answers as the first does; without, not at all."""
+    need_writable(device, SERVER, TO_SERVER)
+    need_writable(device, SERVER, TO_CLIENT)
+    device.sdo.write(SERVER, TO_SERVER, REQUEST_ID, 4)
+    device.sdo.write(SERVER, TO_CLIENT, ANSWER_ID, 4)
+    client = SdoClient(device.wire, REQUEST_ID, ANSWER_ID)
+    assert client.upload(0x1000) == device.sdo.upload(0x1000)
+    device.sdo.write(SERVER, TO_SERVER, 1 << 31 | REQUEST_ID, 4)
+    since = client.send(head(0x40, 0x1000, 0))
+    device.barrier()
+    assert device.wire.heard(ANSWER_ID, since) == []
+
+
+@case("2.309")
+def test_wrong_checksum_is_refused(device: Device) -> None:
+    """A block whose end has another checksum than its data aborts with 0504 0004."""
+    target = Written(device)
+    need_block_transfer(device)
+    if not target.initiate(0xC6)[0] & 0x04:
+        device.sdo.abort(*target.key)
+        pytest.skip("the device supports no checksum")
+    assert device.sdo.request(b"\x81" + target.data)[:2] == b"\xa2\x01"
+    wrong = crc_hqx(target.data, 0) ^ 0xFFFF
+    assert device.sdo.aborts(b"\xd5" + wrong.to_bytes(2, "little")) == CRC_ERROR
+    target.check_untouched()
+
+
+@case("2.310")
+def test_block_has_the_announced_length(device: Device) -> None:
+    """One byte where two were announced aborts, at the end at the latest."""
+    target = loose(device)
+    need_block_transfer(device)
+    target.initiate(0xC2)
+    device.sdo.request(b"\x81" + target.data[:1])
+    assert device.sdo.aborts(b"\xd9") in LENGTH
+    target.check_untouched()
+
+
+@case("2.311")
+def test_lost_segment_is_asked_for_again(device: Device) -> None:
+    """Where the first segment is lost, none is acknowledged, and the next attempt is taken."""
+    target = Written(device)
+    need_block_transfer(device)
+    target.initiate(0xC2)
+    assert device.sdo.request(b"\x82" + target.data)[:2] == b"\xa2\x00", "a gap was acknowledged"
+    assert device.sdo.request(b"\x81" + target.data)[:2] == b"\xa2\x01"
+    device.sdo.abort(*target.key)
+    target.check_untouched()
+
+
+@case("2.312")
+def test_client_says_how_long_a_block_is(device: Device) -> None:
+    """Blocks have one segment, then two, as the client asks for."""
+    need_block_transfer(device)
+    key = long_object(device)
+    data = device.sdo.upload(*key)
+    device.sdo.initiate_block_upload(*key, 1, checked=False)
+    since = device.sdo.send(b"\xa3")
+    for size, request in ((1, bytes([0xA2, 1, 2])), (2, bytes([0xA2, 1, BLOCK]))):
+        device.wire.run(PAUSE_MS)
+        segments = device.wire.heard(0x580 + device.node_id, since)
+        assert len(segments) == min(size, -(-len(data) // SEGMENT) - size + 1)
+        assert segments[0][1:] == data[SEGMENT * (size - 1) :][:SEGMENT].ljust(SEGMENT, b"\0")
+        since = device.sdo.send(request)
+    device.wire.run(PAUSE_MS)
+    device.sdo.abort(*key)
+    assert device.sdo.read_code(*key) == 0

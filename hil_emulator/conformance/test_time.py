@@ -1,0 +1,105 @@
+"""Chapter 12: TIME (CiA 301 7.2.6, 7.5.2.15)."""
+
+import pytest
+
+from hil_emulator.conformance.cases import case
+from hil_emulator.conformance.demands import need_object, need_writable
+from hil_emulator.conformance.device import Device
+from hil_emulator.conformance.wire import NS_PER_MS
+from hil_emulator.device.entry import Entry
+
+TIME_COB_ID, TIME = 0x1012, 0x100
+CONSUME, PRODUCE = 1 << 31, 1 << 30
+LENGTH, MS_PER_DAY = 6, 86_400_000
+MILLISECONDS = 0x0FFF_FFFF
+CANNOT_PRODUCE = {0x0609_0030, 0x0601_0002, 0x0800_0000}
+PATIENCE_MS = 5_000
+"""CiA 301 does not say how often TIME comes. Assumed."""
+SETTLE_MS = 20
+
+
+def told(milliseconds: int, days: int) -> bytes:
+    """Return a TIME_OF_DAY (CiA 301 7.4.7.1)."""
+    return milliseconds.to_bytes(4, "little") + days.to_bytes(2, "little")
+
+
+def shown(device: Device, variable: Entry) -> bytes:
+    """Return what the object that shows the time has."""
+    device.wire.run(SETTLE_MS)
+    return device.sdo.upload(variable.index, variable.subindex)
+
+
+def clock(device: Device) -> Entry:
+    """Return the object that shows the time of the network; the case is skipped without one."""
+    need_writable(device, TIME_COB_ID)
+    found = [
+        v
+        for v in device.eds.variables.values()
+        if v.type.name == "TIME_OF_DAY" and v.readable and not v.writable
+    ]
+    if not found:
+        pytest.skip("no object shows the time")
+    device.sdo.write(TIME_COB_ID, 0, CONSUME | TIME, 4)
+    return found[0]
+
+
+@case("12.1")
+def test_time_has_the_identifier_of_the_eds(device: Device) -> None:
+    """0x1012 has the default of the EDS, with an identifier that is not restricted."""
+    need_object(device, TIME_COB_ID)
+    value = device.sdo.upload(TIME_COB_ID)
+    assert value == (device.eds.default(device.eds.variables[TIME_COB_ID, 0]) or value)
+
+
+@case("12.2")
+def test_time_is_shown(device: Device) -> None:
+    """What TIME tells is what the object shows."""
+    variable = clock(device)
+    for message in (told(43_200_000, 15_000), told(1, 15_001)):
+        device.wire.send(TIME, message)
+        assert shown(device, variable) == message
+
+
+@case("12.3")
+def test_time_is_not_consumed_unasked(device: Device) -> None:
+    """Without bit 31 of 0x1012 TIME is ignored."""
+    variable = clock(device)
+    device.sdo.write(TIME_COB_ID, 0, TIME, 4)
+    before = shown(device, variable)
+    device.wire.send(TIME, told(43_200_000, 15_000))
+    assert shown(device, variable) == before
+
+
+@case("12.4")
+def test_time_has_six_bytes(device: Device) -> None:
+    """A message of four bytes is no TIME."""
+    variable = clock(device)
+    before = shown(device, variable)
+    device.wire.send(TIME, told(43_200_000, 15_000)[:4])
+    assert shown(device, variable) == before
+
+
+@case("12.5")
+def test_time_passes(device: Device) -> None:
+    """A producer's messages have six bytes, and lie as far apart as they say."""
+    need_writable(device, TIME_COB_ID)
+    code = device.sdo.write_code(TIME_COB_ID, 0, (PRODUCE | TIME).to_bytes(4, "little"))
+    if code:
+        assert code in CANNOT_PRODUCE, f"bit 30 of 1012 ends with {code:08X}"
+        pytest.skip("the device does not produce TIME")
+    since, heard = 0, []
+    for _ in range(2):
+        data = device.wire.await_frame(TIME, since=since, patience_ms=PATIENCE_MS)
+        assert data is not None, "no TIME"
+        assert len(data) == LENGTH
+        since = len(device.wire.log)
+        heard.append((device.wire.now_ns / NS_PER_MS, _milliseconds(data)))
+    (begin, first), (end, second) = heard
+    assert second - first == pytest.approx(end - begin, rel=0.25, abs=50)
+
+
+def _milliseconds(data: bytes) -> int:
+    """Return a TIME_OF_DAY in ms since 1984."""
+    number = int.from_bytes(data, "little")
+    assert number & MILLISECONDS < MS_PER_DAY, f"{data.hex()} is no time of a day"
+    return (number >> 32) * MS_PER_DAY + (number & MILLISECONDS)
