@@ -341,5 +341,46 @@ def hide(
     command.hide(effects, sizes or ("medium",), out=out, **drawn)
 
 
+@main.command()
+@click.option(
+    "--can", required=True, metavar="INTERFACE:CHANNEL", help="Bus, such as socketcan:can0."
+)
+@click.option(
+    "--can-option",
+    "can_options",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Another argument of python-can's Bus, such as port=29536.",
+)
+@click.option("--node", required=True, type=click.IntRange(1, 127), help="Node-ID of the device.")
+@click.option("--eds", required=True, type=click.Path(path_type=Path), help="Its EDS or DCF.")
+@click.option("--case", "cases", multiple=True, help="A case or chapter, such as 2.7 or 3.")
+@click.option("--self-starting", is_flag=True, help="It may enter OPERATIONAL without 0x1F80.")
+@click.option(
+    "--storm",
+    type=click.IntRange(0),
+    default=0,
+    metavar="N",
+    help="After all cases send N random frames, then put all cases again.",
+)
+@click.option("--html", type=click.Path(path_type=Path), help="Write the report as an HTML page.")
+@click.pass_context
+def conformance(
+    ctx: click.Context, can: str, can_options: tuple[str, ...], node: int, eds: Path,
+    cases: tuple[str, ...], storm: int, html: Path | None, *, self_starting: bool,
+) -> None:  # fmt: skip
+    """Ask a CANopen device whether it conforms to CiA 301; exit code 1 if a case fails.
+
+    The device is reset before each case and its parameters are written: no machine may hang on
+    it. In the end it has the parameters that it had. Nothing else may be the bus's NMT master.
+    """
+    from hil_emulator.commands import conformance as command
+
+    passed = command.conformance(
+        can, can_options, node, eds, cases, storm, html, self_starting=self_starting
+    )
+    ctx.exit(0 if passed else 1)
+
+
 if __name__ == "__main__":
     main()

@@ -40,7 +40,7 @@ ROOMS = {
     "identify": {"scipy", "threadpoolctl", "config", "platform"},
     "captures": {"numpy", "cantools", "bus", "device", "identify/measured"},
     "characterise": {"numpy", "matplotlib", "model", "pages"},
-    "conformance": {"pytest", "bus", "device"},
+    "conformance": {"pytest", "bus", "device", "pages"},
     "simulation": {
         "numpy", "bus", "config", "device", "faults", "model", "platform", "recording", "signals",
         "wire",

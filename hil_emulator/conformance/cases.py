@@ -1,4 +1,4 @@
-"""The 127 cases: number and what each is about, by chapter.
+"""The cases: number and what each is about, by chapter.
 
 A case is one test function marked with its number; the table here is what a report is made of,
 and a test holds the two together.
@@ -14,11 +14,15 @@ MARK = "conformance_case"
 Test = TypeVar("Test", bound=Callable[..., Any])
 
 
+OWN = 301
+"""First number of the cases in a chapter of the test tool that the tool does not have."""
+
+
 class Case(NamedTuple):
     """One case.
 
     Attributes:
-        chapter: 1 to 10.
+        chapter: 1 to 10 as in the test tool, 11 and 12 of our own.
         number: within the chapter.
         subject: what it is about, such as "SDO 07".
         name: what the device has to do.
@@ -47,6 +51,8 @@ CHAPTERS = {
     8: "Storing and others",
     9: "NMT states",
     10: "NMT transitions",
+    11: "LSS",
+    12: "TIME",
 }
 
 _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
@@ -84,6 +90,20 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "keep them over a reset of communication",
         "keep the SDO clients over saving and a reset of communication",
     ),
+    (2, "SDO integrity", OWN): (
+        "take an expedited download that does not say its size",
+        "name the object in each answer and abort",
+        "refuse a download whose toggle bit does not toggle",
+        "leave the object alone when the client aborts",
+        "abort a transfer whose client falls silent",
+        "refuse segments of another length than announced",
+        "begin anew without an abort",
+        "serve an additional channel at the identifiers it is given",
+        "refuse a block with a wrong checksum",
+        "refuse a block of another length than announced",
+        "take no segment of a block after a lost one",
+        "send as many segments as the client asks for",
+    ),
     (3, "PDO", 1): (
         "have exactly the RPDOs of the EDS",
         "have exactly the TPDOs of the EDS",
@@ -119,6 +139,29 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "refuse what is not mappable in a TPDO",
         "let dummies fill an RPDO",
     ),
+    (3, "PDO payload", OWN): (
+        "show the mapped objects in a TPDO",
+        "show in a TPDO what has been written to an object",
+        "store in its objects what an RPDO carries",
+        "PRE-OPERATIONAL and STOPPED: take no RPDO",
+        "apply a synchronous RPDO with the next SYNC",
+        "drop a synchronous RPDO that comes after the window",
+        "report an RPDO that is too short, and take nothing of it",
+        "take the first bytes of an RPDO that is too long",
+        "report an RPDO that is overdue",
+        "show the values of the last SYNC on a remote frame",
+        "send an acyclic TPDO after an event alone",
+    ),
+    (3, "PDO parameters", OWN + 20): (
+        "keep the identifier of a PDO that exists",
+        "use the identifier a PDO is given",
+        "refuse reserved transmission types",
+        "keep the inhibit time of a PDO that exists",
+        "keep the SYNC start value of a PDO that exists",
+        "refuse a mapping entry of another length than its object",
+        "answer no remote frame where the COB-ID forbids it",
+        "send the next event when the inhibit time is over",
+    ),
     (4, "OD", 1): (
         "give access to the objects by their access types",
         "have the default values of the EDS",
@@ -138,6 +181,15 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "show the error in the error register",
         "remember the emergency that was sent",
     ),
+    (5, "Emergency service", OWN): (
+        "STOPPED: send no emergency",
+        "send the error reset when all errors are gone",
+        "report an error that stays but once",
+        "remember the newest error first",
+        "empty the error history on demand",
+        "send emergencies with the identifier they are given, or none",
+        "keep the inhibit time between emergencies",
+    ),
     (6, "Synchronization", 1): (
         "listen to the predefined SYNC",
         "produce SYNC at the cycle period, or none",
@@ -149,6 +201,11 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "keep the counter overflow over a restart",
         "lock the counter overflow while there is a cycle period",
         "keep all SYNC parameters over a restart",
+    ),
+    (6, "SYNC message", OWN): (
+        "report a SYNC of the wrong length",
+        "STOPPED: produce no SYNC",
+        "keep the identifier of a SYNC that it produces",
     ),
     (7, "Guarding", 1): (
         "have guard time and life time factor of the EDS",
@@ -176,6 +233,14 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "prefer the heartbeat when both are configured",
         "answer no guarding request when both are configured",
     ),
+    (7, "Error control", OWN): (
+        "send heartbeats from boot-up on",
+        "report a lost heartbeat neither early nor late",
+        "watch no node that was never heard",
+        "obey the error behaviour",
+        "answer guarding requests with each state",
+        "wait for the life time",
+    ),
     (8, "Testing other", 1): (
         "refuse to save without the signature",
         "save with the signature, and keep it over a restart",
@@ -188,11 +253,24 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "keep the date of the configuration",
         "refuse restricted identifiers",
     ),
+    (8, "Storing scope", OWN): (
+        "save communication parameters alone",
+        "save application parameters alone",
+    ),
     (9, "State", 1): (
         "boot with default parameters",
         "enter PRE-OPERATIONAL by itself after boot-up",
         "serve SDO and PDO in OPERATIONAL",
         "serve error control alone in STOPPED",
+    ),
+    (9, "NMT message", OWN): (
+        "ignore NMT messages of another length than two bytes",
+        "ignore unknown NMT commands",
+        "take no 29-bit identifier for one of 11 bits",
+    ),
+    (9, "Reset scope", OWN + 20): (
+        "reset communication parameters alone by reset communication",
+        "reset all parameters by reset node",
     ),
     (10, "Transition", 1): (
         "reset from every state",
@@ -200,11 +278,28 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "enter OPERATIONAL from every state",
         "enter STOPPED from every state",
     ),
+    (11, "LSS", 1): (
+        "answer inquiries with its identity",
+        "answer nothing in waiting state",
+        "be selected by its whole identity alone",
+        "be identified by a range it is in",
+        "refuse node-IDs that do not exist",
+        "use a new node-ID after reset communication, no sooner",
+        "answer a bit timing",
+        "keep to itself what is for nodes without a node-ID",
+    ),
+    (12, "TIME", 1): (
+        "have the TIME identifier of the EDS",
+        "show the TIME it is told",
+        "ignore TIME where 0x1012 says so",
+        "ignore TIME of another length than six bytes",
+        "tell the time as it passes",
+    ),
 }
 
 CASES: dict[str, Case] = {
     f"{chapter}.{first + n}": Case(
-        chapter, first + n, f"{subject} {(first + n) % 100:02}" if first else subject, name
+        chapter, first + n, f"{subject} {n + 1:02}" if first else subject, name
     )
     for (chapter, subject, first), names in _NAMES.items()
     for n, name in enumerate(names)

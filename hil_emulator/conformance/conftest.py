@@ -1,15 +1,28 @@
 """The device under test, freshly reset for every case."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
+from functools import cache
+from typing import NamedTuple
 
 import pytest
 
 from hil_emulator.bus.bus import Bus
-from hil_emulator.conformance.device import PRE_OPERATIONAL, Device
+from hil_emulator.conformance.device import OPERATIONAL, PRE_OPERATIONAL, Device
 from hil_emulator.conformance.expectation import Expectation
+from hil_emulator.conformance.identity import about
+from hil_emulator.conformance.keeping import Values, forget_stored, parameters, put_back
+from hil_emulator.conformance.plugin import ABOUT, CALM
+from hil_emulator.conformance.storm import Storm
 from hil_emulator.conformance.wire import NO_REMOTE_FRAMES, WallTime, Wire
 from hil_emulator.errors import UserError
+
+
+class Kept(NamedTuple):
+    """The device, and what it had when the suite came."""
+
+    device: Device
+    values: Values
 
 
 def bus_settings(can: str, options: list[str]) -> Mapping[str, object]:
@@ -64,17 +77,41 @@ def wire(request: pytest.FixtureRequest, eds: Expectation) -> Iterator[Wire]:
 
 
 @pytest.fixture(scope="session")
-def found(request: pytest.FixtureRequest, eds: Expectation, wire: Wire) -> Device:
-    """Return the device, with nothing stored in it and all parameters at their defaults."""
+def kept(request: pytest.FixtureRequest, eds: Expectation, wire: Wire) -> Kept:
+    """Return the device, and the parameters that it started with."""
     device = Device(wire, request.config.getoption("--node"), eds)
+    device.boot()
+    device.self_starting = device.state_after_boot() == OPERATIONAL
     device.reset()
-    device.restore_defaults()
-    return device
+    request.config.stash[ABOUT] += about(device)
+    return Kept(device, parameters(device))
+
+
+@pytest.fixture(scope="session")
+def found(kept: Kept) -> Iterator[Device]:
+    """Yield the device with nothing stored in it; in the end it has again what it had."""
+    kept.device.restore_defaults()
+    yield kept.device
+    put_back(*kept)
 
 
 @pytest.fixture
-def device(found: Device) -> Device:
+def weather(request: pytest.FixtureRequest) -> str:
+    """Return whether a storm has passed before the case."""
+    return str(getattr(request, "param", CALM))
+
+
+@pytest.fixture(scope="session")
+def storm(request: pytest.FixtureRequest, found: Device) -> Callable[[], None]:
+    """Return what lets the storm pass, once."""
+    return cache(lambda: Storm(found).rage(request.config.getoption("--storm")))
+
+
+@pytest.fixture
+def device(found: Device, weather: str, storm: Callable[[], None]) -> Device:
     """Return the device, just booted."""
+    if weather != CALM:
+        storm()
     found.wire.forget()
     found.reset()
     found.wire.forget()
@@ -82,8 +119,8 @@ def device(found: Device) -> Device:
 
 
 @pytest.fixture
-def storing(device: Device) -> Iterator[Device]:
+def storing(device: Device, kept: Kept) -> Iterator[Device]:
     """Yield the device; what a case stores in it is forgotten afterwards."""
     yield device
     device.enter(PRE_OPERATIONAL)
-    device.restore_defaults()
+    forget_stored(*kept)

@@ -13,6 +13,7 @@ COMMANDS = {OPERATIONAL: START, STOPPED: STOP, PRE_OPERATIONAL: ENTER_PRE_OPERAT
 SAVE, LOAD = b"save", b"load"
 STORE_PARAMETERS, RESTORE_PARAMETERS = 0x1010, 0x1011
 SYNC_COB_ID, SYNC_OVERFLOW, CYCLE_PERIOD = 0x1005, 0x1019, 0x1006
+SYNC_PRODUCER = 1 << 30
 EMCY_COB_ID = 0x1014
 GUARD_TIME, LIFE_TIME_FACTOR = 0x100C, 0x100D
 HEARTBEAT_CONSUMER, HEARTBEAT_PRODUCER = 0x1016, 0x1017
@@ -35,6 +36,7 @@ class Device:
     Attributes:
         sdo: a client of its SDO server.
         error_control_id: identifier of boot-up, heartbeat and guarding.
+        self_starting: whether it enters OPERATIONAL after boot-up, without a master (0x1F80).
 
     """
 
@@ -44,6 +46,7 @@ class Device:
         self.eds = eds
         self.error_control_id = 0x700 + node_id
         self.sdo = SdoClient(wire, 0x600 + node_id, 0x580 + node_id)
+        self.self_starting = False
 
     # -- NMT ------------------------------------------------------------------------------
 
@@ -53,6 +56,12 @@ class Device:
         self.wire.send(0x000, bytes([command, target]))
 
     def reset(self, command: int = RESET_NODE, address: int | None = None) -> None:
+        """Reset the device, wait until it has booted, and have it PRE-OPERATIONAL."""
+        self.boot(command, address)
+        if self.self_starting:
+            self.enter(PRE_OPERATIONAL)
+
+    def boot(self, command: int = RESET_NODE, address: int | None = None) -> None:
         """Reset the device and wait until it has booted."""
         since = len(self.wire.log)
         self.nmt(command, address)
@@ -93,6 +102,16 @@ class Device:
         self.wire.send(self.error_control_id, remote=True)
         return self.wire.await_frame(self.error_control_id, since=since, patience_ms=patience_ms)
 
+    def state_after_boot(self) -> int:
+        """Return the state the device is in, by heartbeat or guarding; 0 where it shows none."""
+        self.wire.run(SETTLE_MS)
+        if self.watch_state():
+            since = len(self.wire.log)
+            data = self.wire.await_frame(self.error_control_id, since=since)
+        else:
+            data = self.guard() if self.wire.remote_frames else None
+        return data[0] & 0x7F if data else 0
+
     def watch_state(self) -> bool:
         """Make the device send heartbeats, unless it answers no SDO; tell whether it can."""
         if not self.eds.writable(HEARTBEAT_PRODUCER):
@@ -111,6 +130,17 @@ class Device:
             self.sdo.download(RESTORE_PARAMETERS, 1, LOAD)
         self.reset()
 
+    def prepare_sync(self, overflow: int = 0) -> None:
+        """Let the device produce no SYNC, and expect one with such a counter (0 is none)."""
+        if self.eds.writable(SYNC_COB_ID):
+            cob_id = self.sdo.read(SYNC_COB_ID)
+            if cob_id & SYNC_PRODUCER:
+                self.sdo.write(SYNC_COB_ID, 0, cob_id & ~SYNC_PRODUCER, 4)
+        if self.eds.writable(CYCLE_PERIOD):
+            self.sdo.write(CYCLE_PERIOD, 0, 0, 4)
+        if self.eds.writable(SYNC_OVERFLOW):
+            self.sdo.write(SYNC_OVERFLOW, 0, overflow, 1)
+
     # -- EMCY and SYNC --------------------------------------------------------------------
 
     @property
@@ -124,7 +154,7 @@ class Device:
         return [code for data in heard if (code := int.from_bytes(data[:2], "little"))]
 
     def await_emergency(self, code: int, since: int) -> bytes | None:
-        """Return the emergency with a code, from the log or still to come."""
+        """Return the emergency with a code, 0 for no error, from the log or still to come."""
         return self.wire.await_frame(
             self.emergency_id,
             lambda data: int.from_bytes(data[:2], "little") == code,

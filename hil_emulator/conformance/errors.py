@@ -1,8 +1,12 @@
-"""Ways to give the device an error on purpose, so that it sends an emergency."""
+"""Ways to give the device an error on purpose, so that it sends an emergency, and to end it."""
+
+from abc import ABC, abstractmethod
 
 import pytest
 
+from hil_emulator.conformance.demands import need_object
 from hil_emulator.conformance.device import (
+    EMCY_COB_ID,
     GUARD_TIME,
     HEARTBEAT_CONSUMER,
     LIFE_TIME_FACTOR,
@@ -10,11 +14,12 @@ from hil_emulator.conformance.device import (
     SYNC_COB_ID,
     Device,
 )
-from hil_emulator.conformance.pdo import RPDO_RECORDS, Pdo
+from hil_emulator.conformance.pdo import RPDO_RECORDS, TRANSMISSION_TYPE, receiving
 from hil_emulator.conformance.situations import SYNC
 
 PDO_TOO_SHORT, SYNC_LENGTH, LIFE_GUARD_OR_HEARTBEAT = 0x8210, 0x8240, 0x8130
 WATCH_MS = 50
+LONG_MS = 30_000
 LOST = b"\x05"
 """A heartbeat of a node that will send no other."""
 
@@ -30,33 +35,149 @@ def watch_other_node(device: Device, time_ms: int, subindex: int = 1) -> None:
     device.sdo.write(HEARTBEAT_CONSUMER, subindex, value, 4)
 
 
-def provoke(device: Device) -> bytes:
-    """Cause an error, in the simplest way the device offers; return its emergency.
+def beat(device: Device) -> None:
+    """Send a heartbeat of the other node."""
+    device.wire.send(0x700 + other_node(device), LOST)
 
-    The ways: a watched heartbeat stops, an RPDO is too short, SYNC is too long, guarding stops.
-    """
-    since = len(device.wire.log)
-    if device.eds.writable(HEARTBEAT_CONSUMER, 1):
-        watch_other_node(device, WATCH_MS)
-        device.wire.send(0x700 + other_node(device), LOST)
-        code = LIFE_GUARD_OR_HEARTBEAT
-    elif device.eds.indices(RPDO_RECORDS):
-        pdo = Pdo(device, device.eds.indices(RPDO_RECORDS)[0])
-        can_id = pdo.can_id
-        device.enter(OPERATIONAL)
-        device.wire.send(can_id)
-        code = PDO_TOO_SHORT
-    elif (SYNC_COB_ID, 0) in device.eds:
-        device.enter(OPERATIONAL)
-        device.wire.send(SYNC, bytes(8))
-        code = SYNC_LENGTH
-    elif device.eds.writable(GUARD_TIME) and device.wire.remote_frames:
-        device.sdo.write(GUARD_TIME, 0, WATCH_MS, 2)
-        device.sdo.write(LIFE_TIME_FACTOR, 0, 1, 1)
-        device.guard()
-        code = LIFE_GUARD_OR_HEARTBEAT
-    else:
+
+class Way(ABC):
+    """One way to cause an error."""
+
+    code: int
+    """Emergency error code."""
+    repeatable = False
+    """Whether causing it again does again what is wrong."""
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+
+    @property
+    @abstractmethod
+    def offered(self) -> bool:
+        """Whether the device has the service."""
+
+    @abstractmethod
+    def cause(self) -> None:
+        """Do what is wrong."""
+
+    @abstractmethod
+    def end(self) -> None:
+        """Do it right."""
+
+
+class LostNode(Way):
+    """A watched heartbeat stops."""
+
+    code = LIFE_GUARD_OR_HEARTBEAT
+
+    @property
+    def offered(self) -> bool:
+        """Whether the device watches heartbeats."""
+        return self.device.eds.writable(HEARTBEAT_CONSUMER, 1)
+
+    def cause(self) -> None:
+        """Send one heartbeat and no other."""
+        watch_other_node(self.device, WATCH_MS)
+        beat(self.device)
+
+    def end(self) -> None:
+        """Send a heartbeat, and have time for the next."""
+        beat(self.device)
+        watch_other_node(self.device, LONG_MS)
+        beat(self.device)
+
+
+class ShortRpdo(Way):
+    """An RPDO has too few bytes."""
+
+    code = PDO_TOO_SHORT
+    repeatable = True
+    _can_id = 0
+
+    @property
+    def offered(self) -> bool:
+        """Whether the device has an RPDO that can be set up."""
+        indices = self.device.eds.indices(RPDO_RECORDS)
+        return bool(indices) and self.device.eds.writable(indices[0], TRANSMISSION_TYPE)
+
+    def cause(self) -> None:
+        """Send an RPDO without data."""
+        if not self._can_id:
+            pdo = receiving(self.device)
+            self._size = pdo.size()
+            pdo.enable()
+            self._can_id = pdo.can_id
+        self.device.enter(OPERATIONAL)
+        self.device.wire.send(self._can_id)
+
+    def end(self) -> None:
+        """Send an RPDO as long as it should be."""
+        self.device.wire.send(self._can_id, bytes(self._size))
+
+
+class LongSync(Way):
+    """SYNC has eight bytes."""
+
+    code = SYNC_LENGTH
+    repeatable = True
+
+    @property
+    def offered(self) -> bool:
+        """Whether the device knows SYNC."""
+        return (SYNC_COB_ID, 0) in self.device.eds
+
+    def cause(self) -> None:
+        """Send a SYNC that is too long."""
+        self.device.prepare_sync()
+        self.device.enter(OPERATIONAL)
+        self.device.wire.send(SYNC, bytes(8))
+
+    def end(self) -> None:
+        """Send a SYNC without data."""
+        self.device.wire.send(SYNC)
+
+
+class LostMaster(Way):
+    """Guarding requests stop."""
+
+    code = LIFE_GUARD_OR_HEARTBEAT
+
+    @property
+    def offered(self) -> bool:
+        """Whether the device has life guarding, and the bus remote frames."""
+        return self.device.eds.writable(GUARD_TIME) and self.device.wire.remote_frames
+
+    def cause(self) -> None:
+        """Ask once, and no more."""
+        self.device.sdo.write(GUARD_TIME, 0, WATCH_MS, 2)
+        self.device.sdo.write(LIFE_TIME_FACTOR, 0, 1, 1)
+        self.device.guard()
+
+    def end(self) -> None:
+        """Ask again, and have time for the next request."""
+        self.device.sdo.write(GUARD_TIME, 0, LONG_MS, 2)
+        self.device.guard()
+
+
+def ways(device: Device) -> list[Way]:
+    """Return the ways the device offers; the case is skipped where there is no emergency."""
+    need_object(device, EMCY_COB_ID)
+    kinds = (LostNode, ShortRpdo, LongSync, LostMaster)
+    found: list[Way] = [way for way in (kind(device) for kind in kinds) if way.offered]
+    if not found:
         pytest.skip("the device offers no way to cause an error from the bus")
-    emergency = device.await_emergency(code, since)
-    assert emergency is not None, f"no emergency {code:04X}"
+    return found
+
+
+def bring_about(way: Way) -> bytes:
+    """Cause an error and return its emergency."""
+    since = len(way.device.wire.log)
+    way.cause()
+    emergency = way.device.await_emergency(way.code, since)
+    assert emergency is not None, f"no emergency {way.code:04X}"
     return emergency
+
+
+def provoke(device: Device) -> bytes:
+    """Cause an error, in the simplest way the device offers; return its emergency."""
+    return bring_about(ways(device)[0])

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from hil_emulator.conformance.expectation import Expectation, type_range
 from hil_emulator.device.entry import Entry
 
-COMMUNICATION = range(0x1000, 0x2000)
-_COMMANDS = frozenset({0x1003, 0x1010, 0x1011, 0x1020, 0x1F50, 0x1F51})
+COMMUNICATION, APPLICATION = range(0x1000, 0x2000), range(0x2000, 0x10000)
+COMMANDS = frozenset({0x1003, 0x1010, 0x1011, 0x1020, 0x1F50, 0x1F51})
 """Written to make the device act: history, storing, program download and control."""
 _MAPPINGS = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
 _PDOS = (range(0x1400, 0x1600), range(0x1800, 0x1A00))
@@ -17,7 +17,7 @@ _LOCKED_WHILE_VALID = (3, 6)
 def free(variable: Entry) -> bool:
     """Tell whether a master may write a variable at any time without the device acting on it."""
     index = variable.index
-    if index in _COMMANDS or any(index in indices for indices in _MAPPINGS):
+    if index in COMMANDS or any(index in indices for indices in _MAPPINGS):
         return False
     pdo = any(index in indices for indices in _PDOS)
     return not (pdo and variable.subindex in _LOCKED_WHILE_VALID)

@@ -10,12 +10,20 @@ from hil_emulator.conformance.sdo_client import Aborted
 from hil_emulator.device.entry import Entry
 
 RPDO_RECORDS, TPDO_RECORDS = range(0x1400, 0x1600), range(0x1800, 0x1A00)
+PREDEFINED = 4
+"""PDOs of each direction that have identifiers in the predefined connection set (7.3.5)."""
 TO_MAPPING = 0x200
 """From a communication record to the mapping record of the same PDO."""
+
+MOST = 8
+"""TPDOs that are tried where all could be; a device may have 512. Assumed."""
 
 COB_ID, TRANSMISSION_TYPE, INHIBIT_TIME, EVENT_TIMER, SYNC_START = 1, 2, 3, 5, 6
 INVALID, NO_REMOTE = 1 << 31, 1 << 30
 CAN_ID = 0x7FF
+REFUSED = {0x0609_0030, 0x0609_0031, 0x0604_0041, 0x0601_0002, 0x0800_0000}
+"""How a device says that it does not offer a transmission."""
+EVENT_DRIVEN = 255
 
 
 class Pdo:
@@ -50,6 +58,14 @@ class Pdo:
         return self.get(COB_ID) & CAN_ID
 
     @property
+    def _spare_id(self) -> int:
+        """An identifier that the predefined connection set gives it, or nobody (7.3.5)."""
+        number = self.index - (RPDO_RECORDS if self.receive else TPDO_RECORDS).start
+        if number < PREDEFINED:
+            return (0x200 if self.receive else 0x180) + 0x100 * number + self._device.node_id
+        return 0x681 + number % 0x5E
+
+    @property
     def valid(self) -> bool:
         """Whether it exists."""
         return not self.get(COB_ID) & INVALID
@@ -63,6 +79,14 @@ class Pdo:
         variable = self._device.eds.variables[self.index, subindex]
         self._device.sdo.download(self.index, subindex, encoded(variable, value))
 
+    def code(self, subindex: int, value: int) -> int:
+        """Return the abort code of writing a communication parameter, 0 if it is taken."""
+        try:
+            self.set(subindex, value)
+        except Aborted as abort:
+            return abort.code
+        return 0
+
     def offers(self, subindex: int) -> bool:
         """Tell whether a communication parameter can be written."""
         return self._device.eds.writable(self.index, subindex)
@@ -75,7 +99,27 @@ class Pdo:
     def enable(self, *, remote: bool = False) -> None:
         """Let it exist again, with remote frames answered if `remote`."""
         cob_id = self.get(COB_ID) & ~INVALID
+        if not cob_id & CAN_ID:
+            cob_id |= self._spare_id
         self.set(COB_ID, cob_id & ~NO_REMOTE if remote else cob_id)
+
+    def prepare(self) -> bool:
+        """Disable it, and map an object that SDO can read, if it can be and none is.
+
+        Returns:
+            Whether the PDO can be enabled then.
+
+        """
+        if not self.offers(COB_ID):
+            return False
+        self.disable()
+        words, eds = self.words(), self._device.eds
+        mapped = [eds.variables.get((entry >> 16, entry >> 8 & 0xFF)) for entry in words]
+        objects = carriable(self._device, receive=self.receive)
+        if words and (all(v is not None and v.readable for v in mapped) or not objects):
+            return True
+        changed = bool(objects) and eds.writable(self.mapping)
+        return self.map([word(objects[0])]) == 0 if changed else bool(words)
 
     def configure(
         self, kind: int, *, inhibit_100us: int = 0, event_ms: int = 0, sync_start: int = 0
@@ -89,9 +133,18 @@ class Pdo:
         }
         for subindex, value in values.items():
             if self.offers(subindex):
-                self.set(subindex, value)
+                self._try(subindex, value)
             elif (self.index, subindex) in self._device.eds or value:
                 pytest.skip(f"{self.name}: sub-index {subindex} cannot be set")
+
+    def _try(self, subindex: int, value: int) -> None:
+        """Write a parameter; skip the case where the device offers no such transmission."""
+        try:
+            self.set(subindex, value)
+        except Aborted as abort:
+            if abort.code not in REFUSED:
+                raise
+            pytest.skip(f"{self.name} does not offer {value} in sub-index {subindex}: {abort}")
 
     def words(self) -> list[int]:
         """Return the mapped objects: index, sub-index and bits of each."""
@@ -163,14 +216,36 @@ def silence(device: Device) -> None:
         Pdo(device, index).disable()
 
 
-def usable(device: Device) -> list[Pdo]:
-    """Return the TPDOs that exist and carry something, then disable all."""
-    found = [pdo for pdo in tpdos(device) if pdo.valid and pdo.words()]
-    assert found, "no TPDO is valid by default"
-    if not found[0].offers(COB_ID):
-        pytest.skip("the COB-IDs of the TPDOs are fixed")
+def usable(device: Device, overflow: int = 0) -> list[Pdo]:
+    """Disable all TPDOs and return those that can be enabled.
+
+    Those that map nothing by default are mapped. SYNC is expected with a counter of this overflow.
+    """
+    device.prepare_sync(overflow)
     silence(device)
+    found = [pdo for pdo in tpdos(device)[:MOST] if pdo.prepare()]
+    if not found:
+        pytest.skip("no TPDO can be enabled: COB-IDs are fixed, or nothing can be mapped")
     return found
+
+
+def receiving(device: Device) -> Pdo:
+    """Return an RPDO that carries something, disabled, its deadline off and not synchronous."""
+    device.prepare_sync()
+    for pdo in rpdos(device):
+        if pdo.prepare():
+            pdo.set(TRANSMISSION_TYPE, EVENT_DRIVEN)
+            if pdo.offers(EVENT_TIMER):
+                pdo.set(EVENT_TIMER, 0)
+            return pdo
+    pytest.skip("no RPDO can be enabled: COB-IDs are fixed, or nothing can be mapped")
+
+
+def carriable(device: Device, *, receive: bool) -> list[Entry]:
+    """Return what may be mapped into an RPDO or TPDO, by the EDS; first what SDO can read."""
+    found = device.eds.variables.values()
+    fitting = [v for v in found if (v.receivable if receive else v.transmittable)]
+    return sorted(fitting, key=lambda v: not v.readable)
 
 
 def word(variable: Entry) -> int:

@@ -1,19 +1,24 @@
-"""The suite's options on pytest's command line, and its report: a table per chapter."""
+"""The suite's options on pytest's command line, the order of its cases, and its report."""
 
-from collections import Counter
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
 
-from hil_emulator.conformance.cases import CASES, CHAPTERS, MARK
+from hil_emulator.conformance.cases import CASES, MARK
+from hil_emulator.conformance.report import Judgement, page, remarks, table
 from hil_emulator.conformance.wire import Wire
 
 PLUGIN = __name__
 """What `pytest -p` calls it."""
 
-OUTCOMES = ("passed", "failed", "skipped")
+CALM, STORMY = "calm", "after the storm"
+"""The two rounds of cases that `--storm` asks for."""
+
+ABOUT = pytest.StashKey[list[tuple[str, str]]]()
+"""What is known of the device, for the page."""
+
 _PROPERTY = "conformance case"
+_ROUND = "conformance round"
 
 
 class Hooks:
@@ -44,11 +49,27 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
     group.addoption("--node", metavar="ID", type=int, help="node-ID of the device, 1 to 127")
     group.addoption("--eds", metavar="FILE", type=Path, help="EDS or DCF of the device")
+    group.addoption(
+        "--case", metavar="LABEL", action="append", default=[], dest="conformance_cases",
+        help="a case or a chapter, such as 2.7 or 3; all without it; may be repeated",
+    )  # fmt: skip
+    group.addoption(
+        "--self-starting", action="store_true",
+        help="the device may enter OPERATIONAL by itself, also without 0x1F80",
+    )  # fmt: skip
+    group.addoption(
+        "--storm", metavar="N", type=int, default=0,
+        help="after all cases send N random frames to the device, then put all cases again",
+    )  # fmt: skip
+    group.addoption(
+        "--conformance-html", metavar="FILE", type=Path, help="write the report as an HTML page"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Declare the mark of the cases."""
     config.addinivalue_line("markers", f"{MARK}(label): a conformance case, such as 2.7")
+    config.stash[ABOUT] = []
 
 
 def label(item: pytest.Item) -> str | None:
@@ -57,56 +78,69 @@ def label(item: pytest.Item) -> str | None:
     return None if mark is None else str(mark.args[0])
 
 
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Put each case twice where a storm lies between."""
+    if metafunc.config.getoption("--storm") and metafunc.definition.get_closest_marker(MARK):
+        metafunc.parametrize("weather", [CALM, STORMY], indirect=True)
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Bring the cases into the order of their numbers, and let reports carry these."""
+    wanted = config.getoption("conformance_cases")
+    if wanted:
+        items[:] = [item for item in items if _wanted(label(item), wanted)]
     for item in items:
         found = label(item)
         if found is not None:
-            item.user_properties.append((_PROPERTY, found))
+            item.user_properties += [(_PROPERTY, found), (_ROUND, _round(item))]
     order = {name: position for position, name in enumerate(CASES)}
     if items and all(label(item) in order for item in items):
-        items.sort(key=lambda item: order[str(label(item))])
+        items.sort(key=lambda item: (_round(item) != CALM, order[str(label(item))]))
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+def _wanted(found: str | None, wanted: list[str]) -> bool:
+    return found is not None and any(found == w or found.startswith(f"{w}.") for w in wanted)
+
+
+def _round(item: pytest.Item) -> str:
+    call = getattr(item, "callspec", None)
+    return CALM if call is None else str(call.params.get("weather", CALM))
+
+
+def pytest_terminal_summary(
+    terminalreporter: pytest.TerminalReporter, config: pytest.Config
+) -> None:
     """Print what came of the cases, chapter by chapter, and why some were skipped or failed."""
-    outcomes: dict[str, str] = {}
-    reasons: dict[str, str] = {}
-    for outcome in (*OUTCOMES, "error"):
+    judgements = _judgements(terminalreporter)
+    if not judgements:
+        return
+    terminalreporter.section("CANopen conformance")
+    for line in (*table(judgements), *remarks(judgements)):
+        terminalreporter.line(line)
+    path, about = config.getoption("--conformance-html"), config.stash[ABOUT]
+    if path is not None:
+        try:
+            path.write_text(page(judgements, about), encoding="utf-8")
+        except OSError as error:
+            terminalreporter.line(f"cannot write {path}: {error.strerror}; choose another file")
+
+
+def _judgements(terminalreporter: pytest.TerminalReporter) -> dict[str, Judgement]:
+    """Return what came of the cases; of two rounds a failure counts."""
+    judgements: dict[str, Judgement] = {}
+    for outcome in ("passed", "skipped", "failed", "error"):
         for report in terminalreporter.stats.get(outcome, ()):
-            for name, value in getattr(report, "user_properties", ()):
-                if name == _PROPERTY:
-                    outcomes[value] = "failed" if outcome == "error" else outcome
-                    reasons[value] = _reason(report)
-    if outcomes:
-        terminalreporter.section("CANopen conformance")
-        for line in table(outcomes):
-            terminalreporter.line(line)
-        for line in _remarks(outcomes, reasons):
-            terminalreporter.line(line)
-
-
-def table(outcomes: dict[str, str]) -> Iterator[str]:
-    """Yield a table of how many cases of each chapter had which outcome."""
-    yield f"{'chapter':<26}{'cases':>8}" + "".join(f"{o:>9}" for o in OUTCOMES)
-    total: Counter[str] = Counter()
-    for number, title in CHAPTERS.items():
-        labels = [name for name, case in CASES.items() if case.chapter == number]
-        counted = Counter(outcomes[name] for name in labels if name in outcomes)
-        total += counted
-        yield _row(f"{number:>2}  {title}", len(labels), counted)
-    yield _row("all", len(CASES), total)
-
-
-def _row(title: str, cases: int, counted: Counter[str]) -> str:
-    return f"{title:<26}{cases:>8}" + "".join(f"{counted[o]:>9}" for o in OUTCOMES)
-
-
-def _remarks(outcomes: dict[str, str], reasons: dict[str, str]) -> Iterable[str]:
-    for name, case in CASES.items():
-        if outcomes.get(name) in ("failed", "skipped"):
-            yield f"{name:>6} {case.subject}: {case.name}: {outcomes[name]}: {reasons[name]}"
+            properties = dict(getattr(report, "user_properties", ()))
+            name, weather = properties.get(_PROPERTY), properties.get(_ROUND, CALM)
+            worse = outcome in ("failed", "error")
+            if name is None or (worse and judgements.get(name, Judgement("")).outcome == "failed"):
+                continue
+            reason = "" if outcome == "passed" else _reason(report)
+            if worse and weather != CALM:
+                reason = f"{weather}: {reason}"
+            judgements[name] = Judgement("failed" if worse else outcome, reason)
+    return judgements
 
 
 def _reason(report: pytest.TestReport) -> str:
@@ -115,4 +149,5 @@ def _reason(report: pytest.TestReport) -> str:
     if isinstance(where, tuple):
         return str(where[2]).removeprefix("Skipped: ")
     crash = getattr(where, "reprcrash", None)
-    return str(where if crash is None else crash.message).partition("\n")[0]
+    text = str(where if crash is None else crash.message).partition("\n")[0]
+    return text.removeprefix("AssertionError: ")

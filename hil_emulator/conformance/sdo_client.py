@@ -63,7 +63,7 @@ class SdoClient:
 
     def abort(self, index: int, subindex: int) -> None:
         """End a transfer under way."""
-        self.send(_head(_ABORT, index, subindex) + (0x0800_0000).to_bytes(4, "little"))
+        self.send(head(_ABORT, index, subindex) + (0x0800_0000).to_bytes(4, "little"))
 
     # -- uploads --------------------------------------------------------------------------
 
@@ -80,9 +80,9 @@ class SdoClient:
 
     def initiate_upload(self, index: int, subindex: int = 0) -> bytes:
         """Return the answer to the first request of an upload."""
-        answer = self.request(_head(0x40, index, subindex))
+        answer = self.request(head(0x40, index, subindex))
         assert answer[0] & 0xE0 == 0x40, f"answer {answer.hex()} is none to an upload"
-        assert answer[1:4] == _head(0, index, subindex)[1:], f"answer {answer.hex()} is to another"
+        assert answer[1:4] == head(0, index, subindex)[1:], f"answer {answer.hex()} is to another"
         return answer
 
     def upload_segments(self) -> bytes:
@@ -122,8 +122,8 @@ class SdoClient:
         self, index: int, subindex: int, block_size: int, *, checked: bool
     ) -> bytes:
         """Return the answer to the first request of a block upload."""
-        head = _head(0xA4 if checked else 0xA0, index, subindex)
-        answer = self.request(head + bytes([block_size, 0]))
+        request = head(0xA4 if checked else 0xA0, index, subindex)
+        answer = self.request(request + bytes([block_size, 0]))
         assert answer[0] & 0xE1 == 0xC0, f"answer {answer.hex()} begins no block upload"
         return answer
 
@@ -149,9 +149,9 @@ class SdoClient:
         """Write an object; raises `Aborted`."""
         if 1 <= len(data) <= 4 and not segmented:
             command = 0x23 | (4 - len(data)) << 2
-            self.request(_head(command, index, subindex) + data)
+            self.request(head(command, index, subindex) + data)
             return
-        self.request(_head(0x21, index, subindex) + len(data).to_bytes(4, "little"))
+        self.request(head(0x21, index, subindex) + len(data).to_bytes(4, "little"))
         toggle = 0
         for at in range(0, max(len(data), 1), SEGMENT):
             segment = data[at : at + SEGMENT]
@@ -162,8 +162,8 @@ class SdoClient:
 
     def block_download(self, index: int, subindex: int, data: bytes, *, checked: bool) -> None:
         """Write an object as a block; raises `Aborted`."""
-        head = _head(0xC6 if checked else 0xC2, index, subindex)
-        answer = self.request(head + len(data).to_bytes(4, "little"))
+        request = head(0xC6 if checked else 0xC2, index, subindex)
+        answer = self.request(request + len(data).to_bytes(4, "little"))
         assert answer[0] & 0xE3 == 0xA0, f"answer {answer.hex()} begins no block download"
         if checked:
             assert answer[0] & 0x04, "the device supports no checksum"
@@ -220,7 +220,8 @@ class SdoClient:
         return answer
 
 
-def _head(command: int, index: int, subindex: int) -> bytes:
+def head(command: int, index: int, subindex: int) -> bytes:
+    """Return the first four bytes of a request: command, index and sub-index."""
     return bytes([command]) + index.to_bytes(2, "little") + bytes([subindex])
 
 

@@ -1,13 +1,22 @@
 """Chapter 5: EMCY, error register and error history (CiA 301 7.2.7)."""
 
+import pytest
+
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_object
-from hil_emulator.conformance.device import EMCY_COB_ID, Device
-from hil_emulator.conformance.errors import provoke
+from hil_emulator.conformance.demands import need_object, need_writable
+from hil_emulator.conformance.device import EMCY_COB_ID, STOPPED, Device
+from hil_emulator.conformance.errors import LostMaster, LostNode, bring_about, provoke, ways
+from hil_emulator.conformance.wire import NS_PER_MS
 
 ERROR_REGISTER, ERROR_HISTORY = 0x1001, 0x1003
+INHIBIT_TIME = 0x1015
 GENERIC, RESERVED = 0x01, 0x40
 NO_DATA = 0x0800_0024
+NO_COUNT = {0x0609_0030, 0x0609_0031, 0x0800_0000}
+NO_EMERGENCY = 1 << 31
+OTHER_ID = 0x6B1
+"""Not restricted, and of no predefined connection (7.3.5)."""
+WATCH_MS, INHIBIT_MS = 300, 400
 
 
 @case("5.1")
@@ -60,3 +69,104 @@ def test_error_is_remembered(device: Device) -> None:
     emergency = provoke(device)
     assert device.sdo.read(ERROR_HISTORY) >= 1
     assert device.sdo.upload(ERROR_HISTORY, 1)[:2] == emergency[:2]
+
+
+@case("5.301")
+def test_no_emergency_in_stopped(device: Device) -> None:
+    """An error that happens in STOPPED is not told there."""
+    way = next((way for way in ways(device) if isinstance(way, LostNode | LostMaster)), None)
+    if way is None:
+        pytest.skip("no error can be caused in STOPPED")
+    way.cause()
+    device.enter(STOPPED)
+    since = len(device.wire.log)
+    device.wire.run(WATCH_MS)
+    assert device.emergencies(since) == []
+
+
+@case("5.302")
+def test_error_reset_is_sent(device: Device) -> None:
+    """When the error is gone, 0000 is sent and the error register is as it was before."""
+    register = device.sdo.read(ERROR_REGISTER)
+    way = ways(device)[0]
+    bring_about(way)
+    since = len(device.wire.log)
+    way.end()
+    reset = device.await_emergency(0, since)
+    assert reset is not None, "no error reset"
+    assert reset[2] == register == device.sdo.read(ERROR_REGISTER)
+
+
+@case("5.303")
+def test_error_is_told_once(device: Device) -> None:
+    """What is wrong again and again is one error and one emergency."""
+    way = next((way for way in ways(device) if way.repeatable), None)
+    if way is None:
+        pytest.skip("no error can be caused twice")
+    since = len(device.wire.log)
+    bring_about(way)
+    for _ in range(3):
+        way.cause()
+    device.barrier()
+    assert device.emergencies(since).count(way.code) == 1
+
+
+@case("5.304")
+def test_newest_error_comes_first(device: Device) -> None:
+    """Of two errors, 0x1003:01 has the second, 0x1003:02 the first."""
+    need_object(device, ERROR_HISTORY)
+    need_object(device, ERROR_HISTORY, 2)
+    kinds = {way.code: way for way in reversed(ways(device))}
+    if len(kinds) < 2:
+        pytest.skip("the device offers but one kind of error")
+    told = [bring_about(way)[:2] for way in reversed(kinds.values())]
+    assert device.sdo.read(ERROR_HISTORY) >= len(told)
+    kept = [device.sdo.upload(ERROR_HISTORY, n)[:2] for n in range(1, len(told) + 1)]
+    assert kept == told[::-1]
+
+
+@case("5.305")
+def test_history_is_emptied(device: Device) -> None:
+    """0x1003:00 refuses all but 0, which empties the history."""
+    need_writable(device, ERROR_HISTORY)
+    provoke(device)
+    assert device.sdo.write_code(ERROR_HISTORY, 0, b"\x01") in NO_COUNT
+    assert device.sdo.read(ERROR_HISTORY) >= 1
+    device.sdo.write(ERROR_HISTORY, 0, 0, 1)
+    assert device.sdo.read(ERROR_HISTORY) == 0
+    assert device.sdo.read_code(ERROR_HISTORY, 1) or not device.sdo.read(ERROR_HISTORY, 1)
+
+
+@case("5.306")
+def test_emergency_has_its_identifier(device: Device) -> None:
+    """Emergencies come with the identifier of 0x1014, and not at all with its bit 31 set."""
+    need_writable(device, EMCY_COB_ID)
+    way = ways(device)[0]
+    device.sdo.write(EMCY_COB_ID, 0, NO_EMERGENCY | OTHER_ID, 4)
+    device.sdo.write(EMCY_COB_ID, 0, OTHER_ID, 4)
+    since = len(device.wire.log)
+    way.cause()
+    assert device.wire.await_frame(OTHER_ID, since=since) is not None, "no emergency where it is"
+    assert device.emergencies(since) == [], "an emergency where it was"
+    device.reset()
+    device.sdo.write(EMCY_COB_ID, 0, NO_EMERGENCY | device.emergency_id, 4)
+    since = len(device.wire.log)
+    way = ways(device)[0]
+    way.cause()
+    device.wire.run(WATCH_MS)
+    assert device.emergencies(since) == [], "an emergency without an identifier"
+
+
+@case("5.307")
+def test_emergencies_keep_their_distance(device: Device) -> None:
+    """A second emergency waits until the inhibit time 0x1015 is over."""
+    need_writable(device, INHIBIT_TIME)
+    device.sdo.write(INHIBIT_TIME, 0, 10 * INHIBIT_MS, 2)
+    way = ways(device)[0]
+    bring_about(way)
+    since = len(device.wire.log)
+    begin_ns = device.wire.now_ns
+    way.end()
+    assert device.await_emergency(0, since) is not None, "no error reset"
+    elapsed_ms = (device.wire.now_ns - begin_ns) / NS_PER_MS
+    assert elapsed_ms > INHIBIT_MS / 2, f"after {elapsed_ms:.0f} ms of {INHIBIT_MS} ms"

@@ -1,5 +1,7 @@
 """Chapters 9 and 10: NMT states and transitions (CiA 301 7.3.2)."""
 
+import pytest
+
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.device import (
     COMMANDS,
@@ -17,6 +19,7 @@ from hil_emulator.conformance.pdo import Pdo, usable
 from hil_emulator.conformance.situations import EVERY, SYNC
 
 EVERYBODY = 0
+NMT_STARTUP, WAITS_FOR_MASTER = 0x1F80, 0x05
 STATES = (PRE_OPERATIONAL, OPERATIONAL, STOPPED)
 READ_DEVICE_TYPE = bytes.fromhex("40001000")
 
@@ -76,8 +79,16 @@ def test_boot_up_comes_with_defaults(device: Device) -> None:
 
 
 @case("9.2")
-def test_pre_operational_follows_boot_up(device: Device) -> None:
-    """After boot-up, unasked, the state is PRE-OPERATIONAL: SDO is answered and SYNC is not."""
+def test_pre_operational_follows_boot_up(device: Device, request: pytest.FixtureRequest) -> None:
+    """After boot-up, unasked, the state is PRE-OPERATIONAL: SDO is answered and SYNC is not.
+
+    A device that starts itself says so in 0x1F80 (CiA 302-2), or is said to by `--self-starting`.
+    """
+    if device.self_starting:
+        assert request.config.getoption("--self-starting") or _may_start(device), (
+            "OPERATIONAL after boot-up, without 0x1F80; --self-starting would accept it"
+        )
+        return
     can_id = synchronous_pdo(device)
     check_state(device, PRE_OPERATIONAL)
     assert not answers_sync(device, can_id)
@@ -138,6 +149,11 @@ def test_operational_from_every_state(device: Device) -> None:
 def test_stopped_from_every_state(device: Device) -> None:
     """Stop is obeyed in every state."""
     check_reachable(device, STOPPED)
+
+
+def _may_start(device: Device) -> bool:
+    """Tell whether the device's 0x1F80 lets it start: no NMT master, and bit 2 clear."""
+    return NMT_STARTUP in device.eds and not device.sdo.read(NMT_STARTUP) & WAITS_FOR_MASTER
 
 
 def _of_device(device: Device, can_id: int) -> bool:

@@ -109,9 +109,11 @@ class Wire:
         """The present moment."""
         return self._clock.now_ns()
 
-    def send(self, can_id: int, data: bytes = b"", *, remote: bool = False) -> None:
+    def send(
+        self, can_id: int, data: bytes = b"", *, remote: bool = False, extended: bool = False
+    ) -> None:
         """Send one frame."""
-        self._door.send([Frame(can_id, data, remote)])
+        self._door.send([Frame(can_id, data, remote, extended)])
 
     def run(self, milliseconds: float) -> float:
         """Listen for a while; return how long it was, in ms: no less, maybe more."""

@@ -2,7 +2,7 @@
 
 import itertools
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -10,6 +10,7 @@ import pytest
 from hil_emulator.bus.bus import Bus
 from hil_emulator.conformance.cases import CASES
 from hil_emulator.conformance.expectation import Expectation
+from hil_emulator.conformance.patterns import loops
 from hil_emulator.conformance.plugin import PLUGIN, label
 from hil_emulator.conformance.wire import SteppedTime, Wire
 
@@ -36,6 +37,10 @@ def inapplicable(eds: Path, node_id: int) -> set[str]:
     cases = set()
     if not expectation.indices(range(0x1400, 0x1600)):
         cases |= {"3.27", "3.28", "3.29", "3.33"}  # RPDOs: a sensor takes no process data
+    if not [v for v in expectation.variables.values() if v.receivable and v.readable]:
+        cases |= {f"3.{number}" for number in range(303, 310)}  # values that come by RPDO
+    if not loops(expectation):
+        cases |= {"3.302", "3.310", "3.311"}  # an object that SDO writes and a TPDO shows
     if not expectation.find({"rww", "wo"}, mappable=True):
         cases |= {"3.31"}  # a process output to be refused in a TPDO
     return cases
@@ -56,6 +61,7 @@ class Results:
         self.wire = Wire(peer, SteppedTime(step))
         self.outcomes: dict[str, str] = {}
         self.remarks: list[str] = []
+        self.runs = 0
         self._labels: dict[str, str] = {}
 
     def check(self, skipped: set[str]) -> None:
@@ -80,6 +86,7 @@ class Results:
         name = self._labels[report.nodeid]
         if report.when == "call" or report.outcome != "passed":
             self.outcomes[name] = report.outcome
+            self.runs += 1
             if report.outcome != "passed":
                 self.remarks.append(f"{name} {report.outcome}: {report.longrepr}")
 
@@ -92,6 +99,7 @@ def run_in_lock_step(
     only: set[str] | None = None,
     *,
     first: bool = False,
+    more: Sequence[str] = (),
 ) -> Results:
     """Run the suite on a device that moves only while the suite waits for it.
 
@@ -102,10 +110,11 @@ def run_in_lock_step(
         eds: of the device.
         only: the cases to run; all without it.
         first: whether to stop at the first case that fails.
+        more: other options for pytest.
 
     """
     results = Results(peer, step, only or set(CASES))
     where = ["--node", str(node_id), "--eds", str(eds)]
-    options = ["-q", "--no-header", *(["-x"] if first else [])]
+    options = ["-q", "--no-header", *(["-x"] if first else []), *more]
     pytest.main([*SUITE, *where, *options], plugins=[results])
     return results

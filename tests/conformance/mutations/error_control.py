@@ -26,6 +26,11 @@ def heartbeat_shows_one_state(publish: Call, heartbeat: Heartbeat, now_ns: int, 
     publish(heartbeat, now_ns, State.PRE_OPERATIONAL, given[1])
 
 
+@mutant((Heartbeat, "publish"))
+def heartbeat_silent(publish: Call, heartbeat: Heartbeat, *given: Any) -> None:
+    """With 0x1017 there are heartbeats: there are none."""
+
+
 @mutant((Heartbeat, "changed"))
 def heartbeat_never_off(changed: Call, heartbeat: Heartbeat, entry: Entry) -> None:
     """With 0x1017 at 0 there is no heartbeat: the old period goes on."""
@@ -59,6 +64,15 @@ def consumer_too_patient(reset: Call, consumer: HeartbeatConsumer) -> None:
     """0x1016 counts ms: it counts 10 ms."""
     reset(consumer)
     consumer._times_ns = {node: 10 * time_ns for node, time_ns in consumer._times_ns.items()}
+
+
+@mutant((HeartbeatConsumer, "reset"))
+def consumer_watches_on(reset: Call, consumer: HeartbeatConsumer) -> None:
+    """After a reset nobody is watched until 0x1016 says so: those before are."""
+    waiting = dict(vars(consumer))
+    reset(consumer)
+    consumer._deadlines_ns = waiting.get("_deadlines_ns", {})
+    consumer.due_ns = waiting.get("due_ns", consumer.due_ns)
 
 
 @mutant((HeartbeatConsumer, "check"))

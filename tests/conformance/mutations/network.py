@@ -133,6 +133,11 @@ def emcy_history_oldest_first(record: Call, emergency: Emergency, error: Any) ->
 
 
 @mutant((Emergency, "_record"))
+def emcy_history_empty(record: Call, emergency: Emergency, error: Any) -> None:
+    """0x1003 remembers errors: it does not."""
+
+
+@mutant((Emergency, "_record"))
 def emcy_history_of_one(record: Call, emergency: Emergency, error: Any) -> None:
     """0x1003 keeps the errors before: it forgets them."""
     emergency._clear_history()

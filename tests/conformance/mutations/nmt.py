@@ -46,7 +46,7 @@ def nmt_deaf_to_all(parse: Call, data: bytes, node_id: int) -> Any:
 @mutant(PARSE)
 def nmt_unknown_command_starts(parse: Call, data: bytes, node_id: int) -> Any:
     """Command specifiers are 1, 2, 128, 129 and 130: any other starts the node."""
-    known = data[0] in set(Command)
+    known = not data or data[0] in set(Command)
     return parse(data if known else bytes([Command.START]) + data[1:], node_id)
 
 

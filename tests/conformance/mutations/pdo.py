@@ -194,13 +194,13 @@ def tpdo_request_shows_now(at_sync: Call, tpdo: Tpdo) -> None:
 
 
 @mutant((cob_id, "check_change"))
-def pdo_identifier_changed_while_valid(check: Call, old: int, new: int) -> None:
+def pdo_identifier_changed_while_valid(check: Call, old: int, new: int, **given: bool) -> None:
     """The identifier of a valid PDO, SDO or EMCY cannot be changed: it can."""
-    check(old | INVALID, new)
+    check(old | INVALID, new, **given)
 
 
 @mutant((cob_id, "check_can_id"))
-def pdo_restricted_identifier_taken(check: Call, value: int) -> None:
+def pdo_restricted_identifier_taken(check: Call, value: int, **given: bool) -> None:
     """Restricted identifiers (7.3.5) are refused: they are taken."""
 
 

@@ -103,6 +103,16 @@ def sdo_subindex_of_variables_ignored(
     return read(dictionary, index, subindex if dictionary.get(index, 1) else 0)
 
 
+@mutant((Dictionary, "entry"))
+def sdo_absent_subindex_told_as_object(
+    entry: Call, dictionary: Dictionary, index: int, subindex: int = 0
+) -> Any:
+    """A missing sub-index is 0609 0011, a missing object 0602 0000: the latter is for both."""
+    if dictionary.get(index, subindex) is None:
+        raise SdoAbort(AbortCode.NO_SUCH_OBJECT)
+    return entry(dictionary, index, subindex)
+
+
 @mutant((Entry, "writable"))
 def sdo_read_only_written(writable: Call, entry: Entry) -> bool:
     """What is read-only is not written (0601 0002): it is."""
@@ -204,6 +214,12 @@ def sdo_block_checksum_unchecked(init: Call, *given: Any, checked: bool) -> None
 @mutant((sdo_block, "check_announced"))
 def sdo_block_announced_size_unchecked(check: Call, announced: int | None, length: int) -> None:
     """A block download holds as many bytes as were announced (0607 0010): or others."""
+
+
+@mutant((sdo, "check_block_size"), (sdo_block, "check_block_size"))
+def sdo_block_of_128_segments(check: Call, size: int) -> int:
+    """A block has 127 segments at most (0504 0002): a client may ask for more."""
+    return size
 
 
 @mutant((BlockDownload, "_segment"))
