@@ -62,6 +62,16 @@ KINDS = {kind.name: kind for kind in (
         "driven axis", "a driven axis: position and the force of its drive, without any pressure",
         {"load": frozenset({"mass"})},
     ),
+    Kind(
+        "quasi-static sweep",
+        "a quasi-static sweep: a valve so slowly driven that every row is an equilibrium",
+        {"supply": frozenset({"pressure"}), "valve": frozenset({"gain"})},
+    ),
+    Kind(
+        "valve leakage",
+        "a valve leakage bench: ports blocked, flows in supply, return and leakage line",
+        {"supply": frozenset({"pressure"}), "valve": frozenset({"gain"})},
+    ),
 )}  # fmt: skip
 """Every kind of bench by its name."""
 

@@ -17,7 +17,7 @@ from hil_emulator.model.plant import Plant
 
 Matrix = NDArray[np.float64]
 
-_SCALES = {"Pa": 1e5, "m": 1e-3, "m/s": 1e-2, "A": 1e-4, "A/s": 1.0, "N": 10.0, "m^3/s": 1e-6}
+SCALES = {"Pa": 1e5, "m": 1e-3, "m/s": 1e-2, "A": 1e-4, "A/s": 1.0, "N": 10.0, "m^3/s": 1e-6}
 """A small deviation of a quantity, by unit (assumed); 1e-3 for every other unit."""
 
 _STEP = 1e-4
@@ -34,7 +34,7 @@ class NoEquilibriumError(ValueError):
     """The model does not come to rest or to a steady motion at the point asked for."""
 
 
-def _units(kernel: Kernel) -> dict[str, str]:
+def units_of_states(kernel: Kernel) -> dict[str, str]:
     """Return the unit of every state by field name."""
     own = {effect.field_of(q): q.unit for effect in kernel.effects for q in effect.states}
     shared = (*actuator.STATES, *actuator.SUPPLY_STATES, *actuator.COUPLING_STATES)
@@ -54,11 +54,11 @@ class Model:
         names = kernel.state.names or ()
         self.active = np.flatnonzero(~np.isnan(self._all_rates())).tolist()
         self.names = [names[i] for i in self.active]
-        unit_of = _units(kernel)
-        self.scales: Vector = np.array([_SCALES.get(unit_of.get(n, ""), 1e-3) for n in self.names])
+        unit_of = units_of_states(kernel)
+        self.scales: Vector = np.array([SCALES.get(unit_of.get(n, ""), 1e-3) for n in self.names])
         self.input_names = kernel.inputs.names or ()
         units = [q.unit for q in actuator.INPUTS]
-        self.input_scales = np.array([_SCALES.get(unit, 1e-3) for unit in units])
+        self.input_scales = np.array([SCALES.get(unit, 1e-3) for unit in units])
 
     def set(self, name: str, value: float) -> None:
         """Set one state by name."""

@@ -62,8 +62,8 @@ class Plant:
         """Put pressures [Pa] into the chambers, and evaluate the signals there."""
         self.step(0)
         gas = float(self.signals.gas_pressure)
-        self.state.pressure_a = pressure_a - gas * gas / pressure_a
-        self.state.pressure_b = pressure_b - gas * gas / pressure_b
+        self.state.pressure_a = pressure_a - (gas * gas / pressure_a if gas else 0.0)
+        self.state.pressure_b = pressure_b - (gas * gas / pressure_b if gas else 0.0)
         self.step(0)
 
     def culprit(self) -> str:

@@ -12,7 +12,7 @@ from hil_emulator.identify.data_checks.clocks import motion
 from hil_emulator.identify.data_checks.unit_mistakes import likely, of_position
 from hil_emulator.identify.measured.data import IMPLAUSIBLE_SPANS
 from hil_emulator.identify.measured.experiment import (
-    FLOW,
+    FLOWS,
     SPANS,
     UNITS,
     Array,
@@ -50,7 +50,7 @@ CREEP = 2e-3
 NOISE_SHARE = 0.2
 """Noise over the whole change of a position from which it shows no motion (assumed)."""
 
-_SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {FLOW: (UNITS[FLOW], "l/min")}
+_SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {f: (UNITS[f], "l/min") for f in FLOWS}
 _PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 
 

@@ -17,6 +17,7 @@ from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.static import MeasuredStates
+from hil_emulator.identify.prediction.sweep_bench import SweepStates
 
 Gap = dict[str, dict[str, dict[str, float]]]
 """By channel and part of the data: see `measure`."""
@@ -76,7 +77,8 @@ def view(predictor: Predictor, fit: Fit, experiments: Sequence[Experiment]) -> l
         residual = np.where(frozen.present[:, None], residual, np.nan)
         empty = np.full_like(residual, np.nan)
         run = Replay(residual, empty, np.zeros(len(residual), np.int64), track)
-        found.append(View(experiment, run, np.ones(residual.shape[1])))
+        noise = frozen.noise if isinstance(frozen, SweepStates) else np.ones(residual.shape[1])
+        found.append(View(experiment, run, noise))
     return found
 
 

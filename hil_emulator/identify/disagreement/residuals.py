@@ -97,10 +97,10 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
     """
     residual, _ = predictor.innovations(frozen, par, chan)
     if isinstance(frozen, MeasuredStates):
-        made = predictor.through(frozen, what, np.ones(len(residual)))
-        return np.asarray(
-            np.where(frozen.present, -residual[:, 0], np.nan) / np.where(frozen.present, made, 1.0)
-        )
+        made = predictor.through(frozen, what, np.ones(len(residual))).reshape(residual.shape)
+        size = np.sum(made**2, axis=1)
+        seen = frozen.present & (size > 0.0)
+        return np.where(seen, -np.sum(residual * made, axis=1) / np.where(seen, size, 1.0), np.nan)
     assert isinstance(frozen, Frozen)
     assert isinstance(predictor, Observer)
     drives, feeds = _entries(predictor, frozen, what)

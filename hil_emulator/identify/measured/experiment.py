@@ -14,8 +14,12 @@ Index = np.ndarray[Any, np.dtype[np.int64]]
 FLOW = "flow_a"
 """Flow out of the valve's port a, as a bench measures it and no channel of the emulator shows."""
 
-SPANS = {channel.name: channel.span for channel in CHANNELS} | {FLOW: 1e-3}
-UNITS = {channel.name: channel.unit for channel in CHANNELS} | {FLOW: "m^3/s"}
+FLOWS = (FLOW, "flow_b", "supply_flow", "return_flow", "leakage_line_flow")
+"""Flows that a bench meters: out of the valve's port a, into its port b, through its ports s and t,
+and what leaves by a line of its own."""
+
+SPANS = {channel.name: channel.span for channel in CHANNELS} | dict.fromkeys(FLOWS, 1e-3)
+UNITS = {channel.name: channel.unit for channel in CHANNELS} | dict.fromkeys(FLOWS, "m^3/s")
 
 
 @dataclass(frozen=True)

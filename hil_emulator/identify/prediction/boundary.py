@@ -23,13 +23,22 @@ LOCKED = 1e12
 IMPOSED_MOTION = {"load_mass": LOCKED}
 """Whatever moves the rod of a force balance is stronger than it."""
 
-NO_CYLINDER = {"cylinder_piston_area": 0.0, "cylinder_area_ratio": 0.0}
+NO_CYLINDER = {"cylinder_piston_area": 0.0, "cylinder_area_ratio": 1.0}
+
+AT_REST = {
+    "load_mass": LOCKED, **NO_CYLINDER, "cylinder_stroke": 1e-3, "initial_position": 0.0,
+    "cylinder_dead_volume_a": 1e-6, "cylinder_dead_volume_b": 1e-6, "oil_bulk_modulus": 1e9,
+    "valve_natural_frequency": 1e5,
+}  # fmt: skip
+"""Of a valve in a slow sweep: at rest, neither volumes nor stiffness nor speed have a say; a spool
+of 100 kHz stays behind a sweep by less than anybody can measure."""
 
 NO_VALVE = ("force balance", "driven axis")
 """Kinds of bench without a valve."""
 
 _BOUNDARIES: dict[str, dict[str, float]] = {
     "force balance": IMPOSED_MOTION, "driven axis": NO_CYLINDER,
+    "quasi-static sweep": AT_REST, "valve leakage": AT_REST,
 }  # fmt: skip
 
 

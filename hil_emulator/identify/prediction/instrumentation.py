@@ -12,6 +12,13 @@ from hil_emulator.identify.prediction.flow_bench import examinable as flow_exami
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.sweep_bench import (
+    SWEEP_PRIORS,
+    SweepBench,
+    averaged,
+    sweep_bench,
+)
+from hil_emulator.identify.prediction.sweep_bench import examinable as at_rest
 from hil_emulator.identify.prediction.valve_bench import VOLUME_PRIORS, ValveBench, bench
 from hil_emulator.model.sensors import CHANNELS
 
@@ -20,6 +27,9 @@ FORCES = {
     "driven axis": ("position", "load_force"),
 }  # fmt: skip
 """Channels that a bench of forces needs, by its kind."""
+
+SLOW = ("quasi-static sweep", "valve leakage")
+"""Kinds of bench on which every row is an equilibrium."""
 
 SLOWEST = 5e-3
 """Longest sample period that shows a hydraulic mode of some 50 Hz [s]."""
@@ -46,6 +56,10 @@ def predicting(
         if not c.differenced and all(c.name in e.readings for e in everything)
     )  # fmt: skip
     travels = [travel(e) for e in everything]
+    if declared in SLOW:
+        rows = [averaged(e) for e in everything]
+        swept, why = sweep_bench(model, rows)
+        return swept, rows[: len(learn)], rows[len(learn) :], why
     if any(FLOW in e.readings for e in everything) and max(travels) < DRIVEN:
         metered, why = flow_bench(model, everything)
         return metered, learn, check, why
@@ -110,6 +124,8 @@ def priors(predictor: Predictor) -> Mapping[str, float]:
         return VOLUME_PRIORS
     if isinstance(predictor, FlowBench):
         return FLOW_PRIORS
+    if isinstance(predictor, SweepBench):
+        return SWEEP_PRIORS
     if isinstance(predictor, static.StaticObserver):
         return parameters.DRIVEN_PRIORS if predictor.driven else parameters.STATIC_PRIORS
     return parameters.PRIORS
@@ -132,6 +148,8 @@ def examinable(model: PlantModel, predictor: Predictor) -> list[Coordinate]:
     found = [c for c in parameters.candidates(model, sensors) if _described(c, model)]
     if isinstance(predictor, FlowBench):
         return [c for c in found if flow_examinable(c)]
+    if isinstance(predictor, SweepBench):
+        return [c for c in found if at_rest(c, predictor)]
     if isinstance(predictor, static.StaticObserver):
         return [c for c in found if static.examinable(c, predictor.driven)]
     return found

@@ -24,6 +24,7 @@ from hil_emulator.identify.prediction import (
     extended_kalman_filter,
     free_loops,
     probing,
+    quasi_static,
     run,
     smoothing,
     static_forces,
@@ -39,6 +40,7 @@ from hil_emulator.identify.prediction.records import (
     Places,
     Restarts,
     Start,
+    Sweep,
     Tuning,
 )
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
@@ -58,10 +60,12 @@ _INNER: tuple[Callable[..., object], ...] = (
     extended_kalman_filter.update,
     smoothing.observe,
     smoothing.proceed,
+    quasi_static.implicit_step,
 )
 _LOOPS: tuple[Callable[..., object], ...] = (
     predictor.predict, extended_kalman_filter.linearise, probing.probe, probing.propagate,
     static_forces.forces, free_loops.run_freely, free_loops.carry, smoothing.smooth,
+    quasi_static.sweep,
 )  # fmt: skip
 
 _RECORDS = (run.Run, run.Instruments, Gains, Jacobians, Entries, Errors)
@@ -81,6 +85,7 @@ class Loops:
         run_freely: see `free_loops.run_freely`.
         carry: see `free_loops.carry`.
         smooth: see `smoothing.smooth`.
+        sweep: see `quasi_static.sweep`.
 
     """
 
@@ -92,6 +97,7 @@ class Loops:
     run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]
     carry: Callable[[Gains, Jacobians, Array, Array, Restarts, Array, Array], None]
     smooth: Callable[[Gains, Jacobians, Entries, Array, Array, float, float, Array], None]
+    sweep: Callable[[ParametrisedModel, Sweep, Array, Index, Array, Index], tuple[Array, Array]]
 
 
 class _Binding(ast.NodeTransformer):

@@ -184,3 +184,24 @@ class Places(NamedTuple):
     mass: int
     cell: int
     driven: bool
+
+
+class Sweep(NamedTuple):
+    """A slow sweep, row by row.
+
+    Attributes:
+        current: valve current [A].
+        supply: supply pressure [Pa].
+        given: states that are known, shape (rows, places).
+        places: indices in the state of those.
+        terms: terms that are put into balances, shape (rows, probes).
+        period: between rows [s].
+
+    """
+
+    current: Array
+    supply: Array
+    given: Array
+    places: Index
+    terms: Array
+    period: float

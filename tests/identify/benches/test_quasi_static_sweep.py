@@ -1,0 +1,81 @@
+"""A servo valve in a sweep of minutes, of which nothing but its rating is configured."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.identify.benches.asked import asked, bench, names, recorded
+from tests.identify.benches.valve import LITRES, blocked_ports, noisy, open_port, triangle
+
+SWEEP = bench("quasi_static_sweep")
+
+
+def open_valve(file: Path, top: float, cycles: int, lap: float) -> Path:
+    """Record flow and pressure of an open port for 520 s."""
+    time, current = triangle(520.0, 2.0, top, cycles)
+    pressure = 80e5 + 15e5 * np.sin(2.0 * np.pi * time / 97.0)
+    flow = 1.04 * open_port(current, pressure, lap)
+    return recorded(file, {
+        "time [s]": time, "valve_current [mA]": 1e3 * current,
+        "flow_a [l/min]": noisy(LITRES * flow, 0.01, file),
+        "pressure_a [bar]": noisy(1e-5 * pressure, 0.02, file),
+    })  # fmt: skip
+
+
+def blocked_valve(file: Path, top: float, cycles: int, underlap: float) -> Path:
+    """Record the pressures of blocked ports for 400 s."""
+    time, current = triangle(400.0, 2.0, top, cycles)
+    a, b, _ = blocked_ports(current, underlap)
+    return recorded(file, {
+        "time [s]": time, "valve_current [mA]": 1e3 * current,
+        "pressure_a [bar]": noisy(1e-5 * a, 0.1, file),
+        "pressure_b [bar]": noisy(1e-5 * b, 0.1, file),
+    })  # fmt: skip
+
+
+def test_a_valve_as_configured_agrees(tmp_path: Path) -> None:
+    """The orifice equation is what remains of the model at rest: the gap is the meter's noise.
+
+    A gain that is 4 % off is no disagreement: it is refitted.
+    """
+    file = open_valve(tmp_path / "sweep.csv", 6e-3, 1, 0.0)
+    found, told = asked("gap", SWEEP, [file], [], tmp_path)
+    assert "bench     a quasi-static sweep" in told
+    assert found["verdict"] == "agrees"
+    assert found["gap"]["flow_a"]["training"]["before_percent"] < 0.3
+    gain = found["parameters"]["valve_gain"]
+    assert gain["refitted"] == pytest.approx(1.04 * gain["configured"], rel=3e-3)
+
+
+def test_overlap_is_named_from_an_open_port(tmp_path: Path) -> None:
+    """An overlap of 0.15 mA; `gap` says that the spool disagrees, `identify` by what."""
+    tops = (8e-3, 4e-3, 6e-3)
+    files = [open_valve(tmp_path / f"{i}.csv", t, 1 + i, 1.5e-4) for i, t in enumerate(tops)]
+    gap, _ = asked("gap", SWEEP, files[:2], files[2:], tmp_path)
+    assert gap["verdict"] == "disagrees"
+    assert gap["where"][0]["balance"] == "spool"
+    found, _ = asked("identify", SWEEP, files[:2], files[2:], tmp_path)
+    assert names(found) == ["overlap"]
+    low, high = found["effects"][0]["interval"]
+    assert low < 1.5e-4 < high
+
+
+def test_underlap_is_named_from_blocked_ports(tmp_path: Path) -> None:
+    """The pressures of blocked ports are solved for, and fall where both edges are open."""
+    tops = (3e-4, 2e-4, 2.5e-4)
+    files = [blocked_valve(tmp_path / f"{i}.csv", t, 1 + i, 5e-5) for i, t in enumerate(tops)]
+    found, _ = asked("identify", SWEEP, files[:2], files[2:], tmp_path)
+    assert names(found) == ["underlap"]
+    assert found["effects"][0]["value"] == pytest.approx(5e-5, rel=0.01)
+
+
+def test_a_sweep_needs_something_to_show(tmp_path: Path) -> None:
+    """A current alone, and a flow without its pressure, are refused with what is lacking."""
+    file = open_valve(tmp_path / "sweep.csv", 6e-3, 1, 0.0)
+    rows = np.loadtxt(file, delimiter=",", skiprows=1)
+    heads = file.read_text().splitlines()[0].split(",")
+    fewer = recorded(tmp_path / "few.csv", dict(zip(heads[:3], rows.T[:3], strict=True)))
+    found, told = asked("gap", SWEEP, [fewer], [], tmp_path)
+    assert found["verdict"] == "cannot_examine"
+    assert "few.csv has no pressure_a" in told

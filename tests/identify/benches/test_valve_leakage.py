@@ -1,0 +1,59 @@
+"""A servo valve with blocked ports, and flow meters in supply, return and leakage line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.identify.benches.asked import asked, bench, names, recorded
+from tests.identify.benches.valve import LITRES, SUPPLY, TANK, blocked_ports, noisy, triangle
+
+LEAKAGE = bench("valve_leakage")
+PILOT = 0.8e-6 / 60.0 / 1e5 * (SUPPLY - TANK)
+"""Flow of the pilot stage as configured: 0.8 cm^3/min per bar [m^3/s]."""
+
+
+def leaking(file: Path, top: float, cycles: int, underlap: float, pilot: float = PILOT) -> Path:
+    """Record three flows for 300 s; the pilot stage drains into the leakage line."""
+    time, current = triangle(300.0, 3.0, top, cycles)
+    _, _, null = blocked_ports(current, max(underlap, 1e-9))
+    return recorded(file, {
+        "time [s]": time, "valve_current [mA]": 1e3 * current,
+        "supply_flow [l/min]": noisy(LITRES * (null + pilot), 0.003, file),
+        "return_flow [l/min]": noisy(LITRES * null, 0.003, file),
+        "leakage_line_flow [l/min]": noisy(np.full(len(time), LITRES * pilot), 0.001, file),
+    })  # fmt: skip
+
+
+def test_edges_that_wore_are_named(tmp_path: Path) -> None:
+    """Leakage that grew around null is an underlap, and the pilot stage is as it was."""
+    tops = (3e-4, 2e-4, 2.5e-4)
+    files = [leaking(tmp_path / f"{i}.csv", t, 1 + i, 5e-5) for i, t in enumerate(tops)]
+    gap, told = asked("gap", LEAKAGE, files[:2], files[2:], tmp_path)
+    assert "bench     a valve leakage bench" in told
+    assert gap["verdict"] == "disagrees"
+    found, _ = asked("identify", LEAKAGE, files[:2], files[2:], tmp_path)
+    assert names(found) == ["underlap"]
+    low, high = found["effects"][0]["interval"]
+    assert low < 5e-5 < high
+
+
+def test_a_new_valve_agrees(tmp_path: Path) -> None:
+    """Supply is return and leakage line together; without a line the return line has it all."""
+    file = leaking(tmp_path / "new.csv", 3e-4, 1, 0.0)
+    found, _ = asked("gap", LEAKAGE, [file], [], tmp_path)
+    assert found["verdict"] == "agrees"
+    rows = np.loadtxt(file, delimiter=",", skiprows=1)
+    rows[:, 3] += rows[:, 4]
+    heads = file.read_text().splitlines()[0].split(",")
+    joined = recorded(tmp_path / "joined.csv", dict(zip(heads[:4], rows.T[:4], strict=True)))
+    found, _ = asked("gap", LEAKAGE, [joined], [], tmp_path)
+    assert found["verdict"] == "agrees"
+
+
+def test_a_pilot_stage_that_leaks_more_is_refitted(tmp_path: Path) -> None:
+    """What the configuration states is a parameter: the leakage line tells its size."""
+    files = [leaking(tmp_path / f"{i}.csv", 3e-4, 1 + i, 0.0, 1.3 * PILOT) for i in range(2)]
+    found, _ = asked("gap", LEAKAGE, files, [], tmp_path)
+    pilot = found["parameters"]["pilot_leakage"]
+    assert pilot["refitted"] == pytest.approx(1.3 * pilot["configured"], rel=0.02)
