@@ -19,6 +19,7 @@ from hil_emulator.identify.prediction.balances import (
     SUPPLY,
     Balance,
 )
+from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
@@ -53,7 +54,7 @@ PROBE_STEPS = 10.0
 """Step of a derivative by a term, in usual sizes of its probe (assumed)."""
 
 
-@dataclass
+@dataclass(kw_only=True)
 class SweepStates(MeasuredStates):
     """One experiment as rows at rest.
 
@@ -128,11 +129,10 @@ class SweepBench:
             e.current, _whole(supply), given, places, np.zeros((e.samples, len(PROBES))), e.period
         )
         measured = e.matrix(self.channels)
-        noise = noise_levels(e, self.channels)
         return SweepStates(
             e, self.channels, measured, np.zeros((e.samples, 0)), np.zeros(e.samples),
-            np.asarray(np.isfinite(measured).any(axis=1)), np.ones(len(self.channels)), data,
-            noise, par, chan, {},
+            np.asarray(np.isfinite(measured).any(axis=1)), np.ones(len(self.channels)), data=data,
+            noise=noise_levels(e, self.channels), par=par, chan=chan, responses={},
         )  # fmt: skip
 
     def innovations(
@@ -176,6 +176,12 @@ class SweepBench:
                  for r, p, n in zip(residual.T, present.T, frozen.noise, strict=True)]  # fmt: skip
         scale = np.sqrt(frozen.experiment.copies) * frozen.noise
         frozen.weights = 1.0 / (scale * np.array(quiet))
+
+    def noise_seen(self, frozen: SweepStates) -> None:
+        """Return that every experiment has a noise of its own."""
+
+    def share(self, frozen: SweepStates, noise: Noise) -> None:
+        """Do nothing: there is none."""
 
     def regressors(self, frozen: SweepStates, path: Array) -> Regressors:
         """Return what a term may depend on."""
