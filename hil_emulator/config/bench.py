@@ -63,6 +63,10 @@ KINDS = {kind.name: kind for kind in (
         {"load": frozenset({"mass"})},
     ),
     Kind(
+        "valve flow", "a valve flow bench: current, pressures at the ports and the flow through a",
+        {"supply": frozenset({"pressure"}), "valve": frozenset({"gain", "natural_frequency"})},
+    ),
+    Kind(
         "quasi-static sweep",
         "a quasi-static sweep: a valve so slowly driven that every row is an equilibrium",
         {"supply": frozenset({"pressure"}), "valve": frozenset({"gain"})},

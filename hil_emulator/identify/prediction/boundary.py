@@ -25,9 +25,18 @@ IMPOSED_MOTION = {"load_mass": LOCKED}
 
 NO_CYLINDER = {"cylinder_piston_area": 0.0, "cylinder_area_ratio": 1.0}
 
-AT_REST = {
+ENDLESS_VOLUME = 1e3
+"""Size of a chamber whose pressure no flow of a test changes [m^3]."""
+
+OPEN_PORTS = {
     "load_mass": LOCKED, **NO_CYLINDER, "cylinder_stroke": 1e-3, "initial_position": 0.0,
-    "cylinder_dead_volume_a": 1e-6, "cylinder_dead_volume_b": 1e-6, "oil_bulk_modulus": 1e9,
+    "cylinder_dead_volume_a": ENDLESS_VOLUME, "cylinder_dead_volume_b": ENDLESS_VOLUME,
+    "oil_bulk_modulus": 1e9,
+}  # fmt: skip
+"""Of a valve whose ports are at given pressures: whatever oil fills so large a chamber."""
+
+AT_REST = {
+    **OPEN_PORTS, "cylinder_dead_volume_a": 1e-6, "cylinder_dead_volume_b": 1e-6,
     "valve_natural_frequency": 1e5,
 }  # fmt: skip
 """Of a valve in a slow sweep: at rest, neither volumes nor stiffness nor speed have a say; a spool
@@ -38,7 +47,7 @@ NO_VALVE = ("force balance", "driven axis")
 
 _BOUNDARIES: dict[str, dict[str, float]] = {
     "force balance": IMPOSED_MOTION, "driven axis": NO_CYLINDER,
-    "quasi-static sweep": AT_REST, "valve leakage": AT_REST,
+    "valve flow": OPEN_PORTS, "quasi-static sweep": AT_REST, "valve leakage": AT_REST,
 }  # fmt: skip
 
 

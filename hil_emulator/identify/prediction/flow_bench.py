@@ -9,18 +9,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment, noise_of
+from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment
 from hil_emulator.identify.prediction.balances import FLOW_A, Balance
-from hil_emulator.identify.prediction.boundary import LOCKED, with_values
+from hil_emulator.identify.prediction.boundary import OPEN_PORTS, with_values
 from hil_emulator.identify.prediction.correlation import Noise
+from hil_emulator.identify.prediction.noise import noise_levels, quiet_weights
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.identify.prediction.static import MeasuredStates
 from hil_emulator.model.stages import friction, inertia, stop, transducer
-
-ENDLESS_VOLUME = 1e3
-"""Size of a chamber whose pressure no flow of a test changes [m^3]."""
 
 SPOOL_STEP = 1e-4
 """Integration step [s]: the spool is all that moves (250 Hz, damped)."""
@@ -50,10 +48,7 @@ class FlowBench:
     balances: tuple[Balance, ...] = (FLOW_A,)
 
     def __init__(self, model: PlantModel) -> None:
-        self.model = with_values(model, {
-            "load_mass": LOCKED,
-            "cylinder_dead_volume_a": ENDLESS_VOLUME, "cylinder_dead_volume_b": ENDLESS_VOLUME,
-        })  # fmt: skip
+        self.model = with_values(model, OPEN_PORTS)
         self.channels: tuple[str, ...] = (FLOW,)
         states, self._flow = list(model.kernel.state.names or ()), model.signal_names.index(FLOW)
         self._ports = [states.index(name) for name in ("pressure_a", "pressure_b")]
@@ -113,12 +108,13 @@ class FlowBench:
         return path
 
     def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
-        """Weigh residuals by their spread and by how few of them are independent."""
+        """Give residuals a standard deviation of one where nothing is missing."""
         frozen.weights = np.ones(1)
-        r = self.innovations(frozen, par, chan)[0][frozen.present, 0]
-        spread = max(float(np.std(r)), noise_of(frozen.measured[:, 0]), 1e-12)
-        reach = round(BENCH_CORRELATION_TIME / frozen.experiment.period)
-        frozen.weights = np.array([1.0 / (spread * np.sqrt(_together(r, reach)))])
+        residual = self.innovations(frozen, par, chan)[0]
+        noise = noise_levels(frozen.experiment, self.channels)
+        present = frozen.present[:, None]
+        stretch = round(BENCH_CORRELATION_TIME / frozen.experiment.period)
+        frozen.weights = quiet_weights(residual, present, noise, stretch, frozen.experiment.copies)
 
     def noise_seen(self, frozen: MeasuredStates) -> None:
         """Return that every experiment has a noise of its own."""
@@ -167,18 +163,3 @@ def examinable(candidate: Coordinate) -> bool:
         and law.stage.name not in UNSEEN
         for law in effect.laws
     )  # fmt: skip
-
-
-def _together(residual: Array, reach: int) -> float:
-    """Return how many successive residuals count as one, from their correlation."""
-    r = residual - residual.mean()
-    power = float(r @ r)
-    if power <= 0.0 or len(r) < 4:
-        return 1.0
-    total = 1.0
-    for lag in range(1, min(reach, len(r) - 1)):
-        correlation = float(r[lag:] @ r[:-lag]) / power
-        if correlation < 0.05:
-            break
-        total += 2.0 * correlation
-    return min(total, float(reach))

@@ -60,7 +60,8 @@ def predicting(
         rows = [averaged(e) for e in everything]
         swept, why = sweep_bench(model, rows)
         return swept, rows[: len(learn)], rows[len(learn) :], why
-    if any(FLOW in e.readings for e in everything) and max(travels) < DRIVEN:
+    metered_only = any(FLOW in e.readings for e in everything) and max(travels) < DRIVEN
+    if declared == "valve flow" or metered_only:
         metered, why = flow_bench(model, everything)
         return metered, learn, check, why
     if max(travels) < DRIVEN:

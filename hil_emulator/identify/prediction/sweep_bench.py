@@ -20,7 +20,7 @@ from hil_emulator.identify.prediction.balances import (
     Balance,
 )
 from hil_emulator.identify.prediction.correlation import Noise
-from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
+from hil_emulator.identify.prediction.noise import noise_levels, quiet_weights
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.records import Sweep
@@ -171,11 +171,10 @@ class SweepBench:
         frozen.weights = np.ones(len(self.channels))
         residual = self.innovations(frozen, par, chan)[0]
         present = np.isfinite(frozen.measured)
-        stretch = max(1, round(self.correlation_time / frozen.experiment.period))
-        quiet = [quiet_rms(r[p] / n, stretch)
-                 for r, p, n in zip(residual.T, present.T, frozen.noise, strict=True)]  # fmt: skip
-        scale = np.sqrt(frozen.experiment.copies) * frozen.noise
-        frozen.weights = 1.0 / (scale * np.array(quiet))
+        stretch = round(self.correlation_time / frozen.experiment.period)
+        frozen.weights = quiet_weights(
+            residual, present, frozen.noise, stretch, frozen.experiment.copies
+        )
 
     def noise_seen(self, frozen: SweepStates) -> None:
         """Return that every experiment has a noise of its own."""
