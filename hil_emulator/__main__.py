@@ -364,9 +364,8 @@ def hide(
     help="After all cases send N random frames, then put all cases again.",
 )
 @click.option("--html", type=click.Path(path_type=Path), help="Write the report as an HTML page.")
-@click.pass_context
 def conformance(
-    ctx: click.Context, can: str, can_options: tuple[str, ...], node: int, eds: Path,
+    can: str, can_options: tuple[str, ...], node: int, eds: Path,
     cases: tuple[str, ...], storm: int, html: Path | None, *, self_starting: bool,
 ) -> None:  # fmt: skip
     """Ask a CANopen device whether it conforms to CiA 301; exit code 1 if a case fails.
@@ -379,7 +378,7 @@ def conformance(
     passed = command.conformance(
         can, can_options, node, eds, cases, storm, html, self_starting=self_starting
     )
-    ctx.exit(0 if passed else 1)
+    raise SystemExit(not passed)
 
 
 if __name__ == "__main__":
