@@ -125,28 +125,34 @@ class Device:
     # -- parameters -----------------------------------------------------------------------
 
     def restore_defaults(self) -> None:
-        """Forget what is stored in the device, and reset it."""
+        """Forget what is stored in the device, if it can, and reset it."""
         if self.eds.writable(RESTORE_PARAMETERS, 1):
-            self.sdo.download(RESTORE_PARAMETERS, 1, LOAD)
+            self.sdo.write_code(RESTORE_PARAMETERS, 1, LOAD)
         self.reset()
 
     def prepare_sync(self, overflow: int = 0) -> None:
         """Let the device produce no SYNC, and expect one with such a counter (0 is none)."""
+        self.stop_sync()
+        if self.eds.writable(SYNC_OVERFLOW):
+            self.sdo.write(SYNC_OVERFLOW, 0, overflow, 1)
+
+    def stop_sync(self) -> None:
+        """Let the device produce no SYNC, so that its parameters can be written."""
         if self.eds.writable(SYNC_COB_ID):
             cob_id = self.sdo.read(SYNC_COB_ID)
             if cob_id & SYNC_PRODUCER:
                 self.sdo.write(SYNC_COB_ID, 0, cob_id & ~SYNC_PRODUCER, 4)
         if self.eds.writable(CYCLE_PERIOD):
             self.sdo.write(CYCLE_PERIOD, 0, 0, 4)
-        if self.eds.writable(SYNC_OVERFLOW):
-            self.sdo.write(SYNC_OVERFLOW, 0, overflow, 1)
 
     # -- EMCY and SYNC --------------------------------------------------------------------
 
     @property
     def emergency_id(self) -> int:
-        """Identifier of emergencies in the predefined connection set."""
-        return 0x080 + self.node_id
+        """Identifier of emergencies by the EDS, else that of the predefined connection set."""
+        variable = self.eds.variables.get((EMCY_COB_ID, 0))
+        said = 0 if variable is None else variable.default & 0x7FF
+        return said or 0x080 + self.node_id
 
     def emergencies(self, since: int = 0) -> list[int]:
         """Return the error codes of all emergencies in the log, code 0 (no error) left out."""

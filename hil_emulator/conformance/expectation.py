@@ -67,6 +67,11 @@ class Expectation:
         variable = self.variables.get((index, subindex))
         return variable is not None and variable.writable
 
+    def limited(self, index: int, value: int) -> int:
+        """Return a value for an object, or its limit where that is lower."""
+        high = self.variables[index, 0].high
+        return value if high is None else min(value, int(high))
+
     def default(self, variable: Entry) -> bytes | None:
         """Return the bytes a variable has after a reset; None where the EDS does not say."""
         section = self._section(variable)

@@ -104,7 +104,7 @@ class Pdo:
         self.set(COB_ID, cob_id & ~NO_REMOTE if remote else cob_id)
 
     def prepare(self) -> bool:
-        """Disable it, and map an object that SDO can read, if it can be and none is.
+        """Disable it, and map an object that SDO can read, if it can be and no such one is.
 
         Returns:
             Whether the PDO can be enabled then.
@@ -116,10 +116,15 @@ class Pdo:
         words, eds = self.words(), self._device.eds
         mapped = [eds.variables.get((entry >> 16, entry >> 8 & 0xFF)) for entry in words]
         objects = carriable(self._device, receive=self.receive)
-        if words and (all(v is not None and v.readable for v in mapped) or not objects):
+        right = bool(words) and all(
+            v is not None and v.type.bits == entry & 0xFF
+            for v, entry in zip(mapped, words, strict=True)
+        )
+        if right and (all(v is not None and v.readable for v in mapped) or not objects):
             return True
-        changed = bool(objects) and eds.writable(self.mapping)
-        return self.map([word(objects[0])]) == 0 if changed else bool(words)
+        if objects and self.variable:
+            return self.map([word(objects[0])]) == 0
+        return right
 
     def configure(
         self, kind: int, *, inhibit_100us: int = 0, event_ms: int = 0, sync_start: int = 0
@@ -155,9 +160,14 @@ class Pdo:
         """Return the length of its data in bytes."""
         return (sum(word & 0xFF for word in self.words()) + 7) // 8
 
+    @property
+    def variable(self) -> bool:
+        """Whether its mapping can be written, for which it has to be disabled first."""
+        return self.offers(COB_ID) and self._device.eds.writable(self.mapping)
+
     def need_variable_mapping(self) -> None:
         """Skip the case where the mapping is fixed."""
-        if not self._device.eds.writable(self.mapping):
+        if not self.variable:
             pytest.skip(f"the mapping of {self.name} is fixed")
 
     def map(self, words: Sequence[int]) -> int:
@@ -244,7 +254,7 @@ def receiving(device: Device) -> Pdo:
 def carriable(device: Device, *, receive: bool) -> list[Entry]:
     """Return what may be mapped into an RPDO or TPDO, by the EDS; first what SDO can read."""
     found = device.eds.variables.values()
-    fitting = [v for v in found if (v.receivable if receive else v.transmittable)]
+    fitting = [v for v in found if v.type.bits and (v.receivable if receive else v.transmittable)]
     return sorted(fitting, key=lambda v: not v.readable)
 
 
@@ -255,7 +265,7 @@ def word(variable: Entry) -> int:
 
 def mappable(device: Device, access: set[str]) -> list[Entry]:
     """Return the variables a PDO may carry by their access types, the case's reason to exist."""
-    found = device.eds.find(access, mappable=True)
+    found = [v for v in device.eds.find(access, mappable=True) if v.type.bits]
     if not found:
         pytest.skip(f"no mappable object has the access type {' or '.join(sorted(access))}")
     return found

@@ -1,11 +1,13 @@
 """The suite's options on pytest's command line, the order of its cases, and its report."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from hil_emulator.conformance.cases import CASES, MARK
 from hil_emulator.conformance.report import Judgement, page, remarks, table
+from hil_emulator.conformance.sdo_client import Aborted
 from hil_emulator.conformance.wire import Wire
 
 PLUGIN = __name__
@@ -17,6 +19,9 @@ CALM, STORMY = "calm", "after the storm"
 ABOUT = pytest.StashKey[list[tuple[str, str]]]()
 """What is known of the device, for the page."""
 
+_ABORTED = f"{Aborted.__module__}.{Aborted.__name__}: "
+_ABORT_CODE = re.compile(r"\b\d{8,9}\b")
+"""Abort codes in decimal, as an assertion shows them; they begin with 05, 06 or 08."""
 _PROPERTY = "conformance case"
 _ROUND = "conformance round"
 
@@ -150,4 +155,5 @@ def _reason(report: pytest.TestReport) -> str:
         return str(where[2]).removeprefix("Skipped: ")
     crash = getattr(where, "reprcrash", None)
     text = str(where if crash is None else crash.message).partition("\n")[0]
-    return text.removeprefix("AssertionError: ")
+    text = text.removeprefix("AssertionError: ").replace(_ABORTED, "")
+    return _ABORT_CODE.sub(lambda code: f"{int(code[0]):08X}", text)

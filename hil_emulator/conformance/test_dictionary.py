@@ -29,6 +29,7 @@ def check_access(device: Device) -> None:
         code = device.sdo.read_code(index, subindex)
         allowed = (0, NO_DATA) if index == ERROR_HISTORY else (0,)
         assert code in allowed, f"{where(variable)}: reading aborts with {code:08X}"
+    device.stop_sync()
     for variable in free_parameters(device.eds):
         check_write_back(device, variable)
 
@@ -99,6 +100,7 @@ def test_structure_is_that_of_the_eds(device: Device) -> None:
 @case("4.6")
 def test_limits_are_those_of_the_eds(device: Device) -> None:
     """One beyond either limit is refused, and the value the object has is not."""
+    device.stop_sync()
     for above in (True, False):
         for variable, value in beyond(device.eds, above=above):
             data = encoded(variable, value)
@@ -124,6 +126,7 @@ def test_defaults_are_untouched_by_operational(device: Device) -> None:
 @case("4.9")
 def test_parameters_are_given_back_in_operational(device: Device) -> None:
     """In OPERATIONAL a parameter still has the value that was written to it."""
+    device.stop_sync()
     device.enter(OPERATIONAL)
     for variable in device.eds.find({"rw"}, mappable=False):
         if not free(variable) or device.eds.flags(variable) & (REFUSE_READ | REFUSE_WRITE):

@@ -13,6 +13,7 @@ from hil_emulator.conformance.device import (
     HEARTBEAT_PRODUCER,
     LIFE_TIME_FACTOR,
     PRE_OPERATIONAL,
+    SETTLE_MS,
     Device,
 )
 from hil_emulator.conformance.errors import (
@@ -32,7 +33,7 @@ INCOMPATIBLE = {0x0604_0043, 0x0800_0000}
 def produce(device: Device, period_ms: int) -> None:
     """Set the heartbeat time."""
     need_writable(device, HEARTBEAT_PRODUCER)
-    device.sdo.write(HEARTBEAT_PRODUCER, 0, period_ms, 2)
+    device.sdo.write(HEARTBEAT_PRODUCER, 0, device.eds.limited(HEARTBEAT_PRODUCER, period_ms), 2)
 
 
 def set_guarding(device: Device, guard_ms: int, factor: int) -> None:
@@ -51,6 +52,7 @@ def check_beats(device: Device) -> None:
 
 def check_silent(device: Device, *, requests: int = 0) -> None:
     """Check that no heartbeat comes and that no guarding request is answered."""
+    device.wire.run(SETTLE_MS)  # a new heartbeat time may begin with a heartbeat
     since = len(device.wire.log)
     for _ in range(requests):
         device.wire.send(device.error_control_id, remote=True)

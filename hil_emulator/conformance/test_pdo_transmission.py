@@ -4,8 +4,6 @@ from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import NO_SUCH_OBJECT
 from hil_emulator.conformance.device import PRE_OPERATIONAL, STOPPED, Device
 from hil_emulator.conformance.pdo import (
-    CAN_ID,
-    COB_ID,
     RPDO_RECORDS,
     TO_MAPPING,
     TPDO_RECORDS,
@@ -33,7 +31,7 @@ def scan(device: Device, records: range) -> int:
             continue
         pdo = Pdo(device, index)
         assert device.sdo.read(index) >= TRANSMISSION_TYPE, f"{index:04X}: too few entries"
-        assert pdo.get(COB_ID) & CAN_ID, f"{pdo.name} has no identifier"
+        assert pdo.can_id or not pdo.valid, f"{pdo.name} has no identifier"
         assert pdo.get(TRANSMISSION_TYPE) not in range(241, 252), f"{pdo.name}: reserved type"
         assert device.sdo.read_code(index + TO_MAPPING) == 0, f"{pdo.name} has no mapping"
     return len(device.eds.indices(records))

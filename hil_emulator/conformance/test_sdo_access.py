@@ -34,6 +34,7 @@ def test_device_type_is_answered_in_one_frame(device: Device) -> None:
 @case("2.2")
 def test_communication_parameters_are_given_back(device: Device) -> None:
     """Each one, in random order, takes its own value and still has it."""
+    device.stop_sync()
     parameters = free_parameters(device.eds, COMMUNICATION)
     random.Random(ORDER_SEED).shuffle(parameters)
     for variable in parameters:
@@ -100,6 +101,7 @@ def test_too_short_data_are_refused(device: Device) -> None:
 @case("2.10")
 def test_too_high_values_are_refused(device: Device) -> None:
     """One above the highest value aborts."""
+    device.stop_sync()
     for variable, value in beyond(device.eds, above=True):
         _refuses(device, variable, encoded(variable, value), TOO_HIGH)
 
@@ -107,6 +109,7 @@ def test_too_high_values_are_refused(device: Device) -> None:
 @case("2.11")
 def test_too_low_values_are_refused(device: Device) -> None:
     """One below the lowest value aborts."""
+    device.stop_sync()
     for variable, value in beyond(device.eds, above=False):
         _refuses(device, variable, encoded(variable, value), TOO_LOW)
 

@@ -6,7 +6,7 @@ from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import need_writable
 from hil_emulator.conformance.device import GUARD_TIME, HEARTBEAT_PRODUCER, Device
 from hil_emulator.conformance.sdo_client import BLOCK, Aborted
-from hil_emulator.conformance.test_sdo_segmented import TIME_MS, long_object
+from hil_emulator.conformance.test_sdo_segmented import long_object, time_ms
 
 NO_BLOCK_TRANSFER = 0x0504_0001
 WRONG_BLOCK_SIZE = {0x0504_0001, 0x0504_0002, 0x0800_0000}
@@ -28,8 +28,9 @@ def takes_block(device: Device, index: int, *, checked: bool) -> None:
     """Check that an object can be written as a block and holds what was written."""
     need_writable(device, index)
     need_block_transfer(device)
-    device.sdo.block_download(index, 0, TIME_MS, checked=checked)
-    assert device.sdo.upload(index) == TIME_MS
+    value = time_ms(device, index)
+    device.sdo.block_download(index, 0, value, checked=checked)
+    assert device.sdo.upload(index) == value
 
 
 @case("2.19")

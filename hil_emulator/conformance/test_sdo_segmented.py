@@ -10,27 +10,29 @@ from hil_emulator.conformance.parameters import strings
 
 TOGGLE_NOT_ALTERNATED = {0x0503_0000}
 OUT_OF_SEQUENCE = {0x0504_0001, 0x0800_0000}
-TIME_MS = (60_000).to_bytes(2, "little")
+TIME_MS = 60_000
 
 
-def long_object(device: Device) -> tuple[int, int]:
-    """Return an object that the device sends in segments; leaves no transfer behind."""
+def long_object(device: Device, more_than: int = 4) -> tuple[int, int]:
+    """Return an object that the device sends in segments, of more than so many bytes."""
     for variable in strings(device.eds):
         key = variable.index, variable.subindex
-        if device.sdo.read_code(*key):
-            continue
-        answer = device.sdo.initiate_upload(*key)
-        if not answer[0] & 0x02:
-            device.sdo.abort(*key)
+        if device.sdo.read_code(*key) == 0 and len(device.sdo.upload(*key)) > more_than:
             return key
-    pytest.skip("the device has no object of more than four bytes")
+    pytest.skip(f"the device has no object of more than {more_than} bytes")
+
+
+def time_ms(device: Device, index: int) -> bytes:
+    """Return a minute in ms, or less where the object's limit is lower."""
+    return device.eds.limited(index, TIME_MS).to_bytes(2, "little")
 
 
 def takes_segmented(device: Device, index: int) -> None:
     """Check that an object can be written in segments and holds what was written."""
     need_writable(device, index)
-    device.sdo.download(index, 0, TIME_MS, segmented=True)
-    assert device.sdo.upload(index) == TIME_MS
+    value = time_ms(device, index)
+    device.sdo.download(index, 0, value, segmented=True)
+    assert device.sdo.upload(index) == value
 
 
 @case("2.13")

@@ -39,6 +39,8 @@ def inapplicable(eds: Path, node_id: int) -> set[str]:
         cases |= {"3.27", "3.28", "3.29", "3.33"}  # RPDOs: a sensor takes no process data
     if not [v for v in expectation.variables.values() if v.receivable and v.readable]:
         cases |= {f"3.{number}" for number in range(303, 310)}  # values that come by RPDO
+    if not any(len(expectation.default(v) or b"") > 14 for v in expectation.variables.values()):
+        cases |= {"2.312"}  # a string of three segments
     if not loops(expectation):
         cases |= {"3.302", "3.310", "3.311"}  # an object that SDO writes and a TPDO shows
     if not expectation.find({"rww", "wo"}, mappable=True):

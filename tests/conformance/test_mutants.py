@@ -8,6 +8,7 @@ SCORE = 0.95
 UNNOTICED = {
     "lss_stored_in_vain": "shows when the power is off and on again, which no frame can do",
     "sdo_block_sequence_zero_ignored": "a server may wait for the segment that was meant",
+    "time_never_produced": "no object says how often TIME comes",
 }
 """Mutants that pass all cases, and why no case asks for what they break."""
 

@@ -92,9 +92,11 @@ def lss_node_id_of_zero(configure: Call, slave: LssSlave, service: int, value: i
 
 
 @mutant(CONFIGURE)
-def lss_bit_timing_unanswered(configure: Call, slave: LssSlave, service: int, value: int) -> None:
-    """Configure bit timing is answered, if only to refuse it: it is not."""
-    if service != CONFIGURE_BIT_TIMING:
+def lss_any_bit_timing(configure: Call, slave: LssSlave, service: int, value: int) -> None:
+    """A bit timing that does not exist is refused: it is confirmed."""
+    if service == CONFIGURE_BIT_TIMING:
+        slave._answer(service)
+    else:
         configure(slave, service, value)
 
 

@@ -80,9 +80,9 @@ def rpdo_synchronous_never(sync: Call, rpdo: Rpdo, now_ns: int, window_ns: int) 
 
 
 @mutant((Rpdo, "sync"))
-def rpdo_window_ignored(sync: Call, rpdo: Rpdo, now_ns: int, window_ns: int) -> Any:
-    """A synchronous RPDO after the window of 0x1007 is dropped: it is kept."""
-    return sync(rpdo, now_ns, 0)
+def rpdo_window_too_short(sync: Call, rpdo: Rpdo, now_ns: int, window_ns: int) -> Any:
+    """0x1007 counts us: it counts ns, so that RPDOs inside the window are dropped."""
+    return sync(rpdo, now_ns, window_ns // 1000)
 
 
 @mutant((Rpdo, "receive"))
