@@ -1,8 +1,12 @@
 """What the suite asks of its user."""
 
+from pathlib import Path
+
 import pytest
+from click.testing import CliRunner
 from suite import SUITE
 
+from hil_emulator.__main__ import main
 from hil_emulator.conformance.conftest import bus_settings
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import shipped
@@ -52,3 +56,20 @@ def test_the_suite_says_what_it_needs(
     report = "".join(capsys.readouterr())
     assert complaint in report
     assert "passed" not in report
+
+
+def test_the_command_says_what_it_needs(tmp_path: Path) -> None:
+    """Without an EDS that can be read the command ends with exit code 2, and no case is run."""
+    missing = str(tmp_path / "missing.eds")
+    told = CliRunner().invoke(
+        main, ["conformance", "--can", "virtual:1", "--node", "5", "--eds", missing]
+    )
+    assert told.exit_code == 2
+    assert "no case was put to the device" in told.output
+
+
+def test_the_command_explains_its_options() -> None:
+    """What can be asked of the suite is in its own help, not in pytest's alone."""
+    told = CliRunner().invoke(main, ["conformance", "--help"]).output
+    for option in ("--can", "--node", "--eds", "--case", "--self-starting", "--storm", "--html"):
+        assert option in told

@@ -15,7 +15,10 @@ from hil_emulator.platform.paths import shipped
 
 COMBINED = shipped("configs/hyq_knee.toml")
 SEPARATE = shipped("configs/hyq_knee_separate.toml")
-REMOTE_FRAMES = {"3.3", "3.9", "3.15", "7.2", "7.3", "7.4", "7.6", "7.203", "7.205", "7.207"}
+REMOTE_FRAMES = {
+    *("3.3", "3.9", "3.15", "3.310", "3.327"),
+    *("7.2", "7.3", "7.4", "7.6", "7.203", "7.205", "7.207", "7.305", "7.306"),
+}
 """Cases made of remote frames, which socketcand's protocol cannot carry."""
 
 

@@ -167,9 +167,11 @@ def test_identity_may_stand_in_device_info(tmp_path: Path) -> None:
 
 
 def test_a_cob_id_without_value_is_not_that_of_nmt(tmp_path: Path) -> None:
-    """The first PDOs and EMCY have their predefined identifiers, further PDOs do not exist."""
+    """The first PDOs and EMCY have predefined identifiers, further PDOs and SDOs do not exist."""
     mapping = [mapped(n, cob_id="0") for n in (1, 5)]
-    dictionary = loaded(tmp_path, described("1014", 7), *mapping)
+    sdo = "[1201]\nParameterName=SDO\nObjectType=9\n" + described("1201sub1", 7, "DefaultValue=0")
+    dictionary = loaded(tmp_path, described("1014", 7), *mapping, sdo)
+    assert dictionary.read(0x1201, 1) == 0x80000000
     assert dictionary.read(0x1014) == 0x085
     assert dictionary.read(0x1800, 1) == 0x185
     assert dictionary.read(0x1804, 1) == 0x80000000

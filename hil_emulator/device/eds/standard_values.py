@@ -1,14 +1,15 @@
 """Values that CiA 301 gives objects whose EDS gives none.
 
 A COB-ID without a value, or of 0, would be NMT's. The predefined connection set has one for each
-of the first four PDOs, for EMCY and for the SDO server; a further PDO does not exist until a master
-says where. One that is that of node 0, such as 0x180, lacks its $NODEID; the SDO server that every
-device has, is where the node-ID puts it. An identity without values is that of `[DeviceInfo]`.
+of the first four PDOs, for EMCY and for the SDO server; a further PDO or SDO does not exist until a
+master says where. One that is that of node 0, such as 0x180, lacks its $NODEID; the SDO server that
+every device has, is where the node-ID puts it. An identity without values is that of
+`[DeviceInfo]`.
 """
 
 from collections.abc import Iterator
 
-from hil_emulator.device.cob_id import CAN_ID_MASK
+from hil_emulator.device.cob_id import CAN_ID_MASK, INVALID
 from hil_emulator.device.eds.report import Report
 from hil_emulator.device.eds.sections import Section, Sheet
 from hil_emulator.device.eds.values import Value, integer
@@ -16,10 +17,12 @@ from hil_emulator.device.pdo_records import MAX_PDOS, RPDO_COMMUNICATION, TPDO_C
 from hil_emulator.frame import EXTENDED
 
 PREDEFINED_PDOS = 4
-NO_PDO = "0x80000000"
-"""Bit 31 of a COB-ID: the PDO does not exist (CiA 301 7.5.2.35)."""
+ABSENT = "0x80000000"
+"""Bit 31 of a COB-ID: the PDO or SDO does not exist (CiA 301 7.5.2.33, 7.5.2.35)."""
 
 SDO_SERVER = "1200"
+FURTHER_SDOS = range(0x1201, 0x1300)
+"""Servers and clients besides the default server: nobody has them until a master says where."""
 
 _COB_IDS = {
     "1005": "0x80",
@@ -47,10 +50,12 @@ def fill(sheet: Sheet, report: Report) -> None:
 
 def _cob_ids() -> Iterator[tuple[str, str]]:
     yield from _COB_IDS.items()
+    for index in FURTHER_SDOS:
+        yield from ((f"{index:04X}sub{subindex}", ABSENT) for subindex in (1, 2))
     for first, base in _PDOS:
         for pdo in range(MAX_PDOS):
             predefined = f"$NODEID+0x{base + 0x100 * pdo:X}"
-            yield f"{first + pdo:04X}sub1", predefined if pdo < PREDEFINED_PDOS else NO_PDO
+            yield f"{first + pdo:04X}sub1", predefined if pdo < PREDEFINED_PDOS else ABSENT
 
 
 def _complete(section: Section, predefined: str, report: Report) -> None:
@@ -62,6 +67,8 @@ def _complete(section: Section, predefined: str, report: Report) -> None:
     except ValueError:
         given = Value(0)
     if given.value & EXTENDED:
+        return
+    if predefined == ABSENT and given.value & INVALID:
         return
     if not given.value & CAN_ID_MASK and not given.relative:
         section.set(key, predefined)
