@@ -16,8 +16,17 @@ BIT_RATE = 500_000
 SYNC_MS = SET_POINT_MS = 10
 HEARTBEAT_MS = 100
 
-_CHANNELS = ("pressure_a", "pressure_b", "supply_pressure", "pressure_a")
+CHANNELS = ("pressure_a", "pressure_b", "supply_pressure", "pressure_a")
+"""What the transmitters show."""
 _FOREIGN = shipped("configs/foreign_plant.toml").parent / "foreign"
+
+
+def eds_of(node_id: int) -> Path:
+    """Return a node's EDS."""
+    if node_id == ACTUATOR:
+        return shipped("eds/hydraulic_actuator.eds")
+    kind = "transmitter" if node_id in TRANSMITTERS else "encoder"
+    return _FOREIGN / f"{'valve' if node_id in VALVES else kind}.eds"
 
 
 class Write(NamedTuple):
@@ -39,13 +48,11 @@ def plant(folder: Path, *lines: str) -> list[Path]:
 
     """
     text = ["[bus]", *lines, "[[node]]", f"id = {ACTUATOR}"]
-    text.append(f'eds = "{shipped("eds/hydraulic_actuator.eds")}"')
+    text.append(f'eds = "{eds_of(ACTUATOR)}"')
     for node_id in NODES[1:]:
-        kind = "transmitter" if node_id in TRANSMITTERS else "encoder"
-        kind = "valve" if node_id in VALVES else kind
-        text += ["[[node]]", f"id = {node_id}", f'eds = "{_FOREIGN / kind}.eds"', "commands = []"]
+        text += ["[[node]]", f"id = {node_id}", f'eds = "{eds_of(node_id)}"', "commands = []"]
         if node_id in TRANSMITTERS:
-            channel = _CHANNELS[node_id - TRANSMITTERS[0]]
+            channel = CHANNELS[node_id - TRANSMITTERS[0]]
             text.append(f'map = {{ "0x6100:1" = {{ channel = "{channel}", unit = "1 bar" }} }}')
         if node_id in ENCODERS:
             text.append('map = { "0x6004" = "position" }')
@@ -54,24 +61,27 @@ def plant(folder: Path, *lines: str) -> list[Path]:
     return [shipped("configs/hyq_knee.toml"), layer]
 
 
-def set_up() -> Iterator[Write]:
-    """Yield what a master writes before it starts the nodes."""
+def set_up(stretch: int = 1) -> Iterator[Write]:
+    """Yield what a master writes before it starts the nodes; `stretch` makes all periods longer."""
     for node_id in NODES:
-        yield Write(node_id, 0x1017, 0, 2, HEARTBEAT_MS)
+        yield Write(node_id, 0x1017, 0, 2, HEARTBEAT_MS * stretch)
+    yield Write(ACTUATOR, 0x1400, 5, 2, 0)  # no deadline: an emulated processor may be late
     for number, period_ms in enumerate((10, 20, 50)):
-        yield Write(ACTUATOR, 0x1800 + number, 5, 2, period_ms)
+        yield Write(ACTUATOR, 0x1800 + number, 5, 2, period_ms * stretch)
     for node_id in TRANSMITTERS:
         yield Write(node_id, 0x1A00, 1, 4, 0x7130_0110)
         yield Write(node_id, 0x1A00, 2, 4, 0x6150_0108)
         yield Write(node_id, 0x1A00, 0, 1, 2)
         yield Write(node_id, 0x6132, 1, 1, 2)
-        yield Write(node_id, 0x1800, 5, 2, 10)
+        yield Write(node_id, 0x1800, 5, 2, 10 * stretch)
         yield Write(node_id, 0x1800, 1, 4, 0x4000_0180 + node_id)
     for node_id in ENCODERS:
-        yield Write(node_id, 0x6200, 0, 2, 20)
+        yield Write(node_id, 0x6200, 0, 2, 20 * stretch)
+    for node_id in VALVES:
+        yield Write(node_id, 0x1800, 5, 2, 100 * stretch)
 
 
-def periods_ms() -> dict[int, float]:
+def periods_ms(stretch: int = 1) -> dict[int, int]:
     """Return the period of every message on the bus by its identifier, as they are set up."""
     found = {0x080: SYNC_MS, 0x200 + ACTUATOR: SET_POINT_MS}
     found |= {0x700 + node_id: HEARTBEAT_MS for node_id in NODES}
@@ -79,7 +89,8 @@ def periods_ms() -> dict[int, float]:
     found[0x480 + ACTUATOR] = SYNC_MS
     found |= {0x180 + node_id: 10 for node_id in TRANSMITTERS}
     found |= {0x180 + node_id: 20 for node_id in ENCODERS}
-    return found | {0x180 + node_id: 100 for node_id in VALVES}
+    found |= {0x180 + node_id: 100 for node_id in VALVES}
+    return {can_id: period_ms * stretch for can_id, period_ms in found.items()}
 
 
 def bits(can_id: int, data: bytes) -> int:
