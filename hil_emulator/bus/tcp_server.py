@@ -28,6 +28,10 @@ MAX_CLIENTS = 16  # assumed
 
 _log = logging.getLogger(__name__)
 
+SYNC = 0x080
+"""Predefined identifier of SYNC, which is empty or carries a counter (CiA 301 7.2.5): who produced
+it with one may consume it without one later."""
+
 
 class SocketcandServerBus(can.BusABC):
     """A python-can bus whose other nodes are TCP clients speaking socketcand.
@@ -189,7 +193,7 @@ class SocketcandServerBus(can.BusABC):
 
     def _as_meant(self, frame: Frame) -> Frame:
         """Return a client's frame, or the remote frame that it was before it became text."""
-        if not frame.data and frame.identifier in self._own:
+        if not frame.data and frame.identifier in self._own and frame.can_id != SYNC:
             frame = frame._replace(remote=True)
         if frame.remote:
             self._warn(frame.can_id)

@@ -203,3 +203,14 @@ def test_an_error_frame_reaches_stock_clients() -> None:
         assert message.arbitration_id == BUS_OFF
     finally:
         wire.close()
+
+
+def test_a_sync_without_a_counter_stays_one(server: SocketcandServerBus) -> None:
+    """Who has produced SYNC with a counter hears a client's SYNC without one."""
+    with Client(server).shake_hands() as client:
+        server.send(message_of(Frame(0x080, b"\x01")))
+        client.say(b"< send 80 0  >")
+        arrived: list[Frame] = []
+        while not arrived:
+            arrived = polled(server, iter([False, True]).__next__)
+        assert arrived == [Frame(0x080)]
