@@ -4,7 +4,7 @@ import itertools
 import random
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil_emulator.frame import BUS_ERROR, BUS_OFF, RESTARTED, Frame
@@ -49,6 +49,7 @@ def test_an_empty_frame_of_zeros_is_stuffed_after_each_five() -> None:
     assert length(Frame(0x555, b"\x55" * 8)) <= 98 + 24 + END_BITS
 
 
+@settings(deadline=None)
 @given(frames)
 def test_stuff_bits_are_those_of_the_standard(frame: Frame) -> None:
     """Never six equal bits; as many as bit by bit; the field has 34 or 54 bits beside the data."""
@@ -60,6 +61,7 @@ def test_stuff_bits_are_those_of_the_standard(frame: Frame) -> None:
     assert crc(bits, count) == 0  # what is followed by its own checksum leaves none
 
 
+@settings(deadline=None)
 @given(frames, frames)
 def test_the_first_differing_bit_decides(a: Frame, b: Frame) -> None:
     """Dominant wins: the arbitration fields compared bit by bit on the wire."""
