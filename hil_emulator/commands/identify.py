@@ -70,7 +70,7 @@ def identify(
         config, learn, check, question, lambda text: click.echo(f"  {text}", err=True),
         cache_folder(), jobs, cluster,
     )  # fmt: skip
-    if not config.bench.whole:
+    if config.bench.kind != "actuator":
         click.echo(f"bench     {config.bench}")
     click.echo(summary(result))
     if out is not None:

@@ -59,6 +59,11 @@ KINDS = {kind.name: kind for kind in (
         {"cylinder": frozenset({"piston_area", "area_ratio"})}, ("pressure_a", "pressure_b"),
     ),
     Kind(
+        "closed loop",
+        "a closed loop: the whole actuator, whose current a position controller commands",
+        EVERYTHING, ("proportional_gain",),
+    ),
+    Kind(
         "driven axis", "a driven axis: position and the force of its drive, without any pressure",
         {"load": frozenset({"mass"})},
     ),
@@ -79,12 +84,24 @@ KINDS = {kind.name: kind for kind in (
 )}  # fmt: skip
 """Every kind of bench by its name."""
 
+FREE = "free"
+
+PROPORTIONAL_GAIN = Param(
+    "proportional_gain", "A/m", "current per deviation of the position", 0.5, 1e-4, 1e4
+)  # fmt: skip
+
+_gain = reader(PROPORTIONAL_GAIN)
 _pressure = reader(CHAMBER_PRESSURE)
 
 
 def _chamber(text: object) -> float:
     """Read what is known of a chamber: its pressure [Pa], not a number where there is none."""
     return math.nan if text == ABSENT else _pressure(text)
+
+
+def _proportional(text: object) -> float:
+    """Read a gain [A/m], not a number where it is to be found."""
+    return math.nan if text == FREE else _gain(text)
 
 
 Chamber = Annotated[float | None, BeforeValidator(_chamber)]
@@ -96,6 +113,7 @@ class BenchTable(StrictTable):
     kind: Literal[tuple(KINDS)] = "actuator"  # type: ignore[valid-type]
     pressure_a: Chamber = None
     pressure_b: Chamber = None
+    proportional_gain: Annotated[float | None, BeforeValidator(_proportional)] = None
 
     @model_validator(mode="after")
     def _of_its_kind(self) -> "BenchTable":
@@ -106,6 +124,11 @@ class BenchTable(StrictTable):
                     f'{key} says nothing about kind = "{self.kind}"; it belongs to '
                     f"{' and '.join(means)}"
                 )
+        if self.kind == "closed loop" and self.proportional_gain is None:
+            raise ValueError(
+                'kind = "closed loop" needs proportional_gain = "0.5 A/m" (current per deviation '
+                f'of the position), or "{FREE}" where nobody knows it'
+            )
         return self
 
 
@@ -117,16 +140,18 @@ class BenchSettings:
         kind: its name in `KINDS`.
         chambers: constant pressure of the chambers that no channel shows, by channel [Pa]; not a
             number where a chamber does not exist.
+        proportional_gain: of a closed loop [A/m], not a number where it is to be found.
 
     """
 
     kind: str = "actuator"
     chambers: Mapping[str, float] = field(default_factory=dict)
+    proportional_gain: float = math.nan
 
     @property
     def whole(self) -> bool:
         """Whether it is the whole actuator, which alone can be simulated."""
-        return self.kind == "actuator"
+        return self.kind in ("actuator", "closed loop")
 
     def __str__(self) -> str:
         """Return in words what a configuration describes."""
@@ -135,13 +160,18 @@ class BenchSettings:
             side = name.replace("pressure", "chamber").replace("_", " ")
             constant = f"at a constant {show(pressure, 'Pa', 'bar')}"
             told.append(f"{side} {'absent' if math.isnan(pressure) else constant}")
+        if self.kind == "closed loop":
+            gain = self.proportional_gain
+            told.append(f"gain {FREE if math.isnan(gain) else show(gain, 'A/m')}")
         return "; ".join(told)
 
 
 def described(table: BenchTable) -> BenchSettings:
     """Return the bench that a checked table describes."""
     chambers = {"pressure_a": table.pressure_a, "pressure_b": table.pressure_b}
-    return BenchSettings(table.kind, {n: p for n, p in chambers.items() if p is not None})
+    known = {name: pressure for name, pressure in chambers.items() if pressure is not None}
+    gain = math.nan if table.proportional_gain is None else table.proportional_gain
+    return BenchSettings(table.kind, known, gain)
 
 
 def kind_of(merged: Mapping[str, Any]) -> Kind:

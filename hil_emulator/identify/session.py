@@ -18,7 +18,7 @@ from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.boundary import as_stated, bounded
+from hil_emulator.identify.prediction.boundary import as_stated, bounded, with_gain
 from hil_emulator.identify.prediction.cluster_pool import ClusterPool
 from hil_emulator.identify.prediction.instrumentation import examinable, predicting, priors
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
@@ -97,8 +97,10 @@ def _identified(
     question: Question, pooled: Pools, tell: Tell, cache: Path | None,
 ) -> Result:  # fmt: skip
     model = bounded(PlantModel(config, cache), config.bench)
-    learn, check = (as_stated(e, config.bench) for e in counted(training, validation))
+    stated, said = with_gain(config.bench, training, model.plant_values)
+    learn, check = (as_stated(e, stated) for e in counted(training, validation))
     learn, check, left_out = without_contradictions(learn, check, model.plant_values)
+    left_out = said + left_out
     learn, check = _split(learn, check)
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     predictor, learn, check, why = predicting(model, learn, check)

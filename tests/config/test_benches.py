@@ -94,7 +94,7 @@ def test_masses_of_presses_are_within_bounds(layer: Layer) -> None:
 @pytest.mark.parametrize("command", ["linear", "characterise", "run", "hide"])
 def test_what_simulates_asks_for_the_whole_actuator(command: str, tmp_path: Path) -> None:
     """One message says what the file describes and what the command needs."""
-    file = str(WORKED[0])
+    file = str(next(f for f in WORKED if f.stem == "driven_axis"))
     words = {
         "linear": ["linear", file], "characterise": ["characterise", "leakage", file],
         "run": ["run", file, "--clock", "lockstep", "--duration", "1 s"],

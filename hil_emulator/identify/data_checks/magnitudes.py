@@ -13,6 +13,7 @@ from hil_emulator.identify.data_checks.unit_mistakes import likely, of_position
 from hil_emulator.identify.measured.data import IMPLAUSIBLE_SPANS
 from hil_emulator.identify.measured.experiment import (
     FLOWS,
+    REFERENCE,
     SPANS,
     UNITS,
     Array,
@@ -50,7 +51,10 @@ CREEP = 2e-3
 NOISE_SHARE = 0.2
 """Noise over the whole change of a position from which it shows no motion (assumed)."""
 
-_SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {f: (UNITS[f], "l/min") for f in FLOWS}
+_SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {
+    **{f: (UNITS[f], "l/min") for f in FLOWS},
+    REFERENCE: ("m", "mm"),
+}
 _PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 
 

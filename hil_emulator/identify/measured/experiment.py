@@ -18,8 +18,14 @@ FLOWS = (FLOW, "flow_b", "supply_flow", "return_flow", "leakage_line_flow")
 """Flows that a bench meters: out of the valve's port a, into its port b, through its ports s and t,
 and what leaves by a line of its own."""
 
-SPANS = {channel.name: channel.span for channel in CHANNELS} | dict.fromkeys(FLOWS, 1e-3)
-UNITS = {channel.name: channel.unit for channel in CHANNELS} | dict.fromkeys(FLOWS, "m^3/s")
+REFERENCE = "position_reference"
+"""What a closed loop wants the position to be."""
+
+_SHOWN = {channel.name: (channel.unit, channel.span) for channel in CHANNELS}
+_SHOWN |= dict.fromkeys(FLOWS, ("m^3/s", 1e-3)) | {REFERENCE: ("m", 0.08)}
+
+UNITS = {name: unit for name, (unit, _) in _SHOWN.items()}
+SPANS = {name: span for name, (_, span) in _SHOWN.items()}
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,10 @@ import numpy as np
 
 from hil_emulator.config.bench import BenchSettings
 from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction.commanded import commanded, found_gain, in_loop
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.layout import fill
+from hil_emulator.units import show
 
 LOCKED = 1e12
 """Mass of a load that no actuator moves [kg]: a micrometre per hour at a hundred kilonewton."""
@@ -67,8 +69,20 @@ def bounded(model: PlantModel, bench: BenchSettings) -> PlantModel:
     return with_values(model, values) if values else model
 
 
+def with_gain(
+    bench: BenchSettings, experiments: Sequence[Experiment], plant: Mapping[str, float]
+) -> tuple[BenchSettings, list[str]]:
+    """Return the bench with the gain that a free loop is found to have, and a note that says so."""
+    looped = [e for e in experiments if in_loop(e)]
+    if bench.kind != "closed loop" or not math.isnan(bench.proportional_gain) or not looped:
+        return bench, []
+    gain = found_gain(looped, plant)
+    note = f"proportional gain: {show(gain, 'A/m')} fits the configured valve"
+    return replace(bench, proportional_gain=gain), [note]
+
+
 def as_stated(experiments: Sequence[Experiment], bench: BenchSettings) -> list[Experiment]:
-    """Return experiments with the pressures that the configuration states.
+    """Return experiments with what the configuration states: pressures, and a loop's current.
 
     A bench of forces has no valve: a set point in its recordings is that of something else.
     """
@@ -76,6 +90,8 @@ def as_stated(experiments: Sequence[Experiment], bench: BenchSettings) -> list[E
 
 
 def _stated(e: Experiment, bench: BenchSettings) -> Experiment:
+    if bench.kind == "closed loop" and in_loop(e):
+        return commanded(e, bench.proportional_gain)
     if bench.kind in NO_VALVE and len(e.current):
         e = _noted(replace(e, current=np.zeros(0)), "valve_current: not used, as there is no valve")
     for name, pressure in bench.chambers.items():

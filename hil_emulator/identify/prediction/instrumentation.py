@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from hil_emulator.identify.data_checks import plausible
 from hil_emulator.identify.data_checks.sound import DRIVEN, travel
-from hil_emulator.identify.measured.experiment import FLOW, Experiment
+from hil_emulator.identify.measured.experiment import FLOW, REFERENCE, Experiment
 from hil_emulator.identify.prediction import parameters, static
 from hil_emulator.identify.prediction.flow_bench import FLOW_PRIORS, FlowBench, flow_bench
 from hil_emulator.identify.prediction.flow_bench import examinable as flow_examinable
@@ -56,6 +56,9 @@ def predicting(
         if not c.differenced and all(c.name in e.readings for e in everything)
     )  # fmt: skip
     travels = [travel(e) for e in everything]
+    if declared == "closed loop" and not all(len(e.current) for e in everything):
+        lacking = next(e.name for e in everything if not len(e.current))
+        return None, learn, check, f"{lacking} lacks {REFERENCE} or position: what commands it?"
     if declared in SLOW:
         rows = [averaged(e) for e in everything]
         swept, why = sweep_bench(model, rows)
