@@ -9,7 +9,7 @@ import pytest
 from hil_emulator.commands.identify import summary
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.session import Question, identify
+from hil_emulator.identify.session import EVERYTHING, Question, identify
 from tests.identify.rig_data import CACHE, knee, recorded
 
 KEPT = ("pressure_a", "pressure_b", "position", "load_force")
@@ -17,6 +17,7 @@ ASYMMETRIC = {"friction_asymmetry_asymmetry": 0.15}
 NOISE = 16.7
 """Standard deviation of the load cell's noise in the configuration [N]."""
 KINDS = ("multisine", "triangles", "steps")
+GAP = Question(search=False)
 
 
 def force_balance(changes: Mapping[str, float], kind: str) -> Experiment:
@@ -25,18 +26,27 @@ def force_balance(changes: Mapping[str, float], kind: str) -> Experiment:
     return replace(run, current=np.zeros(0), readings={n: run.readings[n] for n in KEPT})
 
 
-def examined(changes: Mapping[str, float], kind: str, search: bool = True) -> Result:
+def examined(changes: Mapping[str, float], kind: str, question: Question = EVERYTHING) -> Result:
     """Return what is said of one such run."""
-    return identify(knee(), [force_balance(changes, kind)], question=Question(search=search),
-                    cache=CACHE)  # fmt: skip
+    return identify(knee(), [force_balance(changes, kind)], question=question, cache=CACHE)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_no_effect_explains_with_certainty_is_not_nothing(kind: str) -> None:
-    """Friction differs by 15 % with direction: twice the noise remains, and the verdict says so."""
-    result = examined(ASYMMETRIC, kind)
+def test_what_an_effect_closes_is_no_noise(kind: str) -> None:
+    """Friction that differs by 15 % with direction is named, beside what looks alike at most."""
+    (found,) = examined(ASYMMETRIC, kind).effects
+    assert found.name == "friction_asymmetry"
+    assert found.value == pytest.approx(0.15, abs=0.01)
+    assert set(found.group) <= {"load_force.offset"}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_no_effect_explains_is_not_nothing(kind: str) -> None:
+    """Without it in the catalogue twice the noise remains, and the verdict says so."""
+    result = examined(ASYMMETRIC, kind, Question(only=["stribeck_friction", "position_friction"]))
     assert result.repeats is not None
     assert result.repeats.rms > 1.5 * NOISE
+    assert not result.effects
     assert result.verdict == "cannot_tell"
     assert f"{result.repeats.rms:.3g} N rms" in result.reason
     assert "comes again" in result.reason
@@ -54,5 +64,5 @@ def test_noise_alone_is_nothing(kind: str) -> None:
 
 def test_a_gap_that_comes_again_is_no_agreement() -> None:
     """Without a search, too: the model agrees only where noise is all that remains."""
-    assert examined(ASYMMETRIC, "triangles", search=False).verdict in ("cannot_tell", "disagrees")
-    assert examined({}, "triangles", search=False).verdict == "agrees"
+    assert examined(ASYMMETRIC, "triangles", GAP).verdict in ("cannot_tell", "disagrees")
+    assert examined({}, "triangles", GAP).verdict == "agrees"

@@ -1,6 +1,5 @@
 """The pool of a Dask cluster: frozen experiments stay on the worker that made them."""
 
-import copy
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from hil_emulator.identify.prediction.pool import (
     frozen_at,
     noise_of_all,
     residual,
+    sharing,
 )
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.serialise import Serialised, deserialised, serialised
@@ -51,10 +51,9 @@ class ClusterPool:
         kept = _mapped(self._client, _freeze, futures, self._predictor, point)
         seen = gathered(self._client, _mapped(self._client, _seen, kept, self._predictor))
         noise = noise_of_all(seen)
-        if noise is not None:
-            kept = _mapped(self._client, _shared, kept, self._predictor, noise)
         largest = max((e.samples * len(e.readings) * 8 for e in experiments), default=1)
-        return ClusterBatch(self._client, self._predictor, kept, max(1, LARGEST // largest), noise)
+        batch = ClusterBatch(self._client, self._predictor, kept, max(1, LARGEST // largest))
+        return batch if noise is None else batch.sharing(noise)
 
 
 class ClusterBatch:
@@ -80,6 +79,11 @@ class ClusterBatch:
     def frozen(self) -> Sequence[object]:
         """The frozen experiments, fetched."""
         return [kept.frozen for kept in gathered(self._client, self._kept)]
+
+    def sharing(self, noise: Noise) -> "ClusterBatch":
+        """Return the same, weighed by another noise."""
+        kept = _mapped(self._client, _shared, self._kept, self._predictor, noise)
+        return ClusterBatch(self._client, self._predictor, kept, self._points, noise)
 
     def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
         """Yield the residual at each point, flat, of all experiments in their order."""
@@ -137,10 +141,7 @@ def _seen(kept: _Kept, predictor: Serialised) -> Correlogram | None:
 
 
 def _shared(kept: _Kept, predictor: Serialised, noise: Noise) -> _Kept:
-    """Return the same with shared weights: what a task has taken in stays as it is."""
-    frozen = copy.copy(kept.frozen)
-    deserialised(predictor).share(frozen, noise)
-    return _Kept(frozen)
+    return _Kept(sharing(deserialised(predictor), kept.frozen, noise))
 
 
 def _residuals(kept: _Kept, predictor: Serialised, points: Sequence[Point]) -> Array:

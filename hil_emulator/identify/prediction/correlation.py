@@ -7,7 +7,7 @@ sequence (Geyer 1992, section 3.3); all experiments of a channel share it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import fftconvolve
@@ -27,12 +27,16 @@ class Correlogram:
 
     Attributes:
         period: of its samples [s].
+        samples: their number.
+        copies: experiments that share its noise, itself included.
         products: sum of the products of values that are as many samples apart as the index says.
         pairs: their number.
 
     """
 
     period: float
+    samples: int
+    copies: int
     products: Array
     pairs: Array
 
@@ -46,29 +50,51 @@ class Noise:
             independent value [unit^2 s].
         memory: time over which values are correlated [s].
         sample_size: number of independent values that the data are worth.
+        seen: what each experiment told.
 
     """
 
     density: float
     memory: float
     sample_size: float
+    seen: tuple[Correlogram, ...]
+
+    def weight(self, period: float, copies: int) -> float:
+        """Return the weight of a residual, so that the sum of squares counts independent values."""
+        return float(np.sqrt(period / (self.density * copies)))
+
+    def left(self, residual: Array) -> "Noise":
+        """Return the noise that another explanation leaves.
+
+        Args:
+            residual: of that, of all experiments, flat, in the weights of this noise.
+
+        """
+        ends = np.cumsum([c.samples for c in self.seen])[:-1]
+        return shared([
+            replace(c, products=_products(r / self.weight(c.period, c.copies), len(c.pairs)))
+            for c, r in zip(self.seen, np.split(residual, ends), strict=True)
+        ])  # fmt: skip
 
 
-def correlogram(residual: Array, present: Mask, period: float) -> Correlogram:
+def correlogram(residual: Array, present: Mask, period: float, copies: int = 1) -> Correlogram:
     """Return the sums of products of a residual by lag.
 
     Args:
-        residual: of one experiment.
+        residual: of one experiment, zero where there is none.
         present: where there is one.
         period: of the samples [s].
+        copies: experiments that share its noise, itself included.
 
     """
     lags = max(2, int(LONGEST * len(residual)))
-    counted = present.astype(np.float64)
-    products, pairs = (
-        fftconvolve(v, v[::-1])[len(v) - 1 :][:lags] for v in (residual * counted, counted)
-    )
-    return Correlogram(period, products, np.round(pairs))
+    pairs = np.round(_products(present.astype(np.float64), lags))
+    return Correlogram(period, len(residual), copies, _products(residual, lags), pairs)
+
+
+def _products(values: Array, lags: int) -> Array:
+    """Return the sum of products of values by how far they are apart."""
+    return np.asarray(fftconvolve(values, values[::-1])[len(values) - 1 :][:lags])
 
 
 def shared(correlograms: Sequence[Correlogram]) -> Noise:
@@ -82,7 +108,8 @@ def shared(correlograms: Sequence[Correlogram]) -> Noise:
     total = float(np.sum(np.minimum.accumulate(sums[:end])))
     density = step * max(2.0 * total - variance, variance)
     power = sum(c.period * float(c.products[0]) for c in correlograms)
-    return Noise(density, 2.0 * step * max(end, 1), max(power / density, 1.0))
+    size = max(power / density, 1.0)
+    return Noise(density, 2.0 * step * max(end, 1), size, tuple(correlograms))
 
 
 def _covariance(correlograms: Sequence[Correlogram], step: float) -> Array:

@@ -1,8 +1,9 @@
 """Where the experiments of a campaign are predicted: here on threads, or on a cluster."""
 
+import copy
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -29,6 +30,9 @@ class Batch(Protocol):
     @property
     def noise(self) -> Noise | None:
         """The noise that they share; None where each has its own."""
+
+    def sharing(self, noise: Noise) -> "Batch":
+        """Return the same, weighed by another noise."""
 
     def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
         """Yield the residual at each point, flat, of all experiments in their order."""
@@ -58,10 +62,8 @@ class Threads:
         predictor, jobs = self._predictor, self._jobs
         frozen = list(_side_by_side(lambda e: frozen_at(predictor, e, point), experiments, jobs))
         noise = noise_of_all([predictor.noise_seen(f) for f in frozen])
-        if noise is not None:
-            for f in frozen:
-                predictor.share(f, noise)
-        return LocalBatch(predictor, frozen, jobs, noise)
+        batch = LocalBatch(predictor, frozen, jobs)
+        return batch if noise is None else batch.sharing(noise)
 
 
 @dataclass
@@ -80,6 +82,11 @@ class LocalBatch:
     frozen: Sequence[object]
     jobs: int = 1
     noise: Noise | None = None
+
+    def sharing(self, noise: Noise) -> "LocalBatch":
+        """Return the same, weighed by another noise."""
+        frozen = [sharing(self.predictor, f, noise) for f in self.frozen]
+        return replace(self, frozen=frozen, noise=noise)
 
     def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
         """Yield the residual at each point."""
@@ -106,6 +113,13 @@ def noise_of_all(seen: Sequence[Correlogram | None]) -> Noise | None:
     """Return the noise that experiments share; None where each has its own."""
     told = [c for c in seen if c is not None]
     return shared(told) if told else None
+
+
+def sharing(predictor: Predictor, frozen: object, noise: Noise) -> object:
+    """Return a frozen experiment weighed by a noise that all share; the one given stays."""
+    other = copy.copy(frozen)
+    predictor.share(other, noise)
+    return other
 
 
 def frozen_at(predictor: Predictor, experiment: Experiment, point: Point) -> object:

@@ -118,7 +118,8 @@ class StaticObserver:
         """Weigh residuals by the noise of this experiment, until it shares that of others."""
         frozen.weights = np.ones(1)
         residual = self.innovations(frozen, par, chan)[0][:, 0]
-        seen = correlogram(residual, frozen.present, frozen.experiment.period)
+        e = frozen.experiment
+        seen = correlogram(residual, frozen.present, e.period, e.copies)
         frozen.correlogram = seen
         self.share(frozen, shared([seen]))
 
@@ -128,8 +129,8 @@ class StaticObserver:
 
     def share(self, frozen: MeasuredStates, noise: Noise) -> None:
         """Weigh residuals so that the sum of their squares counts independent values."""
-        density = noise.density * frozen.experiment.copies
-        frozen.weights = np.array([np.sqrt(frozen.experiment.period / density)])
+        e = frozen.experiment
+        frozen.weights = np.array([noise.weight(e.period, e.copies)])
 
     def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
         """Return what a term may depend on."""

@@ -21,6 +21,7 @@ from hil_emulator.identify.selection.lookahead import Lookahead, pairs_of
 from hil_emulator.identify.selection.nearest import nearest
 from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.quieter import certain, held_out, quietest
 from hil_emulator.identify.selection.re_examination import re_examine
 from hil_emulator.identify.selection.redundant_effects import redundant, same_part
 from hil_emulator.identify.selection.scan import Projection, Score, scan
@@ -31,6 +32,9 @@ REFITTED = 4
 
 MOST_EFFECTS = 5
 """Most effects that are looked for."""
+
+AGAIN = 5
+"""Iterations of a fit that begins at one by another noise."""
 
 KEPT_TERMS = 2
 """Terms of each balance whose columns are kept of the first round, for the account of the gap."""
@@ -83,6 +87,8 @@ class Searcher:
             found = self._round(search)
             search.rounds.append(found)
             judge(search, found)
+            if not found.accepted:
+                found = self._in_less_noise(search, found)
             if found.accepted:
                 self._accept(search, found)
             found.slim()
@@ -132,18 +138,36 @@ class Searcher:
 
     def _round(self, search: Search) -> Round:
         self.tell(f"refitting {len(search.free)} parameters")
-        base = converge(self.fitter, search)
+        return self._judged_from(search, converge(self.fitter, search))
+
+    def _judged_from(self, search: Search, base: Fit, best: Fit | None = None) -> Round:
+        """Return what candidates and free terms explain that a fit does not."""
         names = {c.name for c in search.effects}
         rest = [c for c in self.candidates if c.name not in names]
         if len(names) == MOST_EFFECTS:
             rest = []
         self.tell(f"screening {len(rest)} effects")
-        scores, trials = self._screened(search, base, rest)
+        scores, trials = self._screened(search, base, rest, best)
         self.tell("looking for what no effect explains")
         return Round(base, scores, trials, self._terms(base))
 
+    def _in_less_noise(self, search: Search, found: Round) -> Round:
+        """Judge a round again by the noise that its likeliest candidate leaves, if it is named."""
+        noisy = self.fitter.batch
+        best = quietest(self.fitter, found.base, found.scores)
+        if best is None:
+            return found
+        base = self.fitter.fit(found.base.coordinates, found.base.at, AGAIN)
+        search.rounds[-1] = again = self._judged_from(search, base, best)
+        judge(search, again)
+        if again.accepted and certain(again):
+            return again
+        self.fitter.batch, search.rounds[-1] = noisy, found
+        judge(search, found)
+        return found
+
     def _screened(
-        self, search: Search, base: Fit, rest: Sequence[Coordinate]
+        self, search: Search, base: Fit, rest: Sequence[Coordinate], best: Fit | None = None
     ) -> tuple[list[Score], list[Trial]]:
         """Return the score of every candidate, and the likeliest, refitted."""
         scores = scan(self.fitter, base, rest)
@@ -152,7 +176,7 @@ class Searcher:
         before = search.rounds[-1].trials[1:] if search.rounds else []
         likely = look.returning(scores, likely, before)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
-        held = self._held_out(base)
+        held = self._held_out(base, best)
         trials = CandidateRefits(self.fitter, base, held).refit(likely)
         alone = max((t.evidence.delta_chi2 for t in trials), default=0.0)
         leader = Lookahead(self.fitter, base, held).leader(pairs, alone)
@@ -207,7 +231,8 @@ class Searcher:
         last = search.rounds[-1]
         search.rounds.append(Round(base, last.scores, [], self._terms(base), unknown=unknown))
 
-    def _held_out(self, base: Fit) -> Batch | None:
+    def _held_out(self, base: Fit, best: Fit | None = None) -> Batch | None:
         if not self.validation:
             return None
-        return self.fitter.frozen_at(self.validation, base.coordinates, base.at)
+        held = self.fitter.frozen_at(self.validation, base.coordinates, base.at)
+        return held if best is None else held_out(self.fitter, held, best)
