@@ -18,7 +18,7 @@ from hil_emulator.identify.measured.data import load_experiments
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.static import StaticObserver
-from hil_emulator.identify.session import identify
+from hil_emulator.identify.session import EVERYTHING, Question, identify
 from tests.identify.rig_data import CACHE
 
 DATA = Path(__file__).parent / "data"
@@ -108,11 +108,11 @@ def terms(model: PlantModel, experiments: Sequence[Experiment]) -> tuple[Array, 
     return np.vstack(rows), np.concatenate(force)
 
 
-def examined(seal: str, rate: int) -> Row:
+def examined(seal: str, rate: int, question: Question = EVERYTHING) -> Row:
     """Identify one seal at one rate."""
     config = load([DATA / "friction_rig.toml"])
     training, validation = logs(seal, rate, 1, 5), logs(seal, rate, 3, 7)
-    result = identify(config, training, validation, cache=CACHE)
+    result = identify(config, training, validation, question, cache=CACHE)
     fitted = least_squares(PlantModel(config, CACHE), training, validation)
     return Row(seal, rate, result, fitted)
 

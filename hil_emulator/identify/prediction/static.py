@@ -8,6 +8,7 @@ that something else drives, the force is that of the drive: it moves the load ag
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
 from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance
@@ -25,6 +26,9 @@ from hil_emulator.model.stages import friction, inertia, load, stop, transducer
 
 PRESLIDING = 1e-3
 """Travel after a reversal in which seals bend before they slide [m] (assumed)."""
+
+RETREAT = 0.1 * PRESLIDING
+"""Way back from which a rod has reversed [m] (assumed: a tenth of that bends a seal by little)."""
 
 
 @dataclass
@@ -88,8 +92,10 @@ class StaticObserver:
         states[:, names.index("velocity")] = velocity
         measured = experiment.matrix(self.channels)
         present = np.isfinite(states).all(axis=1) & np.isfinite(measured[:, 0])
-        present &= np.isfinite(experiment.readings["position"])
-        present &= _sliding(position, velocity)
+        seen = np.isfinite(experiment.readings["position"])
+        present &= seen
+        # between the readings around a gap nothing tells where the rod turned
+        present[seen] &= _sliding(position[seen], velocity[seen])
         states[~present] = 0.0
         return MeasuredStates(
             experiment, self.channels, measured, states, acceleration, present, np.ones(1)
@@ -147,13 +153,29 @@ def _sliding(position: Array, velocity: Array) -> Mask:
 
     A balance without memory holds only there: seals bend before they slide.
     """
-    x = np.nan_to_num(position)
-    turns = np.flatnonzero(np.diff(np.sign(np.nan_to_num(velocity))) != 0) + 1
-    edges = np.concatenate([[0], turns, [len(x) - 1]])
-    run = np.searchsorted(turns, np.arange(len(x)), side="right")
-    begun = np.abs(x - x[edges[run]]) > PRESLIDING
-    lasting = np.abs(x - x[edges[run + 1]]) > 0.5 * PRESLIDING
-    return np.asarray(begun & lasting)
+    edges = _reversals(position, velocity)
+    run = np.clip(np.searchsorted(edges, np.arange(len(position)), "right") - 1, 0, len(edges) - 2)
+    begin, end = position[edges[run]], position[edges[run + 1]]
+    along = velocity * (end - begin) > 0.0
+    begun = np.abs(position - begin) > PRESLIDING
+    return np.asarray(along & begun & (np.abs(position - end) > 0.5 * PRESLIDING))
+
+
+def _reversals(position: Array, velocity: Array) -> NDArray[np.int64]:
+    """Return where the rod turned, and the first and the last sample.
+
+    It turned where it then went back by more than what bends a seal a little: a noisy reading turns
+    with every sample.
+    """
+    kept, onwards = [0], 0.0
+    for i in (*(np.flatnonzero(np.diff(np.sign(velocity))) + 1), len(position) - 1):
+        moved = position[i] - position[kept[-1]]
+        if moved * onwards > 0.0:
+            kept[-1] = int(i)
+        elif abs(moved) > RETREAT:
+            kept.append(int(i))
+            onwards = moved
+    return np.array([*kept[:-1], len(position) - 1] if len(kept) > 1 else [0, len(position) - 1])
 
 
 def examinable(candidate: Coordinate, driven: bool = False) -> bool:
