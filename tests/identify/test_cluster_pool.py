@@ -15,6 +15,7 @@ from hil_emulator.config.effect_files import effect_files, read_effects, restore
 from hil_emulator.identify.prediction.cluster_pool import ClusterPool
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.pool import Point, Threads
+from hil_emulator.identify.prediction.static import StaticObserver
 from hil_emulator.identify.session import Question, identify
 from hil_emulator.platform import cluster
 from hil_emulator.platform.cluster import connected
@@ -127,3 +128,22 @@ def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
         assert all(map(np.array_equal, here.residuals(points()), there.residuals(points())))
         for mine, fetched in zip(here.frozen, there.frozen, strict=True):
             assert np.array_equal(mine.gains.kalman, fetched.gains.kalman)
+
+
+@pytest.mark.slow
+def test_workers_share_a_noise(workers: str) -> None:
+    """What logs on several workers tell of their noise weighs all of them, as in one process."""
+    observer = StaticObserver(knee_model())
+    logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine")]
+    point = points()[0]
+    here = Threads(observer).freeze(logs, point)
+    with connected(workers) as client:
+        there = ClusterPool(client, observer).freeze(logs, point)
+        assert here.noise is not None
+        assert there.noise is not None
+        assert there.noise.density == here.noise.density
+        (residual,) = there.residuals([point])
+        assert np.array_equal(residual, next(here.residuals([point])))
+        less = here.noise.left(0.5 * residual)
+        assert less.density == pytest.approx(0.25 * here.noise.density)
+        assert next(there.sharing(less).residuals([point])) == pytest.approx(2.0 * residual)

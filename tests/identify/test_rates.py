@@ -42,7 +42,7 @@ def test_the_order_of_the_logs_does_not_matter() -> None:
     config = load([DATA / "friction_rig.toml"])
 
     def found(training: list[Experiment], validation: list[Experiment]) -> Result:
-        return identify(config, training, validation, Question(only=ASKED), cache=CACHE)
+        return identify(config, training, validation, Question(only=ASKED[:2]), cache=CACHE)
 
     learn, check = logs("oring", 50, 1, 5), logs("oring", 50, 3, 7)
     one, other = found(learn, check), found(learn[::-1], check[::-1])

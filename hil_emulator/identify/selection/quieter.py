@@ -16,8 +16,11 @@ from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.progress import Round
 from hil_emulator.identify.selection.scan import Score
 
-MUCH_LESS = 0.8
-"""Part of the noise from which it is not worth judging again (assumed)."""
+MUCH_LESS = 0.1
+"""Part of the noise up to which most of it was a gap that the candidate closes (assumed)."""
+
+SETTLED = 0.8
+"""Part of it that a further refit leaves, from which it is settled (assumed)."""
 
 PASSES = 4
 """Most refits, each by the noise that the last one has left."""
@@ -37,9 +40,9 @@ def quietest(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
         return None
     at = np.append(base.at + likeliest.estimate * likeliest.response, likeliest.estimate)
     fit, noise = fitter.fit([*base.coordinates, likeliest.coordinate], at, ITERATIONS), before
-    for _ in range(PASSES):
+    for most in (MUCH_LESS, *[SETTLED] * (PASSES - 1)):
         left = noise.left(fit.residual)
-        if left.density > MUCH_LESS * noise.density:
+        if left.density > most * noise.density:
             break
         fitter.batch, noise = fitter.batch.sharing(left), left
         fit = fitter.fit(fit.coordinates, fit.at, ITERATIONS)
