@@ -105,12 +105,9 @@ def _moved(result: Result) -> list[str]:
     """Return the ordinary parameters that were refitted far from what is configured."""
     lines = []
     for name, p in result.parameters.items():
-        away = p["refitted"] / p["configured"] - 1.0 if p["configured"] else 0.0
-        if abs(away) > FAR and not p["low"] <= p["configured"] <= p["high"]:
-            lines.append(
-                f"moved     {name}: {away:+.0%}, {p['refitted']:.4g} in place of "
-                f"{p['configured']:.4g} SI"
-            )
+        if abs(p.change) > FAR and not p.low <= p.configured <= p.high:
+            values = f"{p.words(p.refitted)} in place of {p.words(p.configured)}"
+            lines.append(f"moved     {name}: {p.change:+.0%}, {values}")
     return lines
 
 

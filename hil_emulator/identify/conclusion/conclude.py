@@ -5,7 +5,13 @@ import math
 import numpy as np
 
 from hil_emulator.identify.conclusion import account
-from hil_emulator.identify.conclusion.findings import Finding, Rival, Unexplained, in_words
+from hil_emulator.identify.conclusion.findings import (
+    Finding,
+    Refitted,
+    Rival,
+    Unexplained,
+    in_words,
+)
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.experiment_design.contrast import contrast
 from hil_emulator.identify.experiment_design.next_experiment import recommend
@@ -103,11 +109,10 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
         np.sqrt(np.diag(final.covariance())), discrepancy_uncertainty(search, final)
     )
     result.parameters = {
-        c.name: {
-            "configured": c.neutral, "refitted": float(c.value(float(a))),
-            "low": float(c.value(float(a - NORMAL_95 * d))),
-            "high": float(c.value(float(a + NORMAL_95 * d))),
-        }
+        c.name: Refitted(
+            c.neutral, float(c.value(float(a))), float(c.value(float(a - NORMAL_95 * d))),
+            float(c.value(float(a + NORMAL_95 * d))), c.unit, c.shown,
+        )
         for c, a, d in zip(search.ordinary, final.at, deviations, strict=False)
     }  # fmt: skip
     for found in search.rounds:

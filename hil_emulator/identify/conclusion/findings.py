@@ -20,6 +20,37 @@ def rounded(value: float, unit: str, shown: str) -> str:
 
 
 @dataclass(frozen=True)
+class Refitted:
+    """An ordinary parameter, which was fitted beside the effects.
+
+    Attributes:
+        configured: its value in the configuration [unit].
+        refitted: its value in the final model [unit].
+        low: lower end of its 95 % interval [unit].
+        high: upper end [unit].
+        unit: SI unit.
+        shown: the unit for people.
+
+    """
+
+    configured: float
+    refitted: float
+    low: float
+    high: float
+    unit: str
+    shown: str
+
+    @property
+    def change(self) -> float:
+        """How far it has moved, over what is configured; 0 where that is none."""
+        return self.refitted / self.configured - 1.0 if self.configured else 0.0
+
+    def words(self, value: float) -> str:
+        """Return one of its values for people."""
+        return rounded(value, self.unit, self.shown)
+
+
+@dataclass(frozen=True)
 class Rival:
     """An effect that was weighed and not named.
 

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hil_emulator.identify.conclusion.effect_table import EffectTable
-from hil_emulator.identify.conclusion.findings import Finding, Unexplained
+from hil_emulator.identify.conclusion.findings import Finding, Refitted, Unexplained
 from hil_emulator.identify.disagreement.regions import Disagreement
 from hil_emulator.identify.disagreement.repeatability import Repeatability
 from hil_emulator.identify.disagreement.residuals import Map
@@ -46,7 +46,7 @@ class Result:
         remaining: the same of the final model.
         maps: what the worst balances lack over what it depends on, before and after.
         measure: what the gap is counted in.
-        parameters: ordinary parameters, configured and refitted [SI].
+        parameters: ordinary parameters by name.
         unseen: effects that these data cannot show.
         next_experiment: what to record next, in words; empty if nothing is needed.
         plan: the same with its numbers; None if nothing is needed or could be forecast.
@@ -75,7 +75,7 @@ class Result:
     nearest: str = ""
     gap: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     measure: str = ""
-    parameters: dict[str, dict[str, float]] = field(default_factory=dict)
+    parameters: dict[str, Refitted] = field(default_factory=dict)
     unseen: list[str] = field(default_factory=list)
     next_experiment: str = ""
     plan: NextExperiment | None = None
@@ -108,7 +108,7 @@ class Result:
             "free_run_by_motion": self.motion,
             "where": [_where(d) for d in self.where],
             "remaining": [_where(d) for d in self.remaining],
-            "parameters": self.parameters,
+            "parameters": {name: _plain(p) for name, p in self.parameters.items()},
             "unseen": self.unseen,
             "next_experiment": self.next_experiment,
             "plan": self.plan.to_dict() if self.plan else None,

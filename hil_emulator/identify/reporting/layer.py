@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hil_emulator.identify.conclusion.findings import Finding
+from hil_emulator.identify.conclusion.findings import Finding, Refitted
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.progress import Search
@@ -40,8 +40,8 @@ def layer(result: Result, files: Sequence[Path], date: str) -> str:
             row = _effect(result.search, coordinate, finding)
             tables.setdefault(_table(coordinate), []).append(row)
         for coordinate, value in _refitted(result):
-            known = result.parameters[coordinate.name]
-            entry = _ordinary(coordinate, value, {} if result.added else known)
+            known = None if result.added else result.parameters[coordinate.name]
+            entry = _ordinary(coordinate, value, known)
             tables.setdefault(_table(coordinate), []).append(entry)
     for table, rows in tables.items():
         lines += ["", f"[{table}]", *rows]
@@ -103,10 +103,10 @@ def _refitted(result: Result) -> list[tuple[Coordinate, float]]:
     return [(c, float(c.value(float(a)))) for c, a in pairs if abs(float(a)) > 1e-3]
 
 
-def _ordinary(coordinate: Coordinate, value: float, known: Mapping[str, float]) -> str:
+def _ordinary(coordinate: Coordinate, value: float, known: Refitted | None) -> str:
     text = f"   # ordinary parameter, configured {coordinate.neutral:.6g} {coordinate.unit}"
-    if "low" in known:
-        text += f", 95 %: {known['low']:.5g} ... {known['high']:.5g}"
+    if known is not None:
+        text += f", 95 %: {known.low:.5g} ... {known.high:.5g}"
     if coordinate.effect is not None:
         knob = coordinate.effect.knob.name
         return f"{coordinate.effect.name}.{knob} = {quoted(value, coordinate.unit)}{text}"

@@ -95,11 +95,11 @@ def ranking(result: Result) -> Table:
 def parameters(result: Result) -> Table:
     """Return the ordinary parameters, configured and refitted."""
     rows: list[tuple[object, ...]] = []
-    for name, v in result.parameters.items():
-        change = f"{100 * (v['refitted'] / v['configured'] - 1):+.1f} %" if v["configured"] else ""
-        interval = f"{v['low']:.4g} ... {v['high']:.4g}" if "low" in v else ""
-        rows.append((name, v["configured"], v["refitted"], interval, change))
-    return Table(("parameter [SI]", "configured", "refitted", "95 % interval", "change"), rows)
+    for name, p in result.parameters.items():
+        change = f"{100 * p.change:+.1f} %" if p.configured else ""
+        interval = f"{p.words(p.low)} ... {p.words(p.high)}"
+        rows.append((name, p.words(p.configured), p.words(p.refitted), interval, change))
+    return Table(("parameter", "configured", "refitted", "95 % interval", "change"), rows)
 
 
 def _held_out(delta_chi2: float | None) -> str:
