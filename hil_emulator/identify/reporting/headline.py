@@ -10,16 +10,12 @@ Errors = Mapping[str, float]
 def headline(result: Result) -> list[str]:
     """Return the sentences that come before all numbers."""
     if not result.effects:
-        return [_sentence(result.reason), *_left(result)]
+        return [f"{result.reason}.", *_left(result)]
     found = "; ".join(f"{f.words}: {f.size}" for f in result.effects)
     doubts = [f"These data cannot tell {f.name} from {' or '.join(f.group)}."
               for f in result.effects if f.group]  # fmt: skip
     cut = ["The search was interrupted: this is what it knew."] if result.interrupted else []
-    return [_sentence(found), *cut, *_left(result), *doubts]
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
+    return [f"{found[:1].upper()}{found[1:]}.", *cut, *_left(result), *doubts]
 
 
 def _left(result: Result) -> list[str]:

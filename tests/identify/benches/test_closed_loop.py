@@ -66,6 +66,7 @@ def looped(file: Path, seed: int, lap: float) -> Path:
     })  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_loop_as_configured_agrees(tmp_path: Path) -> None:
     """The loop's current is known from reference, position and gain; a free gain is found."""
     file = looped(tmp_path / "loop.csv", 1, 0.0)
