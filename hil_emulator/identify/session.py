@@ -14,8 +14,10 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion import account
 from hil_emulator.identify.conclusion.conclude import conclude
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.conclusion.slow_logger import doubt
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
+from hil_emulator.identify.estimation.set_point_course import Investigation, followed
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.boundary import as_stated, bounded, with_gain
@@ -106,11 +108,17 @@ def _identified(
     predictor, learn, check, why = predicting(model, learn, check)
     if predictor is None:
         return Result("cannot_examine", why, notes=notes)
-    notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     model = predictor.model
     candidates = _chosen(examinable(model, predictor), question)
     nuisances = parameters.ordinary(model, priors(predictor))
-    searcher = Searcher(predictor, learn, check, candidates, nuisances, pooled(predictor), tell)
+    asked = _followed(predictor, Investigation(learn, check, nuisances, candidates), tell)
+    if asked is None:
+        return _too_early()
+    learn, check, candidates = asked.learn, asked.check, asked.candidates
+    notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
+    searcher = Searcher(
+        predictor, learn, check, candidates, asked.nuisances, pooled(predictor), tell
+    )  # fmt: skip
     found = _found(searcher, question.search)
     if found is None:
         tell("interrupted: concluding from what is known so far")
@@ -119,6 +127,7 @@ def _identified(
         result = conclude(searcher, found)
         if not question.search:
             account.judge(result)
+        doubt(result, asked.answer, learn)
         if question.plain_fit and result.gap:
             tell("fitting the same by ordinary least squares")
             account.compare_with_plain_fit(searcher, found, result)
@@ -129,6 +138,20 @@ def _identified(
     beyond = set() if question.only or question.exclude else every - {c.name for c in candidates}
     result.unseen = sorted({*result.unseen, *beyond})
     return result
+
+
+def _followed(predictor: Predictor, given: Investigation, tell: Tell) -> Investigation | None:
+    """Return the same with what the current did between rows, or None after Ctrl-C."""
+    try:
+        return followed(predictor, given, tell)
+    except KeyboardInterrupt:
+        return None
+
+
+def _too_early() -> Result:
+    """Return that nothing is known so far."""
+    why = "interrupted before the first screening of the effects was complete"
+    return Result("cannot_examine", why, interrupted=True)
 
 
 def _found(searcher: Searcher, search: bool) -> Search | None:
@@ -143,8 +166,7 @@ def _so_far(searcher: Searcher) -> Result:
     """Return the result of a search that the user ended."""
     found = searcher.stopped()
     if not found.rounds:
-        why = "interrupted before the first screening of the effects was complete"
-        return Result("cannot_examine", why, interrupted=True)
+        return _too_early()
     result = conclude(searcher, found, thorough=False)
     result.reason = f"interrupted; so far {result.reason}"
     result.interrupted = True

@@ -50,9 +50,12 @@ def reference(kind: str, time: np.ndarray, random: np.random.Generator) -> np.nd
 
 def recorded(
     changes: Mapping[str, float], kind: str, seed: int, duration: float = 2.0,
-    sensors: Mapping[str, Mapping[str, float]] | None = None,
+    sensors: Mapping[str, Mapping[str, float]] | None = None, ticks: int = 1,
 ) -> Experiment:  # fmt: skip
-    """Drive the plant with changed parameters along a reference and record it."""
+    """Drive the plant with changed parameters along a reference and record it.
+
+    The controller sets the current every few ticks; a row is written at every tick.
+    """
     model, config = knee_model(), knee()
     random = np.random.default_rng(seed)
     values = dict(model.plant_values)
@@ -71,7 +74,9 @@ def recorded(
         readings.sample(plant.signal_vector)
         table[k] = readings.reading
         drift = drift * keep + 1e-5 * np.sqrt(1.0 - keep**2) * random.standard_normal()
-        current[k] = np.clip(0.45 * (wanted[k] - table[k, 3]), -6e-3, 6e-3)
+        current[k] = current[k - 1]
+        if k % ticks == 0:
+            current[k] = np.clip(0.45 * (wanted[k] - table[k, 3]), -6e-3, 6e-3)
         plant.command({"valve_current": current[k] + drift})
         plant.step(50)
     channels = {n: table[:, readings.names.index(n)].copy() for n in INSTRUMENTS}
@@ -80,14 +85,22 @@ def recorded(
 
 def campaign(
     changes: Mapping[str, float], seed: int = 1,
-    sensors: Mapping[str, Mapping[str, float]] | None = None,
+    sensors: Mapping[str, Mapping[str, float]] | None = None, ticks: int = 1,
 ) -> tuple[list[Experiment], list[Experiment]]:  # fmt: skip
     """Return training and validation experiments of one machine."""
     kinds = ("multisine", "steps", "triangles")
-    train = [recorded(changes, kind, seed + i, sensors=sensors) for i, kind in enumerate(kinds)]
-    other = [recorded(changes, kind, seed + 100 + i, sensors=sensors)
+    train = [recorded(changes, kind, seed + i, sensors=sensors, ticks=ticks)
+             for i, kind in enumerate(kinds)]  # fmt: skip
+    other = [recorded(changes, kind, seed + 100 + i, sensors=sensors, ticks=ticks)
              for i, kind in enumerate(("multisine", "steps"))]  # fmt: skip
     return train, other
+
+
+def thinned(experiment: Experiment, every: int) -> Experiment:
+    """Return an experiment of which a logger kept some rows."""
+    readings = {n: v[::every].copy() for n, v in experiment.readings.items()}
+    current = experiment.current[::every].copy()
+    return replace(experiment, period=every * experiment.period, current=current, readings=readings)
 
 
 def without(experiment: Experiment, *channels: str) -> Experiment:

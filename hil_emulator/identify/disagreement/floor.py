@@ -36,7 +36,8 @@ FASTER = 25.0
 class Floor:
     """Variance that each source leaves, SI, shape (sources, samples, channels).
 
-    The first source is the sensors' noise, the last two are drift of null and supply.
+    The first source is the sensors' noise, with what is not known of the current between rows; the
+    last two are drift of null and supply.
     """
 
     one_step: Array
@@ -54,8 +55,8 @@ def spread(observer: Observer, frozen: Frozen, replay: Replay) -> Floor:
     first = int(restarts[0]) - 1 if len(restarts) else len(replay.age)
     window = max(int(replay.age.max(initial=0)), 1)
     observer.model.loops.carry(
-        frozen.gains, frozen.jacobians, frozen.noise**2, diffusion, Restarts(first, window), one,
-        free,
+        frozen.gains, frozen.jacobians, frozen.noise**2, frozen.data.unknown, diffusion,
+        Restarts(first, window), one, free,
     )  # fmt: skip
     # of a long recording these are large
     return Floor(one.astype(np.float32), free.astype(np.float32))

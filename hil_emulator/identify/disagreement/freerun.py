@@ -54,9 +54,9 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
     data, period = frozen.data, frozen.data.period
     restarts = Restarts(round(FILTER_SETTLING / period), max(2, round(RESTART_INTERVAL / period)))
     errors = observer.model.loops.run_freely(
-        observer.at(par, chan, period), data, frozen.start, frozen.gains, restarts
+        observer.at(par, chan, data), data, frozen.start, frozen.gains, restarts
     )
-    errors.one[: data.burn_in] = np.nan
+    errors.one[data.settling] = np.nan
     first, window = restarts
     age = np.maximum((np.arange(len(data.measured)) - first - 1) % window + 1, 0)
     age[: first + 1] = 0

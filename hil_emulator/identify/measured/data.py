@@ -63,7 +63,10 @@ def _experiment(recording: MeasuredFile) -> Experiment:
     current, columns = _held(current, columns, notes)
     _inspect(columns, notes)
     readings = {n: v for n, v in columns.items() if np.isfinite(v).any()}
-    return Experiment(recording.name, period, current, readings, tuple(notes), recording.digest)
+    return Experiment(
+        recording.name, period, current, readings, tuple(notes), recording.digest,
+        recording.set_point_first,
+    )  # fmt: skip
 
 
 def _some(names: Sequence[str]) -> str:

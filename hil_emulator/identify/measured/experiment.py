@@ -29,6 +29,22 @@ SPANS = {name: span for name, (_, span) in _SHOWN.items()}
 
 
 @dataclass(frozen=True)
+class BetweenRows:
+    """What a set point did between the rows of its recording.
+
+    Attributes:
+        current: in equal parts of each period, shape (rows, parts) [A].
+        unknown: variance by which its mean over a period may be another one, shape (rows,) [A^2].
+        jumps: whether it jumped within a period, nobody knows when, shape (rows,).
+
+    """
+
+    current: Array
+    unknown: Array
+    jumps: Mask
+
+
+@dataclass(frozen=True)
 class Experiment:
     """Recorded set points and readings.
 
@@ -39,6 +55,8 @@ class Experiment:
         readings: values by channel, SI, NaN where nothing was recorded.
         notes: what was found and repaired on the way in.
         digest: digest of the file.
+        set_point_first: whether a current is that at the end of its period, not the beginning.
+        course: what it did in between; None where it was held.
         copies: experiments that share its noise, itself included; see `copies`.
 
     """
@@ -49,6 +67,8 @@ class Experiment:
     readings: dict[str, Array]
     notes: tuple[str, ...] = ()
     digest: str = ""
+    set_point_first: bool = False
+    course: BetweenRows | None = None
     copies: int = 1
     extras: dict[str, Array] = field(default_factory=dict)
 
@@ -56,6 +76,13 @@ class Experiment:
     def samples(self) -> int:
         """Number of samples."""
         return len(next(iter(self.readings.values()))) if self.readings else len(self.current)
+
+    @property
+    def currents(self) -> BetweenRows:
+        """The current in every part of a period: one part where it was held."""
+        rows = len(self.current)
+        held = BetweenRows(self.current[:, None], np.zeros(rows), np.zeros(rows, np.bool_))
+        return self.course or held
 
     def matrix(self, channels: tuple[str, ...]) -> Array:
         """Return the readings, shape (samples, channels)."""

@@ -24,7 +24,8 @@ def commanded(e: Experiment, gain: float) -> Experiment:
 
     """
     readings = {n: v for n, v in e.readings.items() if n != REFERENCE}
-    return replace(e, current=gain * _deviation(e), readings=readings)
+    current = gain * _deviation(e)
+    return replace(e, current=current, set_point_first=False, readings=readings)
 
 
 def in_loop(e: Experiment) -> bool:

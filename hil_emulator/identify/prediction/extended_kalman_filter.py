@@ -17,6 +17,7 @@ from hil_emulator.identify.prediction.run import (
     advance,
     begin,
     beside,
+    elapse,
     follow,
     install,
 )
@@ -117,10 +118,11 @@ def linearise(
     """
     current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
     count, n, m = len(current), len(start.z), len(chosen)
+    drift = n - 2
     gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
     jacobians = Jacobians(np.zeros((count, n, n)), np.zeros((count, m, n)))
     kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
-    run = begin(tick, model, start, current[0])
+    run = begin(tick, model, start, current[0, 0])
     instruments = install(model, run.signals, data.period)
     corrected, moved = beside(run), beside(run)
     z, cov, signals = run.z, tuning.covariance.copy(), run.signals
@@ -132,7 +134,7 @@ def linearise(
     work, before_step = np.zeros((n, n)), np.zeros((n, n))
     for k in range(count):
         sense(*instruments)
-        before = current[max(0, k - 1)]
+        before = current[max(0, k - 1), -1 if k else 0]
         for j in range(n):
             spread = np.sqrt(max(cov[j, j], 0.0))
             widths[j] = min(max(scales[0, j], spread), scales[1, j])
@@ -146,17 +148,17 @@ def linearise(
         for i in range(m):
             present[i] = np.isfinite(measured[k, i])
             error[i] = measured[k, i] - instruments.reading[chosen[i]] if present[i] else 0.0
-        held = n - 2 if k < data.burn_in else -1
+        held = drift if data.settling[k] else -1
         update(cov, reading_slope, noise, present, held, kalman[k], gains.whitening[k])
         for i in range(n):
             for j in range(m):
                 z[i] += kalman[k, i, j] * error[j]
         follow(corrected, run)
-        advance(tick, run, current[k], model.steps)
+        elapse(tick, run, current[k], model.steps)
         for j in range(n):  # Jacobian of the next state and reading
             follow(moved, corrected)
             moved.z[j] += widths[j]
-            advance(tick, moved, current[k], model.steps)
+            elapse(tick, moved, current[k], model.steps)
             for i in range(n):
                 maps[k, i, j] = (moved.z[i] - z[i]) / widths[j]
             for i in range(m):
@@ -166,6 +168,10 @@ def linearise(
         congruence(maps[k], before_step, work, cov)
         for i in range(n):
             cov[i, i] += tuning.diffusion[i]
+        # another current would have acted as the null's drift does, but only in this period
+        for i in range(drift):
+            for j in range(drift):
+                cov[i, j] += maps[k, i, drift] * data.unknown[k] * maps[k, j, drift]
         if k < tuning.settling:
             for i in range(2):
                 cov[i, i] += tuning.covariance[i, i]

@@ -14,8 +14,8 @@ from hil_emulator.identify.prediction.records import Data, Gains, ParametrisedMo
 from hil_emulator.identify.prediction.run import (
     Sense,
     Tick,
-    advance,
     begin,
+    elapse,
     install,
 )
 
@@ -40,7 +40,7 @@ def predict(
         track: predicted signals, shape (samples, signals); overwritten, unless it is one row.
 
     """
-    run = begin(tick, model, start, data.current[0])
+    run = begin(tick, model, start, data.current[0, 0])
     instruments = install(model, run.signals, data.period)
     z, reading = run.z, instruments.reading
     current, measured, chosen = data.current, data.measured, data.chosen
@@ -62,4 +62,4 @@ def predict(
         for i in range(len(z)):
             for j in range(m):
                 z[i] += kalman[k, i, j] * error[j]
-        advance(tick, run, current[k], model.steps)
+        elapse(tick, run, current[k], model.steps)

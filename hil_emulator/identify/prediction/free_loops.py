@@ -15,9 +15,9 @@ from hil_emulator.identify.prediction.records import (
 from hil_emulator.identify.prediction.run import (
     Sense,
     Tick,
-    advance,
     begin,
     beside,
+    elapse,
     follow,
     install,
 )
@@ -40,7 +40,7 @@ def run_freely(
         np.empty((len(measured), model.signals)),
     )  # fmt: skip
     one, free = errors.one, errors.free
-    run = begin(tick, model, start, current[0])
+    run = begin(tick, model, start, current[0, 0])
     instruments = install(model, run.signals, data.period)
     loose = beside(run)
     loose_instruments = install(model, loose.signals, data.period)
@@ -63,15 +63,15 @@ def run_freely(
             follow(loose, run)
             loose_instruments.trace[:] = instruments.trace
             loose_instruments.history[:] = instruments.history
-        advance(tick, run, current[k], model.steps)
+        elapse(tick, run, current[k], model.steps)
         if k >= first:
-            advance(tick, loose, current[k], model.steps)
+            elapse(tick, loose, current[k], model.steps)
     return errors
 
 
 def carry(
-    gains: Gains, jacobians: Jacobians, noise: Array, diffusion: Array, restarts: Restarts,
-    one: Array, free: Array,
+    gains: Gains, jacobians: Jacobians, noise: Array, unknown: Array, diffusion: Array,
+    restarts: Restarts, one: Array, free: Array,
 ) -> None:  # fmt: skip
     """Carry the covariance of the predictor's error, and of the free run, by source.
 
@@ -79,6 +79,7 @@ def carry(
         gains: the frozen gains.
         jacobians: along the predictor's trajectory.
         noise: variance of each channel.
+        unknown: variance of the mean current over each period; it counts as noise does.
         diffusion: variance that each source but the first gives each state in a sample,
             shape (sources - 1, z).
         restarts: of the free run.
@@ -89,6 +90,7 @@ def carry(
     kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
     count, n, m = kalman.shape
     sources = len(diffusion) + 1
+    drift = n - 2
     cov = np.zeros((sources, n, n))
     loose = np.zeros((sources, n, n))
     for k in range(count - 1):
@@ -106,10 +108,16 @@ def carry(
                 one[s, k + 1, c] = np.sum(seen[c] * senses[k, c])
                 free[s, k + 1, c] = np.sum(seen_free[c] * senses[k, c])
                 if s == 0:
-                    one[s, k + 1, c] += noise[c]
-                    free[s, k + 1, c] += noise[c]
+                    own = noise[c] + unknown[k] * senses[k, c, drift] ** 2
+                    one[s, k + 1, c] += own
+                    free[s, k + 1, c] += own
             cov[s] = kept @ cov[s] @ kept.T
             loose[s] = maps[k] @ loose[s] @ maps[k].T
+        pushed = maps[k][:, drift].copy()
+        pushed[drift:] = 0.0
+        loose[0] += unknown[k] * np.outer(pushed, pushed)
+        pushed -= kalman[k + 1] @ np.ascontiguousarray(senses[k][:, drift])
+        cov[0] += unknown[k] * np.outer(pushed, pushed)
         for i in range(n):
             for j in range(n):
                 for c in range(m):

@@ -50,6 +50,7 @@ _MODEL = ("tick", "rate", "sense")
 
 _INNER: tuple[Callable[..., object], ...] = (
     run.advance,
+    run.elapse,
     run.follow,
     run.begin,
     run.beside,
@@ -95,7 +96,7 @@ class Loops:
     propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Array], None]
     forces: Callable[[ParametrisedModel, Array, Array, Places, float], tuple[Array, Array]]
     run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]
-    carry: Callable[[Gains, Jacobians, Array, Array, Restarts, Array, Array], None]
+    carry: Callable[[Gains, Jacobians, Array, Array, Array, Restarts, Array, Array], None]
     smooth: Callable[[Gains, Jacobians, Entries, Array, Array, float, float, Array], None]
     sweep: Callable[[ParametrisedModel, Sweep, Array, Index, Array, Index], tuple[Array, Array]]
 

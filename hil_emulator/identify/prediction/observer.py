@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.measured.experiment import Array, BetweenRows, Experiment, Mask
 from hil_emulator.identify.prediction.balances import SUPPLY, TERMS, Balance
 from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.frozen import Frozen
@@ -27,7 +27,7 @@ INNOVATION_CORRELATION_TIME = 0.1
 """Time over which innovations may be correlated [s] (assumed)."""
 
 BURN_IN = 0.05
-"""Time at the start of an experiment that counts for nothing [s]: the states settle."""
+"""Time that counts for nothing [s], at the start and after a jump of the current: states settle."""
 
 _INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
 
@@ -80,13 +80,16 @@ class Observer:
         active_names = self.model.active(par)
         active = np.array([names.index(n) for n in active_names])
         state, period = self._start(par, measured), experiment.period
+        course = experiment.currents
         z = np.concatenate([state[active], [0.0, 0.0]])
-        start = Start(state, z, active, decay(period))
-        burn_in = round(BURN_IN / period)
-        data = Data(experiment.current, measured, self.chosen, period, burn_in)
+        start = Start(state, z, active, decay(period / course.current.shape[1]))
+        data = Data(
+            np.ascontiguousarray(course.current), course.unknown, measured, self.chosen, period,
+            _settling(course, round(BURN_IN / period)),
+        )  # fmt: skip
         tuned = tuning(self.model, par, active_names, state[active], experiment)
         gains, jacobians = self.model.loops.linearise(
-            self.at(par, chan, period), data, start, tuned, noise**2
+            self.at(par, chan, data), data, start, tuned, noise**2
         )
         return Frozen(
             experiment, self.channels, data, start, gains, jacobians, noise, tuned.diffusion, par,
@@ -96,15 +99,16 @@ class Observer:
     def probed(self, frozen: Frozen) -> Entries:
         """Return what each probe adds to the next z and reading, see `probing.probe`."""
         if frozen.probed is None:
-            model = self.at(frozen.par, frozen.chan, frozen.data.period)
+            model = self.at(frozen.par, frozen.chan, frozen.data)
             frozen.probed = self.model.loops.probe(
                 model, frozen.data, frozen.start, frozen.gains, self.model.probes,
                 self.model.probe_sizes,
             )  # fmt: skip
         return frozen.probed
 
-    def at(self, par: Array, chan: Array, period: float) -> ParametrisedModel:
+    def at(self, par: Array, chan: Array, data: Data) -> ParametrisedModel:
         """Return the model at given parameters, with integration steps that are stable there."""
+        period = data.period / data.current.shape[1]
         steps = max(1, int(np.ceil(period / self.step(par) - 1e-9)))
         return self.model.at(par, chan, period / steps, steps)
 
@@ -115,9 +119,9 @@ class Observer:
         data = frozen.data
         path = np.empty((len(data.measured) if track else 1, len(self.model.signal_names)))
         residual = np.empty_like(data.measured)
-        model = self.at(par, chan, data.period)
+        model = self.at(par, chan, data)
         self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path)
-        residual[: data.burn_in] = 0.0
+        residual[data.settling] = 0.0
         return residual * frozen.weights, path
 
     def _start(self, par: Array, measured: Array) -> Array:
@@ -165,7 +169,7 @@ class Observer:
         column = np.empty((count, m))
         self.model.loops.propagate(frozen.gains, frozen.jacobians, entries, inputs, outputs, column)
         column[~np.isfinite(data.measured)] = 0.0
-        column[: data.burn_in] = 0.0
+        column[data.settling] = 0.0
         return np.asarray((column * frozen.weights).ravel())
 
     def weigh(self, frozen: Frozen, par: Array, chan: Array) -> None:
@@ -174,9 +178,16 @@ class Observer:
         A missing effect acts in a part of the time; the quiet part tells how large noise is.
         """
         frozen.weights = np.ones(len(frozen.channels))
-        raw = self.innovations(frozen, par, chan)[0][frozen.data.burn_in :]
-        present = np.isfinite(frozen.data.measured)[-len(raw) :]
+        counted = ~frozen.data.settling
+        raw = self.innovations(frozen, par, chan)[0][counted]
+        present = np.isfinite(frozen.data.measured)[counted]
         length = round(INNOVATION_CORRELATION_TIME / frozen.data.period)
         spread = np.array([quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])])
         scale = np.sqrt(frozen.experiment.copies)
         frozen.weights = 1.0 / (scale * spread)
+
+
+def _settling(course: BetweenRows, burn_in: int) -> Mask:
+    """Return which samples count for nothing: the first ones, and those after a jump."""
+    recent = np.convolve(course.jumps, np.ones(burn_in + 1))[: len(course.jumps)] > 0.5
+    return np.asarray((np.arange(len(recent)) < burn_in) | recent)

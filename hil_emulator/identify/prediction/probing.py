@@ -14,9 +14,9 @@ from hil_emulator.identify.prediction.records import (
 from hil_emulator.identify.prediction.run import (
     Sense,
     Tick,
-    advance,
     begin,
     beside,
+    elapse,
     follow,
     install,
 )
@@ -36,7 +36,7 @@ def probe(
     current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
     count, n, m = len(current), len(start.z), len(chosen)
     entries = Entries(np.zeros((count, n, len(probes))), np.zeros((count, m, len(probes))))
-    run = begin(tick, model, start, current[0])
+    run = begin(tick, model, start, current[0, 0])
     instruments = install(model, run.signals, data.period)
     corrected, moved = beside(run), beside(run)
     z, par = run.z, run.par
@@ -48,12 +48,12 @@ def probe(
                 for i in range(n):
                     z[i] += gains.kalman[k, i, j] * error
         follow(corrected, run)
-        advance(tick, run, current[k], model.steps)
+        elapse(tick, run, current[k], model.steps)
         for j in range(len(probes)):
             follow(moved, corrected)
             # both runs have the same parameters
             par[probes[j]] += sizes[j]
-            advance(tick, moved, current[k], model.steps)
+            elapse(tick, moved, current[k], model.steps)
             par[probes[j]] -= sizes[j]
             for i in range(n):
                 entries.drives[k, i, j] = (moved.z[i] - z[i]) / sizes[j]

@@ -6,7 +6,7 @@ that is kept for the next start finds it again by that name.
 
 from typing import NamedTuple
 
-from hil_emulator.identify.measured.experiment import Array, Index
+from hil_emulator.identify.measured.experiment import Array, Index, Mask
 
 
 class ParametrisedModel(NamedTuple):
@@ -21,7 +21,7 @@ class ParametrisedModel(NamedTuple):
         remembered: how many values the set point, the transducers, and their histories remember.
         signals: number of signals.
         step: integration step [s].
-        steps: integration steps per sample.
+        steps: integration steps in each part of a sample period that has a current of its own.
 
     """
 
@@ -40,19 +40,23 @@ class Data(NamedTuple):
     """One experiment.
 
     Attributes:
-        current: valve current per sample [A].
+        current: valve current after each sample, in equal parts of the period, shape
+            (samples, parts) [A].
+        unknown: variance by which its mean over the period may be another one, shape (samples,)
+            [A^2].
         measured: readings, shape (samples, chosen), NaN where missing.
         chosen: the channels that were measured.
         period: sample period [s].
-        burn_in: samples at the start that count for nothing.
+        settling: samples that count for nothing, as the states settle.
 
     """
 
     current: Array
+    unknown: Array
     measured: Array
     chosen: Index
     period: float
-    burn_in: int
+    settling: Mask
 
 
 class Start(NamedTuple):
@@ -65,7 +69,7 @@ class Start(NamedTuple):
         state: vector of all states.
         z: augmented state.
         active: indices in `state` of the states in z.
-        decay: what remains of the two disturbances after a sample.
+        decay: what remains of the two disturbances after each of these parts.
 
     """
 

@@ -36,7 +36,7 @@ class Run(NamedTuple):
         drift: index of the null's drift in `par`.
         supply: index of the supply pressure in `par`.
         nominal: supply pressure without its disturbance [Pa].
-        null_decay: what remains of the null's drift after a sample.
+        null_decay: what remains of the null's drift after `advance`.
         supply_decay: what remains of the supply's deviation.
         step: integration step [s].
 
@@ -134,6 +134,12 @@ def advance(tick: Tick, run: Run, current: float, steps: int) -> None:
     tick(memory, run.past, par, inputs, run.signals, run.step, steps)
     for i in range(n):
         z[i] = memory[active[i]]
+
+
+def elapse(tick: Tick, run: Run, currents: Array, steps: int) -> None:
+    """Let a sample period pass, in which the current takes some values one after the other."""
+    for i in range(len(currents)):
+        advance(tick, run, currents[i], steps)
 
 
 def install(model: ParametrisedModel, signals: Array, period: float) -> Instruments:

@@ -88,7 +88,10 @@ class Replay:
         z0 = np.concatenate([s.start[self._active], [0.0, 0.0]])
         model.loops.predict(
             model.at(par, chan, s.period / steps, steps),
-            Data(s.current, s.measured, self._observer.chosen, s.period, 0),
+            Data(
+                s.current[:, None], np.zeros(count), s.measured, self._observer.chosen, s.period,
+                np.zeros(count, np.bool_),
+            ),
             Start(s.start, z0, self._active, np.ones(2)),
             Gains(s.gains, np.tile(scale, (count, 1, 1))), residual,
             np.empty((1, len(model.signal_names))),

@@ -1,0 +1,45 @@
+"""What cannot be told where the current changes between the rows of a log."""
+
+from collections.abc import Sequence
+
+from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.estimation.set_point_course import DEAD_TIME, Answer
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction.balances import SPOOL
+from hil_emulator.identify.selection.law_objections import hardly_believed
+
+ADVICE = "log valve_current at the rate at which it is set"
+
+
+def doubt(result: Result, answer: Answer, experiments: Sequence[Experiment]) -> None:
+    """Take back what a slow logger may have made: it is said that nobody can tell."""
+    if answer == "held":
+        return
+    rows = f"(logged every {max(e.period for e in experiments) * 1e3:g} ms)"
+    spool = [u for u in result.unknown if u.balance == SPOOL.name]
+    late = result.parameters.get(DEAD_TIME) if answer == "unknown" else None
+    if spool:
+        said = (
+            f"the current changes between the rows {rows}, and what it did there may be what "
+            f"acts on the {SPOOL.name}, depending on {spool[0].regressor}; {ADVICE}"
+        )
+        if result.verdict == "unknown_effect":
+            result.verdict, result.reason, result.added = "cannot_tell", said, None
+            if result.search is not None and result.search.final is not None:
+                result.final_at = result.search.final.at
+        else:
+            result.unknown, result.notes = [], [*result.notes, said]
+    elif result.verdict not in ("nothing_missing", "agrees"):
+        return
+    elif late is not None and late.low > 0.0:
+        result.verdict = "cannot_tell"
+        result.reason = (
+            f"the current acts {late.refitted * 1e3:.2g} ms late: it is held from row to row "
+            f"{rows}, or changes there and a {DEAD_TIME} is missing; {ADVICE}"
+        )
+    elif result.search and result.search.final and (far := hardly_believed(result.search.final)):
+        result.verdict = "cannot_tell"
+        result.reason = (
+            f"the current changes between the rows {rows}, and the model explains the data only if "
+            f"{' and '.join(far)}; {ADVICE}"
+        )

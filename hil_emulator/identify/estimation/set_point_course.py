@@ -1,0 +1,128 @@
+"""Whether the current was held from row to row of a recording, or moved in between.
+
+A log cannot show it, but the machine does: a current that moved has moved the spool. Both answers
+are tried with the same gains, each with its own ordinary parameters and a dead time of its own,
+because a current that is held comes half a period late on average.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.measured.between_rows import CONTROLLER, moving, slower_than_controller
+from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.prediction.frozen import Frozen
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.pool import LocalBatch
+from hil_emulator.identify.prediction.predictor import Predictor
+
+DEAD_TIME = "transport_delay"
+"""The effect that makes a current late."""
+
+CERTAIN = 3.0
+"""Standard errors by which one answer has to be better (assumed)."""
+
+ROUNDS = 5
+"""Iterations of a fit (assumed)."""
+
+Answer = Literal["held", "moves", "unknown"]
+
+
+@dataclass(frozen=True)
+class Investigation:
+    """What is examined, for what, and what is known of the current between its rows.
+
+    Attributes:
+        learn: experiments for the fit, with the course of their current where it moves.
+        check: the same for the acceptance test.
+        nuisances: ordinary parameters; a dead time is one where nobody can tell it from a hold.
+        candidates: effects that may be named.
+        answer: what the current did between the rows of loggers slower than a controller.
+
+    """
+
+    learn: list[Experiment]
+    check: list[Experiment]
+    nuisances: list[Coordinate]
+    candidates: list[Coordinate]
+    answer: Answer = "held"
+
+
+def followed(
+    predictor: Predictor, given: Investigation, tell: Callable[[str], None] = lambda _: None
+) -> Investigation:
+    """Find out what the current did between rows, and say it in the experiments' notes."""
+    slow = [e for e in given.learn if len(e.current) and slower_than_controller(e)]
+    if not slow or not isinstance(predictor, Observer):
+        return given
+    tell("asking whether the current changed between the rows")
+    dead_time = [c for c in candidates(predictor.model, ()) if c.name == DEAD_TIME]
+    fitter = Fitter(predictor, [moving(e) for e in slow])
+    answer = _answer(fitter, [*given.nuisances, *dead_time])
+    learn, check = ([_as(answer, e) for e in part] for part in (given.learn, given.check))
+    found = replace(given, learn=learn, check=check, answer=answer)
+    if answer != "unknown":
+        return found
+    period = max(e.period for e in slow)
+    known = [replace(c, prior=period / c.scale) for c in dead_time]
+    rest = [c for c in given.candidates if c.name != DEAD_TIME]
+    return replace(found, nuisances=[*given.nuisances, *known], candidates=rest)
+
+
+_SAID: dict[Answer, str] = {
+    "held": "held from row to row, as the readings show",
+    "moves": "it changes between the rows, as the readings show",
+    "unknown": "whether it changes between the rows or comes late, the readings do not show",
+}
+
+
+def _as(answer: Answer, e: Experiment) -> Experiment:
+    """Return an experiment with what its current did between rows."""
+    if not slower_than_controller(e):
+        return e
+    said = f"valve_current: {_SAID[answer]}"
+    if answer == "held":
+        return replace(e, notes=(*e.notes, said))
+    taken = f"taken along a curve through them, in steps of {CONTROLLER * 1e3:g} ms (assumed)"
+    return moving(replace(e, notes=(*e.notes, f"{said}; {taken}")))
+
+
+def _answer(fitter: Fitter, free: list[Coordinate]) -> Answer:
+    """Return which course of the current the readings follow."""
+    fitter.freeze(free, np.zeros(len(free)))
+    frozen = [f for f in fitter.frozen if isinstance(f, Frozen)]
+    moves = _fit(fitter, free)
+    fitter.batch = LocalBatch(fitter.predictor, [_held(f) for f in frozen])
+    held = _fit(fitter, free)
+    error = _error(held.residual**2 - moves.residual**2, fitter.correlation_length)
+    # what ordinary parameters have to be for it counts, too
+    better = held.chi2 - moves.chi2
+    if abs(better) < CERTAIN * error:
+        return "unknown"
+    return "moves" if better > 0.0 else "held"
+
+
+def _fit(fitter: Fitter, free: list[Coordinate]) -> Fit:
+    """Return the best fit from any dead time: at every part of a period it has a kink."""
+    period = max(e.period for e in fitter.experiments)
+    starts = [np.zeros(len(free))]
+    if free[-1].name == DEAD_TIME:
+        starts.append(np.append(np.zeros(len(free) - 1), 0.5 * period / free[-1].scale))
+    return min((fitter.fit(free, start, ROUNDS) for start in starts), key=lambda fit: fit.chi2)
+
+
+def _held(frozen: Frozen) -> Frozen:
+    """Return a frozen experiment whose current is held, whatever it was frozen with."""
+    current = np.repeat(frozen.experiment.current[:, None], frozen.data.current.shape[1], axis=1)
+    return replace(frozen, data=frozen.data._replace(current=current))
+
+
+def _error(gain: Array, length: int) -> float:
+    """Return a gain's standard error, from blocks that are longer than it is correlated."""
+    blocks = np.array_split(gain, max(2, len(gain) // length))
+    return float(np.sqrt(sum(block.sum() ** 2 for block in blocks)))

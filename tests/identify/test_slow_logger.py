@@ -1,0 +1,120 @@
+"""A logger slower than the controller: what the current did between the rows is not known."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.conclusion.findings import Refitted, Unexplained
+from hil_emulator.identify.conclusion.result import Result, Verdict
+from hil_emulator.identify.conclusion.slow_logger import ADVICE, doubt
+from hil_emulator.identify.estimation.set_point_course import Answer, Investigation, followed
+from hil_emulator.identify.measured.between_rows import BRIDGE, moving
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction.balances import SPOOL
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.parameters import ordinary
+from tests.identify.rig_data import INSTRUMENTS, campaign, knee_model, recorded, thinned
+from tests.identify.slow_logger import CASES, logged, sort_of
+
+SLOW = pytest.mark.slow
+EVERY = 5
+TICKS = np.arange(1000)
+
+
+def experiment(current: np.ndarray, set_point_first: bool) -> Experiment:
+    """Return a log of every fifth tick, its row written before or after the set point acted."""
+    last = np.append(current[:1], current[:-1])
+    written = (last if set_point_first else current)[::EVERY]
+    acting = np.append(written[1:], written[-1]) if set_point_first else written
+    readings = {"position": np.zeros(len(acting))}
+    return Experiment("log", EVERY * 1e-3, acting, readings, set_point_first=set_point_first)
+
+
+@pytest.mark.parametrize("set_point_first", [False, True])
+def test_a_smooth_current_is_found_between_the_rows(set_point_first: bool) -> None:
+    """Whichever end of its period a row tells, the curve is within its own uncertainty."""
+    random = np.random.default_rng(1)
+    current = np.sin(2e-3 * np.pi * 7.0 * TICKS) + 0.01 * random.standard_normal(len(TICKS))
+    course = moving(experiment(current, set_point_first)).currents
+    inner = slice(3, -3)
+    error = (course.current.mean(1) - current.reshape(-1, EVERY).mean(1))[inner]
+    assert np.sqrt(np.mean(error**2)) < 0.02
+    assert np.mean(error**2 / course.unknown[inner]) < 1.5
+    assert not course.jumps[inner].any()
+
+
+def test_a_jump_between_two_rows_is_known_as_one() -> None:
+    """Nobody knows when in its period it came: uniformly, by a variance of a twelfth."""
+    random = np.random.default_rng(2)
+    current = np.where(TICKS < 502, 0.0, 1.0) + 1e-3 * random.standard_normal(len(TICKS))
+    course = moving(experiment(current, False)).currents
+    period = 502 // EVERY
+    assert course.jumps[period]
+    assert course.unknown[period] == pytest.approx(1.0 / 12.0, rel=0.05)
+    assert np.median(course.unknown) < BRIDGE * 1e-5
+    assert course.jumps.sum() < 6
+
+
+@pytest.mark.parametrize(
+    ("ticks", "answer"), [(1, "moves"), pytest.param(EVERY, "held", marks=SLOW)]
+)
+def test_the_machine_tells_whether_its_current_was_held(ticks: int, answer: str) -> None:
+    """A controller at 1 kHz and one as slow as the logger leave different traces."""
+    model = knee_model()
+    logs = [thinned(e, EVERY) for e in campaign({}, 3, ticks=ticks)[0]]
+    known = Investigation(logs, [], ordinary(model), [])
+    found = followed(Observer(model, INSTRUMENTS), known)
+    assert found.answer == answer
+    assert (found.learn[0].course is None) == (answer == "held")
+    assert any("valve_current" in note for note in found.learn[0].notes)
+
+
+def test_as_fast_as_the_controller_nothing_changes() -> None:
+    """At 1 kHz a current is held from row to row, and nobody asks."""
+    log = recorded({}, "steps", 1, 0.2)
+    known = Investigation([log], [log], [], [])
+    assert followed(Observer(knee_model(), INSTRUMENTS), known) is known
+
+
+@pytest.mark.parametrize(
+    ("answer", "low", "verdict"),
+    [("held", 1e-3, "nothing_missing"), ("unknown", 1e-3, "cannot_tell"),
+     ("unknown", -1e-4, "nothing_missing"), ("moves", 1e-3, "nothing_missing")],
+)  # fmt: skip
+def test_a_dead_time_that_may_be_a_hold_leaves_the_answer_open(
+    answer: Answer, low: float, verdict: Verdict
+) -> None:
+    """Half a period late is what a current that is held comes, and what a dead time is."""
+    late = Refitted(0.0, 2e-3, low, 3e-3, "s", "ms")
+    result = Result("nothing_missing", "", parameters={"transport_delay": late})
+    doubt(result, answer, [experiment(np.sin(TICKS), False)])
+    assert result.verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("verdict", "after"),
+    [("unknown_effect", "cannot_tell"), ("missing_effects", "missing_effects")],
+)
+def test_a_term_on_the_spool_may_be_the_current_between_the_rows(
+    verdict: Verdict, after: Verdict
+) -> None:
+    """It is no unknown effect, alone or beside one that has a name; where rows are all, it is."""
+    term = Unexplained(SPOOL.name, "rate of the current", "A", (), (), "", 300.0)
+    log = experiment(np.sin(TICKS), False)
+    for answer in get_args(Answer):
+        result = Result(verdict, "", unknown=[term])
+        doubt(result, answer, [log])
+        held = answer == "held"
+        assert result.verdict == (verdict if held else after)
+        assert (ADVICE in result.reason + "".join(result.notes)) != held
+        assert bool(result.unknown) == (held or verdict == "unknown_effect")
+
+
+@SLOW
+@pytest.mark.parametrize("rate", [100, 200, 500])
+@pytest.mark.parametrize("name", list(CASES))
+def test_every_fifth_row_raises_no_false_alarm(name: str, rate: int) -> None:
+    """What is there is named, or it is said that nobody can tell; nothing is invented."""
+    result = logged(CASES[name], rate)
+    assert sort_of(result, CASES[name].effect) in ("right", "open"), result.reason
