@@ -53,7 +53,8 @@ def fuzz(node: Node, seed: int, frames: int) -> tuple[int, int]:
         now_ns += fuzzer.pause_ns()
         node.receive(now_ns, batch)
         for frame in node.publish(now_ns, measured):
-            assert 0 < frame.can_id <= 0x7FF, f"seed {seed}, frame {sent}: {frame}"
+            largest = 0x1FFF_FFFF if frame.extended else 0x7FF
+            assert 0 < frame.can_id <= largest, f"seed {seed}, frame {sent}: {frame}"
             assert len(frame.data) <= 8, f"seed {seed}, frame {sent}: {frame}"
         if not base and sent > frames * WARM_UP:
             base = tracemalloc.get_traced_memory()[0]

@@ -56,9 +56,8 @@ def test_a_jump_between_two_rows_is_known_as_one() -> None:
     assert course.jumps.sum() < 6
 
 
-@pytest.mark.parametrize(
-    ("ticks", "answer"), [(1, "moves"), pytest.param(EVERY, "held", marks=SLOW)]
-)
+@SLOW
+@pytest.mark.parametrize(("ticks", "answer"), [(1, "moves"), (EVERY, "held")])
 def test_the_machine_tells_whether_its_current_was_held(ticks: int, answer: str) -> None:
     """A controller at 1 kHz and one as slow as the logger leave different traces."""
     model = knee_model()
