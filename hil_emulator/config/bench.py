@@ -178,7 +178,7 @@ def kind_of(merged: Mapping[str, Any]) -> Kind:
     """Return the kind of bench of an unchecked configuration: what it says need not make sense."""
     table = merged.get("bench")
     said = table if isinstance(table, dict) else {}
-    kind = KINDS.get(str(said.get("kind")), KINDS["actuator"])
+    kind = KINDS.get(str(said.get("kind", "actuator")), Kind("", "", {}))
     if said.get("pressure_b") == ABSENT and "pressure_b" in kind.options:
         # without an annulus there is no ratio of its area
         return replace(kind, needs={"cylinder": frozenset({"piston_area"})})

@@ -60,6 +60,12 @@ def test_a_configuration_without_a_word_of_it_is_a_whole_actuator(layer: Layer) 
     assert 'natural_frequency = "250 Hz" (natural frequency of the spool)' in said
 
 
+def test_of_a_kind_that_nobody_knows_no_table_is_asked_for(layer: Layer) -> None:
+    """The one mistake is the name; what it would need is unknown."""
+    with pytest.raises(UserError, match=r"^1 mistake.*\n.*bench\.kind: 'force balanc'"):
+        load([layer('[bench]\nkind = "force balanc"')])
+
+
 def test_a_table_that_a_bench_needs_is_asked_for_and_no_other(layer: Layer) -> None:
     """A force balance asks for its areas; with one chamber for one of them."""
     with pytest.raises(UserError) as caught:
