@@ -1,5 +1,6 @@
 """Frames in the log files of other tools, by python-can's own readers and writers."""
 
+import struct
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,9 @@ from hil_emulator.frame import Frame
 
 SUFFIXES = (".blf", ".asc", ".log")
 """Vector's binary and text logs, and that of candump."""
+
+_OBJECT, _HEADER = b"LOBJ", 16
+"""What an object of a BLF file begins with, and the bytes of its shortest header."""
 
 _NS_PER_S = 1e9
 _LATEST_S = 4e9  # of a time in a log [s]: since 1970, until 2096 (assumed)
@@ -80,7 +84,7 @@ def captured(file: Path) -> Iterator[tuple[int, Frame]]:
 def _messages(file: Path) -> Iterator[can.Message]:
     """Yield the classical CAN messages of a log."""
     try:
-        with can.LogReader(str(file)) as reader:
+        with _reader(file) as reader:
             for message in reader:
                 if not abs(message.timestamp) <= _LATEST_S:
                     raise ValueError(f"a frame has the time {message.timestamp:g} s")
@@ -90,6 +94,23 @@ def _messages(file: Path) -> Iterator[can.Message]:
         raise UserError(f"{file}: cannot be read: {error.strerror or error}") from None
     except Exception as error:  # python-can's readers answer damage with many kinds of exception
         raise UserError(f"{file}: is not a readable log of frames: {error}") from None
+
+
+def _reader(file: Path) -> can.io.generic.MessageReader:
+    return _Objects(str(file)) if file.suffix.lower() == ".blf" else can.LogReader(str(file))
+
+
+class _Objects(can.BLFReader):
+    """Reads a BLF file, but none whose objects end before they begin: it would never be read."""
+
+    def _parse_data(self, data: bytes) -> Iterator[can.Message]:
+        at = data.find(_OBJECT, 0, 8)
+        while 0 <= at <= len(data) - _HEADER:
+            (size,) = struct.unpack_from("<I", data, at + 8)
+            if size < _HEADER:
+                raise ValueError(f"an object says that it has {size} bytes")
+            at = data.find(_OBJECT, at + size, at + size + 8)
+        yield from super()._parse_data(data)
 
 
 def _frame(m: can.Message) -> Frame:
