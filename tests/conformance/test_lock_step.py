@@ -30,7 +30,11 @@ LAYOUTS = {
 }
 
 
-@pytest.mark.parametrize("files", LAYOUTS.values(), ids=LAYOUTS)
+@pytest.mark.parametrize(
+    "files",
+    [pytest.param(LAYOUTS["combined"], id="combined"),
+     pytest.param(LAYOUTS["separate"], id="separate", marks=pytest.mark.slow)],
+)  # fmt: skip
 def test_the_emulator_conforms(files: list[str]) -> None:
     """On the reference machine, hydraulics and noise included, all nodes of a layout conform."""
     config = load([shipped(name) for name in files])

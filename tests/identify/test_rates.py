@@ -22,7 +22,8 @@ def row(rate: int) -> Row:
     return examined("oring", rate, Question(only=ASKED))
 
 
-@pytest.mark.parametrize("rate", [50, pytest.param(500, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("rate", [50, 500])
 def test_the_sample_rate_does_not_matter(rate: int) -> None:
     """Verdict and names are those of 100 Hz, values lie within each other's intervals."""
     usual, other = row(100), row(rate)

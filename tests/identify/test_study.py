@@ -56,6 +56,7 @@ def test_a_sensor_is_not_blamed_for_friction_of_another_form() -> None:
     assert outcome.flagged
 
 
+@pytest.mark.slow
 def test_a_healthy_foreign_simulator_lacks_nothing() -> None:
     """Nothing hidden, everything drifting: no name, and nothing unexplained."""
     assert asked("none", 0, SHORTEST).exact

@@ -103,7 +103,7 @@ def test_a_node_with_more_to_say_than_the_wire_carries_loses_frames(tmp_path: Pa
 @pytest.mark.parametrize(
     "clock_of",
     [
-        pytest.param(lambda bus: WallClock(MS), id="wall"),
+        pytest.param(lambda bus: WallClock(MS), id="wall", marks=pytest.mark.slow),
         pytest.param(lambda bus: FollowSync(bus, MS), id="follow-sync"),
     ],
 )

@@ -48,6 +48,7 @@ def test_a_valve_as_configured_agrees(tmp_path: Path) -> None:
     assert gain["refitted"] == pytest.approx(1.04 * gain["configured"], rel=3e-3)
 
 
+@pytest.mark.slow
 def test_overlap_is_named_from_an_open_port(tmp_path: Path) -> None:
     """An overlap of 0.15 mA; `gap` says that the spool disagrees, `identify` by what."""
     tops = (8e-3, 4e-3, 6e-3)

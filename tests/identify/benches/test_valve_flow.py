@@ -33,6 +33,7 @@ def metered(file: Path, seed: int, lap: float) -> Path:
     })  # fmt: skip
 
 
+@pytest.mark.slow
 def test_overlap_is_named_without_a_cylinder(tmp_path: Path) -> None:
     """Of a valve that is configured alone; `gap` agrees without the overlap, and not with it."""
     sound = metered(tmp_path / "sound.csv", 7, 0.0)
