@@ -24,16 +24,11 @@ def test_every_shipped_device_conforms(eds: Path, node_id: int) -> None:
     results.check(skipped=inapplicable(eds, node_id))
 
 
-LAYOUTS = {
-    "combined": ["configs/hyq_knee.toml"],
-    "separate": ["configs/hyq_knee.toml", "configs/hyq_knee_separate.toml"],
-}
-
-
 @pytest.mark.parametrize(
     "files",
-    [pytest.param(LAYOUTS["combined"], id="combined"),
-     pytest.param(LAYOUTS["separate"], id="separate", marks=pytest.mark.slow)],
+    [pytest.param(["configs/hyq_knee.toml"], id="combined"),
+     pytest.param(["configs/hyq_knee.toml", "configs/hyq_knee_separate.toml"],
+                  id="separate", marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_the_emulator_conforms(files: list[str]) -> None:
     """On the reference machine, hydraulics and noise included, all nodes of a layout conform."""

@@ -6,6 +6,7 @@ The spool of the recordings is a linear second-order system, solved exactly by s
 from pathlib import Path
 
 import numpy as np
+import pytest
 from scipy.signal import lsim
 
 from tests.identify.benches.asked import asked, bench, names, recorded
