@@ -111,11 +111,15 @@ class StaticObserver:
     def innovations(
         self, frozen: MeasuredStates, par: Array, chan: Array, track: bool = False
     ) -> tuple[Array, Array]:
-        """Return the weighted residual of the load force, shape (samples, 1), and the signals."""
+        """Return the weighted residual of the load force, shape (samples, 1), and the signals.
+
+        Without `track` the signals have no rows: most of the time went into writing them.
+        """
         model = self.model
-        force, path = model.loops.forces(
-            model.at(par, chan), frozen.states, frozen.acceleration, self._places,
-            frozen.experiment.period,
+        path = np.zeros((len(frozen.states) if track else 0, len(model.signal_names)))
+        force = model.loops.forces(
+            model.at(par, chan), frozen.states, frozen.acceleration, frozen.present, self._places,
+            frozen.experiment.period, path,
         )  # fmt: skip
         residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
         return residual[:, None] * frozen.weights, path

@@ -2,22 +2,27 @@
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.records import ParametrisedModel, Places
 from hil_emulator.identify.prediction.run import INPUT_COUNT, Rate, Sense, install
 
 
 def forces(
     rate: Rate, sense: Sense, model: ParametrisedModel, states: Array, acceleration: Array,
-    at: Places, period: float,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Return the reading of the force sensor and the signals for each measured state."""
-    force, track = np.zeros(len(states)), np.zeros((len(states), model.signals))
+    present: Mask, at: Places, period: float, track: Array,
+) -> Array:  # fmt: skip
+    """Return the reading of the force sensor for each measured state that is present, else 0.
+
+    The signals there are written into `track`, shape (samples, signals), unless it has no rows.
+    """
+    force = np.zeros(len(states))
     rates = np.zeros(states.shape[1])
     inputs = np.zeros(INPUT_COUNT)
     signals = np.zeros(model.signals)
     instruments = install(model, signals, period)
     for k in range(len(states)):
+        if not present[k]:
+            continue
         rate(states[k], rates, model.par, inputs, signals)
         net = signals[at.hydraulic] - signals[at.friction] + signals[at.stop]
         passed_on = net - signals[at.rod_mass] * acceleration[k]
@@ -29,5 +34,6 @@ def forces(
             signals[at.load] = passed_on
         sense(*instruments)
         force[k] = instruments.reading[at.cell]
-        track[k] = signals
-    return force, track
+        if len(track):
+            track[k] = signals
+    return force
