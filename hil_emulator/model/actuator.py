@@ -215,11 +215,13 @@ def feed(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     line_rates(par, x, dx, p_pump, y.supply_flow, held.viscosity)
     return_rates(par, x, dx, y.tank_flow)
     leaving = line_flow(par, x, dx, y.supply_flow)
-    leakage = pump_loss(par, x, dx, p_pump)
+    leakage = pump_loss(par, x, dx, p_pump, held.viscosity)
     if source_acts(par):
         y.pump_flow = source(par, x, dx, p_pump)
         y.relief_flow = relief(par, x, dx, p_pump)
         compliance = par.supply_volume / par.oil_bulk_modulus + capacity(par, x, dx, p_pump)
+        # the check valve at the outlet closes where the pump leaks all that it displaces
+        leakage = min(leakage, y.pump_flow)
         dx.pump_pressure = (y.pump_flow - leakage - y.relief_flow - leaving) / compliance
     else:
         y.pump_flow = leaving + leakage
@@ -231,6 +233,7 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
     """Power and efficiency (S1 3.2)."""
     y.pump_power = y.pump_pressure * y.pump_flow
     y.supply_power = y.supply_pressure * y.supply_flow
+    y.return_flow = y.tank_flow + y.relief_flow + y.pump_leakage_flow
     y.load_power = y.load_force * y.load_velocity
     y.friction_loss = y.friction_force * y.velocity
     y.efficiency = 0.0

@@ -131,6 +131,7 @@ SIGNALS = (
     Quantity("pump_flow", "m^3/s", "flow that the pump displaces"),
     Quantity("pump_leakage_flow", "m^3/s", "leakage inside the pump"),
     Quantity("relief_flow", "m^3/s", "flow through the relief valve"),
+    Quantity("return_flow", "m^3/s", "flow back to the reservoir, from valve, relief and pump"),
     Quantity("pump_power", "W", "power that displacing the pump's flow takes"),
     Quantity("supply_power", "W", "power that enters the valve: P = q p (S1 eq. 3.2)"),
     Quantity("load_power", "W", "power that the rod gives to the load"),

@@ -59,7 +59,7 @@ relief = Stage(
     balances=(SUPPLY,),
 )  # fmt: skip
 pump_loss = Stage(
-    "pump_loss", "supply", ("pump_pressure",), "leakage of pumps", "m^3/s", "sum",
+    "pump_loss", "supply", ("pump_pressure", "viscosity"), "leakage of pumps", "m^3/s", "sum",
     balances=(SUPPLY,),
 )  # fmt: skip
 capacity = Stage(

@@ -40,7 +40,9 @@ WEAKER: Mapping[str, tuple[float, float]] = {
 """Shares of the typical strength at which an effect has faded, where a quarter is still strong."""
 
 
-BESIDE = frozenset({"gas_pressure", "pump_flow", "relief_flow", "pump_power", "efficiency"})
+BESIDE = frozenset(
+    {"gas_pressure", "pump_flow", "relief_flow", "return_flow", "pump_power", "efficiency"}
+)
 """Signals that tell about the model or the pump: a pump of any size fades at the valve alone."""
 
 
