@@ -112,7 +112,36 @@ def test_a_clock_that_starts_again_makes_two_experiments(tmp_path: Path) -> None
         assert (first.name, second.name) == ("log.csv#1", "log.csv#2")
         np.testing.assert_allclose(first.readings["position"], TIME, atol=1e-9)
         np.testing.assert_allclose(second.readings["position"], 1.0 - TIME[:150], atol=1e-9)
-        assert any("time starts again 1 times" in note for note in first.notes)
+        assert any("time starts again once" in note for note in first.notes)
+
+
+def test_a_pause_in_which_the_set_point_got_lost_parts_experiments(tmp_path: Path) -> None:
+    """Of rows missing for a while nobody knows what the current was; where it held, one run is.
+
+    Without a set point (a bench of forces) a pause is only a gap.
+    """
+    time = np.concatenate([TIME[:100], TIME[130:]])
+    moved, held = np.sin(7.0 * time), np.where(time < 0.05, 1.0, 2.0)
+    heads = "time [s],valve_current [mA],position [mm]"
+    first, second = load_experiments([written(tmp_path, heads, [time, moved, time])])
+    assert (first.samples, second.samples) == (100, len(TIME) - 130)
+    assert any("rows are missing for a while once" in note for note in first.notes)
+    np.testing.assert_allclose(second.current, 1e-3 * moved[100:])
+    assert only(written(tmp_path, heads, [time, held, time])).samples == len(TIME)
+    assert only(written(tmp_path, "time [s],position [mm]", [time, time])).samples == len(TIME)
+    later = time + np.where(time > 0.1, 1.0, 0.0)
+    assert len(load_experiments([written(tmp_path, heads, [later, held, time])])) == 2
+
+
+def test_pauses_that_leave_no_experiment_are_refused(tmp_path: Path) -> None:
+    """Forty rows between any two pauses are too few to tell anything from."""
+    kept = np.arange(len(TIME)) % 80 < 40
+    file = written(
+        tmp_path, "time [s],valve_current [mA],position [mm]",
+        [TIME[kept], np.sin(7.0 * TIME[kept]), TIME[kept]],
+    )  # fmt: skip
+    with pytest.raises(UserError, match=r"rows are missing .* none of the parts has the 50"):
+        load_experiments([file])
 
 
 def test_a_short_rest_after_a_restart_is_left_out(tmp_path: Path) -> None:

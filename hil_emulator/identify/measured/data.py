@@ -8,8 +8,8 @@ import numpy as np
 from hil_emulator.identify.measured import grid
 from hil_emulator.identify.measured.bad_samples import without_bad_samples
 from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment
+from hil_emulator.identify.measured.pieces import pieces
 from hil_emulator.identify.measured.reading import SET_POINT, MeasuredFile, read
-from hil_emulator.identify.measured.restarts import pieces
 
 DEAD = 1e-9
 """Change of a channel over its span below which it shows nothing."""
