@@ -76,6 +76,15 @@ def test_half_a_percent_at_one_value_is_left_out(channel: str, level: float, wor
     assert f"{rows[0] * 1e-3:.4g}, " in note
 
 
+def test_bad_positions_that_hide_each_other_are_left_out() -> None:
+    """Two zeros with a sound sample in between are two bad samples, and that one is none."""
+    values = moving()["position"].copy()
+    values[[324, 326]] = 0.0
+    kept, notes = cleaned(moving() | {"position": values})
+    assert np.flatnonzero(np.isnan(kept["position"])).tolist() == [324, 326]
+    assert len(notes) == 1
+
+
 def test_positions_that_no_rod_can_take_are_left_out() -> None:
     """Random places for one sample: whichever is farther off than the rod moves in five samples."""
     random = np.random.default_rng(4)

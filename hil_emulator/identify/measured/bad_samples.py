@@ -51,6 +51,9 @@ MOST_BAD_SAMPLES = 0.1
 REPEATED_SHARE = 0.05
 """Part of the samples that may repeat the one before in a channel with noise (assumed)."""
 
+AROUND = 7
+"""Samples of which the median is taken: bad ones are the fewer of them (assumed)."""
+
 RUN_LENGTHS = (1, 2, 1)
 """Numbers of bad samples in a row that are looked for, in turn: one may hide another."""
 
@@ -92,11 +95,11 @@ def bad_samples(name: str, series: Series) -> _Rows:
         return np.zeros(0, np.int64)
     values = series.values[good]
     runs = candidates(values)
-    if not runs:
-        return np.zeros(0, np.int64)
     odd = _joined([rows for rows, _ in runs])
     found = [_far(values, odd), _at_rail(values, odd)]
-    rows = _joined([*found, _too_fast(values, runs)] if name == "position" else found)
+    if name == "position":
+        found += [_too_fast(values, runs), _brief(values)]
+    rows = _joined(found)
     rows = np.union1d(rows, _same(values, rows))
     return np.asarray(good[rows] if len(rows) < MOST_BAD_SAMPLES * len(values) else good[:0])
 
@@ -198,23 +201,33 @@ def _outside(level: Any, others: Array) -> Any:
 
 def _too_fast(values: Array, runs: Sequence[_Run]) -> _Rows:
     """Return the candidates that change faster than the rod usually moves."""
-    fastest = float(np.quantile(np.abs(np.diff(values)), USUAL_CHANGES))
-    return _joined(
-        [rows for rows, deviation in runs if deviation > IMPOSSIBLE_SPEED_RATIO * fastest]
-    )
+    fastest = IMPOSSIBLE_SPEED_RATIO * _fastest(values)
+    return _joined([rows for rows, deviation in runs if deviation > fastest])
+
+
+def _brief(values: Array) -> _Rows:
+    """Return samples that are farther off than the rod moves: bad ones that hide each other."""
+    reach = IMPOSSIBLE_SPEED_RATIO * (AROUND // 2) * _fastest(values)
+    return np.flatnonzero(_from_median(values) > reach) if reach > 0.0 else np.zeros(0, np.int64)
+
+
+def _fastest(values: Array) -> float:
+    return float(np.quantile(np.abs(np.diff(values)), USUAL_CHANGES))
 
 
 def _same(values: Array, rows: _Rows) -> _Rows:
-    """Return every sample at exactly a value at which several bad ones are: a rail."""
-    levels, counts = np.unique(values[rows], return_counts=True)
-    rails = levels[counts >= FEWEST_AT_RAIL]
-    if not len(rails):
-        return rows[:0]
-    usual = OUTLIER_RATIO * _usual(values)
-    # whatever its neighbours are: two bad samples may stand side by side
-    away = np.abs(values - np.median(_windows(np.pad(values, 3, mode="edge"), 7)[: len(values)],
-                                     axis=1)) > usual  # fmt: skip
-    return np.flatnonzero(np.isin(values, rails) & away)
+    """Return every sample at exactly the value of a bad one, and off its neighbours.
+
+    Whatever these are: two bad samples may stand side by side.
+    """
+    off = _from_median(values) > OUTLIER_RATIO * _usual(values)
+    return np.flatnonzero(np.isin(values, values[rows]) & off)
+
+
+def _from_median(values: Array) -> Array:
+    """Return how far each sample is from the median of those around it, which no step moves."""
+    around = _windows(np.pad(values, AROUND // 2, mode="edge"), AROUND)[: len(values)]
+    return np.asarray(np.abs(values - np.median(around, axis=1)))
 
 
 def _repeated_rows(series: Mapping[str, Series]) -> _Rows:
