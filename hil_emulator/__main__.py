@@ -165,6 +165,19 @@ def check(files: tuple[Path, ...]) -> None:
 
 
 @main.command()
+@click.argument("what", type=click.Choice(["configuration", "machine"]), default="configuration")
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="File to write.")
+def schema(what: str, out: Path | None) -> None:
+    """Write the JSON Schema of a configuration, or of a machine of several actuators.
+
+    An editor of TOML completes and checks by it a file that begins with "#:schema" and its path.
+    """
+    from hil_emulator.commands import schema as command
+
+    command.schema(what, out)
+
+
+@main.command()
 @FILES
 @click.option(
     "--out",

@@ -26,8 +26,8 @@ _EXPONENT = r"(?:\s*(?:\^|\*\*)\s*-?\d(?:\.\d)?)?"
 _POWER = rf"(?:%|°?[A-Za-zµμΩ][A-Za-z0-9_µμΩ]*){_EXPONENT}"
 _JOINED = r"(?:\s*[*/·]\s*|\s+)"
 _TERM = rf"(?:{_POWER}|\(\s*{_POWER}(?:{_JOINED}{_POWER})*\s*\){_EXPONENT})"
-_UNIT = rf"((?:1?\s*/\s*)?{_TERM}(?:{_JOINED}{_TERM})*)?\s*"
-_QUANTITY = re.compile(_NUMBER + _UNIT, re.ASCII)
+_UNIT = rf"(?:1?\s*/\s*)?{_TERM}(?:{_JOINED}{_TERM})*"
+_QUANTITY = re.compile(rf"{_NUMBER}({_UNIT})?\s*", re.ASCII)
 _SUPERSCRIPTS = str.maketrans({"²": "^2", "³": "^3"})
 
 _WORDS = {
@@ -45,6 +45,19 @@ _WORDS = {
     "K": "temperature",
     "1": "plain number",
 }
+
+
+_COMMON = {
+    "Pa": "Pa kPa MPa bar mbar psi",
+    "m": "um mm cm m inch ft",
+    "m^3/s": "l/min cm^3/s m^3/s m^3/h",
+    "A": "uA mA A",
+    "N": "N kN MN lbf",
+    "kg": "g kg t lb",
+    "s": "ns us ms s min h",
+    "Hz": "Hz kHz",
+}
+"""Units that are taken for others by mistake, by what they measure."""
 
 
 @cache
@@ -83,6 +96,24 @@ def _read(text: str) -> pint.Quantity[float]:
         raise ValueError(f"write a number and a unit, at most {LONGEST} characters")
     number, unit = match.groups(default="")
     return _registry().Quantity(float(number), f"1{unit}" if unit.startswith("/") else unit)
+
+
+@cache
+def pattern(unit: str) -> str:
+    """Return a regular expression (ECMA 262) of quantities that may be of a unit's dimension.
+
+    It refuses numbers without a unit and common units of other dimensions; what it lets pass,
+    `to_si` judges.
+    """
+    foreign = " ".join(text for known, text in _COMMON.items() if not _alike(known, unit))
+    refused = "|".join(re.escape(word) for word in foreign.split())
+    number = r"[-+]?(\d+\.?\d*|\.\d+|inf)([eE][-+]?\d+)?"
+    unit_text = rf"(?!({refused})\s*$)[%°/(A-Za-zµμΩ].*"
+    return rf"^\s*{number}\s*({unit_text}){'?' if _alike(unit, '1') else ''}$"
+
+
+def _alike(one: str, other: str) -> bool:
+    return bool(_registry().Unit(one).dimensionality == _registry().Unit(other).dimensionality)
 
 
 def to_si(text: object, unit: str, example: str = "") -> float:

@@ -6,10 +6,47 @@ from typing import Any
 
 import click
 
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, brief
+
+
+class ConfigurationFile(click.ParamType[Path]):
+    """A configuration's file, or the name of a machine that comes with the package."""
+
+    name = "configuration"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Return the path of the file; whether it is one is found out when it is read."""
+        from hil_emulator.platform.paths import machines
+
+        path = Path(value)
+        if path.suffix or path.exists():
+            return path
+        known = machines()
+        if str(value) not in known:
+            there = f"no file, and no machine of the package, which are {', '.join(known)}"
+            self.fail(f"{brief(str(value))} is {there}", param, ctx)
+        return known[str(value)]
+
+
+def _some(ctx: click.Context, param: click.Parameter, files: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Ask for a file by what there is to choose from."""
+    from hil_emulator.platform.paths import machines
+
+    if files:
+        return files
+    known = [f"  {name:<14} {_first_line(file)}" for name, file in machines().items()]
+    text = (f"name a configuration (TOML), or a machine that comes with the package:\n"
+            f"{chr(10).join(known)}\n"
+            f"`hil-emulator init` writes a configuration of your own machine.")  # fmt: skip
+    raise click.UsageError(text, ctx)
+
+
+def _first_line(file: Path) -> str:
+    return file.read_text(encoding="utf-8").partition("\n")[0].lstrip("# ").rstrip(".")
+
 
 FILES = click.argument(
-    "files", metavar="CONFIG...", nargs=-1, required=True, type=click.Path(path_type=Path)
+    "files", metavar="CONFIG...", nargs=-1, type=ConfigurationFile(), callback=_some
 )
 
 

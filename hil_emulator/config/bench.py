@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import model_validator
 
-from hil_emulator.config.table import StrictTable, reader
+from hil_emulator.config.table import QuantityReader, StrictTable
 from hil_emulator.model.declare import Param
 from hil_emulator.model.quantities import PARAMS
 from hil_emulator.units import show
@@ -40,6 +40,11 @@ class Kind:
     describes: str
     needs: Mapping[str, frozenset[str]]
     options: tuple[str, ...] = ()
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is the whole actuator, which alone can be simulated."""
+        return self.needs is EVERYTHING
 
     def asks(self, table: str, key: str) -> bool:
         """Whether a key has to be given."""
@@ -90,21 +95,8 @@ PROPORTIONAL_GAIN = Param(
     "proportional_gain", "A/m", "current per deviation of the position", 0.5, 1e-4, 1e4
 )  # fmt: skip
 
-_gain = reader(PROPORTIONAL_GAIN)
-_pressure = reader(CHAMBER_PRESSURE)
-
-
-def _chamber(text: object) -> float:
-    """Read what is known of a chamber: its pressure [Pa], not a number where there is none."""
-    return math.nan if text == ABSENT else _pressure(text)
-
-
-def _proportional(text: object) -> float:
-    """Read a gain [A/m], not a number where it is to be found."""
-    return math.nan if text == FREE else _gain(text)
-
-
-Chamber = Annotated[float | None, BeforeValidator(_chamber)]
+Chamber = Annotated[float | None, QuantityReader(CHAMBER_PRESSURE, {ABSENT: math.nan})]
+Gain = Annotated[float | None, QuantityReader(PROPORTIONAL_GAIN, {FREE: math.nan})]
 
 
 class BenchTable(StrictTable):
@@ -113,7 +105,9 @@ class BenchTable(StrictTable):
     kind: Literal[tuple(KINDS)] = "actuator"  # type: ignore[valid-type]
     pressure_a: Chamber = None
     pressure_b: Chamber = None
-    proportional_gain: Annotated[float | None, BeforeValidator(_proportional)] = None
+    proportional_gain: Annotated[
+        float | None, QuantityReader(PROPORTIONAL_GAIN, {FREE: math.nan})
+    ] = None
 
     @model_validator(mode="after")
     def _of_its_kind(self) -> "BenchTable":
@@ -151,7 +145,7 @@ class BenchSettings:
     @property
     def whole(self) -> bool:
         """Whether it is the whole actuator, which alone can be simulated."""
-        return self.kind in ("actuator", "closed loop")
+        return KINDS[self.kind].whole
 
     def __str__(self) -> str:
         """Return in words what a configuration describes."""

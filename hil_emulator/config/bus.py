@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from hil_emulator.config.table import quantity
+from hil_emulator.config.table import QuantityReader
 from hil_emulator.model.declare import Param
 
 BIT_RATE = Param("bit_rate", "bit/s", "of the bus", 500e3, 10e3, 1e6, "kbit/s")
@@ -18,11 +18,13 @@ TRANSMIT_QUEUE = 32
 class BusTable(BaseModel):
     """What carries the frames: settings of python-can's interface, and these."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, use_attribute_docstrings=True)
 
-    bit_rate: Annotated[float | None, quantity(BIT_RATE)] = None
+    bit_rate: Annotated[float | None, QuantityReader(BIT_RATE)] = None
     timing: Literal["ideal", "modelled"] = "ideal"
+    """whether frames pass at once, or take their time and their turn"""
     transmit_queue: int = Field(default=TRANSMIT_QUEUE, ge=1, le=1024)
+    """frames that can wait in a node"""
 
     @model_validator(mode="after")
     def _one_rate(self) -> "BusTable":

@@ -2,14 +2,16 @@
 
 import math
 
+_GAIN = frozenset({"gain"})
+_RATING = frozenset({"nominal_flow", "rated_current"})
+_DROPS = frozenset({"pressure_drop_per_edge", "pressure_drop_total"})
+
+VALVE_GROUPS = (_GAIN, _RATING, _DROPS)
+"""Keys of the valve that say something together: its gain, its rating, the rating's drop."""
+
 ALTERNATIVES: dict[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
     "valve": (
-        (
-            frozenset({"gain"}),
-            frozenset(
-                {"nominal_flow", "rated_current", "pressure_drop_per_edge", "pressure_drop_total"}
-            ),
-        ),
+        (_GAIN, _RATING | _DROPS),
         (frozenset({"pressure_drop_per_edge"}), frozenset({"pressure_drop_total"})),
     ),
     "cylinder": ((frozenset({"piston_area", "area_ratio"}), frozenset({"bore", "rod"})),),

@@ -84,26 +84,33 @@ Admit = Callable[[Path, bytes], None]
 """Asked before an effect file runs, with its path and content; raises `UserError` to refuse it."""
 
 
-def load(files: Sequence[Path]) -> Configuration:
+def load(files: Sequence[Path], *, on_bus: bool = False) -> Configuration:
     """Read and check configuration files, later ones laid over earlier ones.
 
     The effect files that they name are run.
+
+    Args:
+        files: the files.
+        on_bus: whether it is a mistake to say nothing of nodes.
 
     Raises:
         UserError: with every mistake found, each with its place.
 
     """
     texts = [read_text(file, "configuration") for file in files]
-    return load_texts(files, texts, lambda path, content: None)
+    return load_texts(files, texts, lambda path, content: None, on_bus=on_bus)
 
 
-def load_texts(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Configuration:
+def load_texts(
+    files: Sequence[Path], texts: Sequence[str], admit: Admit, *, on_bus: bool = False
+) -> Configuration:
     """Check the texts of configuration files as if they were there.
 
     Args:
         files: where the texts come from: what they name is looked for beside them.
         texts: of each file.
         admit: decides which effect files may run.
+        on_bus: whether it is a mistake to say nothing of nodes.
 
     Raises:
         UserError: with every mistake found, each with its place.
@@ -116,7 +123,8 @@ def load_texts(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Con
     origin: dict[tuple[str, ...], Path] = {}
     for file, layer in layers:
         _lay_over(merged, _with_knobs(layer, effects), file, origin)
-    model = schema(effects, kind_of(merged))
+    kind = kind_of(merged)
+    model = schema(effects, kind, on_bus=on_bus and kind.whole)
     try:
         checked = model.model_validate(merged)
     except ValidationError as error:
@@ -156,7 +164,7 @@ def load_rig(files: Sequence[Path]) -> Configuration:
         UserError: as `load_whole` does, or if there is no device.
 
     """
-    return on_bus(load(files))
+    return on_bus(load(files, on_bus=True))
 
 
 def on_bus(config: Configuration) -> Configuration:

@@ -23,7 +23,7 @@ from hil_emulator.config.bus import BusTable, WireSettings, split
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.nodes import UNCONFIGURED
-from hil_emulator.config.table import StrictTable
+from hil_emulator.config.table import DescribedTable, StrictTable
 from hil_emulator.config.toml_file import read_toml
 from hil_emulator.errors import UserError
 
@@ -31,13 +31,17 @@ ONLY_BUS = "bus"
 """Name of the bus where a configuration describes one actuator."""
 
 
-class ActuatorTable(StrictTable):
+class ActuatorTable(DescribedTable):
     """One actuator: its configuration files, its bus, and where its node-IDs begin."""
 
     name: str = Field(min_length=1)
+    """what recordings and faults call it"""
     files: tuple[str, ...] = Field(min_length=1)
+    """its configuration, later files over earlier ones; paths from this file"""
     bus: str
+    """name of one of [buses]"""
     node_offset: int = Field(default=0, ge=0, le=126)
+    """added to every node-ID in its files"""
 
 
 class MachineTable(StrictTable):

@@ -8,10 +8,13 @@ from typing import Any, get_args
 from pydantic import ValidationError
 
 from hil_emulator.config.bench import Kind, kind_of
-from hil_emulator.config.table import StrictTable
+from hil_emulator.config.table import QuantityReader, StrictTable, TableOfWays
 from hil_emulator.errors import brief
 from hil_emulator.model.quantities import PARAMS
-from hil_emulator.units import show
+
+_NODE = """    [[node]]
+    id = 5
+    eds = "hydraulic_actuator.eds"      # a path from the configuration's file"""
 
 
 def describe(
@@ -65,36 +68,61 @@ def _reason(
             else f"unknown key; known here: {', '.join(known)}"
         )
     if kind == "missing":
-        return _missing(names, kind_of(merged))
+        return _missing(names, model, kind_of(merged))
     if kind == "value_error":
         return str(mistake["ctx"]["error"])
+    if kind in ("model_type", "list_type", "tuple_type") and isinstance(mistake["input"], dict):
+        return f"is a list of tables: write [[{names[-1]}]], in double brackets"
     if kind == "model_type":
-        return f"{_quoted(mistake['input'])} is not a table"
+        return f"{_quoted(mistake['input'])} is not a table: write [{'.'.join(names)}]"
     text = str(mistake["msg"])
     return f"{_quoted(mistake['input'])}: {text[0].lower()}{text[1:]}"
 
 
-def _missing(names: tuple[str, ...], bench: Kind) -> str:
-    """Say what is missing with its unit and an example, or that a key is."""
-    table, key = (*names, "")[:2]
-    lacking = [
-        f'{p.name} = "{show(p.typical, p.unit, p.shown)}" ({p.meaning})'
-        for p in PARAMS.get(table, ()) if (p.name == key if key else bench.asks(table, p.name))
-    ]  # fmt: skip
-    if not lacking:
+def _missing(names: tuple[str, ...], model: type[StrictTable], bench: Kind) -> str:
+    """Say what is missing with its unit and an example: a key, or a table with all it needs."""
+    *above, key = names
+    if names == ("node",):
+        return f"missing: nothing is on a bus; it needs, for example\n{_NODE}"
+    reader = _readers(_table(model, above)).get(key)
+    who = bench.describes.partition(":")[0]
+    if reader is not None:
+        return f"missing; {who} needs {reader.assignment} ({reader.param.meaning})"
+    if above or key not in PARAMS:
         return "missing; this value is required"
-    return f"missing; {bench.describes.partition(':')[0]} needs {', '.join(lacking)}"
+    table = _table(model, names)
+    sheet = table.data_sheet if issubclass(table, TableOfWays) else ()
+    other = frozenset().union(*table.groups) if issubclass(table, TableOfWays) else frozenset()
+    asked = [p.name for p in PARAMS[key] if bench.asks(key, p.name) and p.name not in other]
+    needed = [_readers(table)[k] for k in (*sheet, *asked)]
+    lines = [f"{r.assignment:<34}  # {r.param.meaning}" for r in needed]
+    return "\n    ".join([f"missing; {who} needs, for example", f"[{key}]", *lines])
 
 
 def _quoted(given: object) -> str:
     return repr(brief(given)) if isinstance(given, str) else brief(given)
 
 
-def _keys(model: type[StrictTable], names: tuple[str, ...]) -> list[str]:
+def _keys(model: type[StrictTable], names: Sequence[str]) -> list[str]:
     """Return the keys that the table at a path knows."""
-    current: Any = model
+    return list(_table(model, names).model_fields)
+
+
+def _table(model: type[StrictTable], names: Sequence[str]) -> type[StrictTable]:
+    """Return the table at a path."""
+    current: type[StrictTable] = model
     for name in names:
         annotation = current.model_fields[name].annotation
         candidates = [annotation, *get_args(annotation)]
         current = next(c for c in candidates if isinstance(c, type) and issubclass(c, StrictTable))
-    return list(current.model_fields)
+    return current
+
+
+def _readers(table: type[StrictTable]) -> dict[str, QuantityReader]:
+    """Return how the keys of a table are read that are quantities."""
+    return {
+        name: reader
+        for name, field in table.model_fields.items()
+        for reader in field.metadata
+        if isinstance(reader, QuantityReader)
+    }

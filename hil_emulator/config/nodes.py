@@ -4,14 +4,14 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
 from hil_emulator.config.bus import BIT_RATE
 from hil_emulator.config.course_points import column
 from hil_emulator.config.object_map import COMMAND_UNITS, ObjectSettings, read_map
-from hil_emulator.config.table import StrictTable, quantity
+from hil_emulator.config.table import DescribedTable, QuantityReader, StrictTable
 from hil_emulator.model.declare import Param
 
 UNCONFIGURED = 0xFF
@@ -28,6 +28,7 @@ _IDENTITY = {
     "software_version": (0x100A, 0),
 }
 """Index and sub-index by key (CiA 301 7.5.2)."""
+_NODE_ID = Annotated[int, Field(ge=1, le=127)] | Literal["unconfigured"]
 _U32 = Annotated[int | None, Field(ge=0, le=0xFFFF_FFFF)]
 
 
@@ -56,20 +57,31 @@ class IdentityTable(StrictTable):
     software_version: str | None = None
 
 
-class NodeTable(StrictTable):
+class NodeTable(DescribedTable):
     """One CANopen node: its IDs, EDS, commands, safe current, and folder of stored parameters."""
 
-    id: Annotated[int, BeforeValidator(read_id)]
+    id: Annotated[int, BeforeValidator(read_id, json_schema_input_type=_NODE_ID)]
+    """node-ID, or "unconfigured" to get one by LSS"""
     serial_number: int | None = Field(default=None, ge=1, le=0xFFFF_FFFF)
+    """0x1018:04; of each node its own where nothing is said"""
     eds: str
+    """EDS or DCF, a path from this file"""
     commands: tuple[Literal["valve_current"], ...] | None = None
+    """what it commands; all that its map or EDS has where nothing is said"""
     storage: str | None = None
-    safe_current: Annotated[float, quantity(SAFE_CURRENT)] = SAFE_CURRENT.typical
-    map: Annotated[tuple[ObjectSettings, ...] | None, BeforeValidator(read_map)] = None
+    """folder of the parameters that a master stores with 0x1010"""
+    safe_current: Annotated[float, QuantityReader(SAFE_CURRENT)] = SAFE_CURRENT.typical
+    map: Annotated[
+        tuple[ObjectSettings, ...] | None,
+        BeforeValidator(read_map, json_schema_input_type=dict[str, Any]),
+    ] = None
+    """what its objects show and command, such as { "0x6130:1" = "pressure_a" }"""
     identity: IdentityTable = IdentityTable()
     autostart: bool | None = None
-    bit_rate: Annotated[float | None, quantity(BIT_RATE)] = None
+    """whether it enters OPERATIONAL by itself; 0x1F80 decides where nothing is said"""
+    bit_rate: Annotated[float | None, QuantityReader(BIT_RATE)] = None
     extended_ids: bool = True
+    """whether its PDOs may have 29-bit identifiers"""
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,16 @@
 """The schema, derived from the model's declarations, as pydantic models."""
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
-from pydantic import create_model
+from pydantic import GetJsonSchemaHandler, create_model
 
 from hil_emulator.config import datasheet
 from hil_emulator.config.bench import BenchTable, Kind
 from hil_emulator.config.bus import BusTable
 from hil_emulator.config.nodes import NodeTable
-from hil_emulator.config.table import StrictTable, quantity
+from hil_emulator.config.table import QuantityReader, StrictTable
 from hil_emulator.config.tables import (
     CylinderAside,
     CylinderDatasheet,
@@ -26,17 +26,45 @@ from hil_emulator.model.sensors import CHANNELS, Channel
 from hil_emulator.model.stages import transducer
 
 
-def _field(param: Param, off: float | None = None) -> Any:
-    return Annotated[float, quantity(param, off)]
+def _field(param: Param) -> Any:
+    return Annotated[float, QuantityReader(param)]
+
+
+@dataclass(frozen=True)
+class KnobAlone:
+    """An effect's table, in place of which its knob may stand alone."""
+
+    effect: Effect
+
+    @property
+    def knob(self) -> QuantityReader:
+        """How the knob is read."""
+        return QuantityReader(self.effect.knob, {"off": self.effect.off})
+
+    def __get_pydantic_json_schema__(
+        self, core_schema: Any, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Return what an editor may know of the effect."""
+        e = self.effect
+        told = (f"{e.equation}: {e.words}", f"seen in: {e.signature}", f"source: {e.source}",
+                f"{e.knob.name}: {self.knob.description}")  # fmt: skip
+        whole = handler(core_schema)
+        return {"anyOf": [*self.knob.forms, whole], "description": "\n".join(told)}
 
 
 def _effect_table(effect: Effect) -> Any:
     """Return the model of one effect: its knob and its shape parameters."""
-    fields: dict[str, Any] = {effect.knob.name: (_field(effect.knob, effect.off), ...)}
+    knob = Annotated[float, KnobAlone(effect).knob]
+    fields: dict[str, Any] = {effect.knob.name: (knob, ...)}
     for param in effect.shape:
         default = param.typical if param.default is None else param.default
         fields[param.name] = (_field(param), default)
     return create_model(effect.name, __base__=StrictTable, **fields)
+
+
+def _optional(effect: Effect) -> Any:
+    """Return annotation and default of an effect that a table may set."""
+    return (Annotated[_effect_table(effect) | None, KnobAlone(effect)], None)
 
 
 def _in_channel_unit(effect: Effect, channel: Channel) -> Effect:
@@ -72,12 +100,12 @@ def _plant_table(table: str, effects: Iterable[Effect], kind: Kind) -> Any:
     for param in PARAMS.get(table, ()):
         unsaid = param.default is None and not kind.asks(table, param.name)
         optional = param.name in exclusive or unsaid
-        annotation = Annotated[float | None, quantity(param)] if optional else _field(param)
+        annotation = Annotated[float | None, QuantityReader(param)] if optional else _field(param)
         default = None if optional else ... if param.default is None else param.default
         fields[param.name] = (annotation, default)
     for effect in effects:
         if effect.stage.table == table:
-            fields[effect.name] = (_effect_table(effect) | None, None)
+            fields[effect.name] = _optional(effect)
     return create_model(table, __base__=_base(table, kind), **fields)
 
 
@@ -85,9 +113,7 @@ def _sensors_table(effects: Iterable[Effect]) -> Any:
     chain = [e for e in effects if e.stage == transducer]
     channels: dict[str, Any] = {}
     for channel in CHANNELS:
-        fields: dict[str, Any] = {
-            e.name: (_effect_table(_in_channel_unit(e, channel)) | None, None) for e in chain
-        }
+        fields = {e.name: _optional(_in_channel_unit(e, channel)) for e in chain}
         model = create_model(channel.name, __base__=StrictTable, **fields)
         channels[channel.name] = (model, model())
     return create_model("sensors", __base__=StrictTable, **channels)
@@ -99,14 +125,21 @@ def plant_tables(effects: Iterable[Effect]) -> list[str]:
     return list(dict.fromkeys([*PARAMS, *stages]))
 
 
-def schema(effects: tuple[Effect, ...], kind: Kind) -> type[StrictTable]:
-    """Return the model of a whole configuration for a catalogue of effects and a bench."""
+def schema(effects: tuple[Effect, ...], kind: Kind, *, on_bus: bool = False) -> type[StrictTable]:
+    """Return the model of a whole configuration.
+
+    Args:
+        effects: the catalogue.
+        kind: of bench.
+        on_bus: whether it has to have nodes.
+
+    """
     fields: dict[str, Any] = {
         "bench": (BenchTable, BenchTable()),
         "rig": (RigTable, RigTable()),
         "model": (ModelTable, ModelTable()),
         "bus": (BusTable, BusTable()),
-        "node": (list[NodeTable], []),
+        "node": (list[NodeTable], ... if on_bus else []),
     }
     for table in plant_tables(effects):
         model = _plant_table(table, effects, kind)

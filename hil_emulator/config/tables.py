@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from hil_emulator.config import datasheet
-from hil_emulator.config.table import StrictTable, quantity
+from hil_emulator.config.table import DescribedTable, QuantityReader, TableOfWays
 from hil_emulator.model.declare import Param
 from hil_emulator.units import show
 
@@ -30,15 +30,18 @@ DROP_TOTAL = Param(
 )
 
 
-class RigTable(StrictTable):
+class RigTable(DescribedTable):
     """How the loop runs: tick, step, seed of the noise, what late ticks and lost states mean."""
 
-    tick: Annotated[float, quantity(TICK)] = TICK.typical
-    step: Annotated[float, quantity(STEP)] = STEP.typical
+    tick: Annotated[float, QuantityReader(TICK)] = TICK.typical
+    step: Annotated[float, QuantityReader(STEP)] = STEP.typical
     seed: int = Field(default=1, ge=0)
+    """of the sensors' noise"""
     late: Literal["count", "stop"] = "count"
+    """what a late tick means: count it, or stop the run"""
     not_finite: Literal["stop", "reset"] = "stop"
-    sync_period: Annotated[float, quantity(SYNC_PERIOD)] = SYNC_PERIOD.typical
+    """what a state of the model that is not finite means: stop the run, or reset the model"""
+    sync_period: Annotated[float, QuantityReader(SYNC_PERIOD)] = SYNC_PERIOD.typical
 
     @model_validator(mode="after")
     def _whole_steps(self) -> "RigTable":
@@ -55,31 +58,26 @@ class RigTable(StrictTable):
         return self
 
 
-class ModelTable(StrictTable):
+class ModelTable(DescribedTable):
     """Files with effects of the user's own."""
 
     effects: tuple[str, ...] = ()
+    """Python files beside this one that declare effects and list them in EFFECTS"""
 
 
-class CylinderDatasheet(StrictTable):
+class CylinderDatasheet(TableOfWays):
     """The cylinder's diameters, in place of its areas."""
 
-    ways: ClassVar[frozenset[tuple[int, int]]] = frozenset({(2, 0), (0, 2)})
-    """How many of its areas and diameters may be given."""
+    groups: ClassVar = datasheet.ALTERNATIVES["cylinder"][0]
+    ways: ClassVar = frozenset({(2, 0), (0, 2)})
+    wanted: ClassVar = "either bore and rod, or piston_area and area_ratio"
+    data_sheet: ClassVar[tuple[str, ...]] = ("bore", "rod")
 
-    wanted: ClassVar[str] = "either bore and rod, or piston_area and area_ratio"
-
-    bore: Annotated[float | None, quantity(BORE)] = None
-    rod: Annotated[float | None, quantity(ROD)] = None
+    bore: Annotated[float | None, QuantityReader(BORE)] = None
+    rod: Annotated[float | None, QuantityReader(ROD)] = None
 
     @model_validator(mode="after")
-    def _one_way(self) -> "CylinderDatasheet":
-        areas = _given(self, "piston_area", "area_ratio")
-        diameters = _given(self, "bore", "rod")
-        if (len(areas), len(diameters)) not in self.ways:
-            raise ValueError(
-                f"give {self.wanted}; found {', '.join((*diameters, *areas)) or 'none of them'}"
-            )
+    def _thin_rod(self) -> "CylinderDatasheet":
         if self.bore is not None and self.rod is not None and self.rod >= self.bore:
             raise ValueError("the rod must be thinner than the bore")
         return self
@@ -97,40 +95,33 @@ class CylinderDatasheet(StrictTable):
 class OneSidedCylinder(CylinderDatasheet):
     """A piston or plunger without a chamber on the rod's side."""
 
-    ways: ClassVar[frozenset[tuple[int, int]]] = frozenset({(2, 0), (0, 2), (1, 0), (0, 1)})
-    wanted: ClassVar[str] = "piston_area, or bore"
+    ways: ClassVar = frozenset({(2, 0), (0, 2), (1, 0), (0, 1)})
+    wanted: ClassVar = "piston_area, or bore"
+    data_sheet: ClassVar = ("bore",)
 
 
 class CylinderAside(CylinderDatasheet):
     """A cylinder on a bench that does not ask for one."""
 
-    ways: ClassVar[frozenset[tuple[int, int]]] = OneSidedCylinder.ways | {(0, 0)}
+    ways: ClassVar = OneSidedCylinder.ways | {(0, 0)}
 
 
-class ValveDatasheet(StrictTable):
+class ValveDatasheet(TableOfWays):
     """The valve's nominal flow at a pressure drop, in place of its gain."""
 
-    ways: ClassVar[frozenset[tuple[int, int, int]]] = frozenset({(1, 0, 0), (0, 2, 1)})
-    """How many of gain, rating and pressure drops may be given."""
+    groups: ClassVar = datasheet.VALVE_GROUPS
+    ways: ClassVar = frozenset({(1, 0, 0), (0, 2, 1)})
+    wanted: ClassVar = (
+        "either gain, or nominal_flow and rated_current and one of "
+        "pressure_drop_per_edge (dp_n1, one metering edge) and pressure_drop_total "
+        "(dp_n2 = 2 dp_n1, the whole valve)"
+    )
+    data_sheet: ClassVar = ("nominal_flow", "rated_current", "pressure_drop_total")
 
-    nominal_flow: Annotated[float | None, quantity(NOMINAL_FLOW)] = None
-    rated_current: Annotated[float | None, quantity(RATED_CURRENT)] = None
-    pressure_drop_per_edge: Annotated[float | None, quantity(DROP_PER_EDGE)] = None
-    pressure_drop_total: Annotated[float | None, quantity(DROP_TOTAL)] = None
-
-    @model_validator(mode="after")
-    def _one_way(self) -> "ValveDatasheet":
-        gain = _given(self, "gain")
-        rating = _given(self, "nominal_flow", "rated_current")
-        drops = _given(self, "pressure_drop_per_edge", "pressure_drop_total")
-        if (len(gain), len(rating), len(drops)) not in self.ways:
-            raise ValueError(
-                "give either gain, or nominal_flow and rated_current and one of "
-                "pressure_drop_per_edge (dp_n1, one metering edge) and pressure_drop_total "
-                "(dp_n2 = 2 dp_n1, the whole valve); found "
-                f"{', '.join((*gain, *rating, *drops)) or 'none of them'}"
-            )
-        return self
+    nominal_flow: Annotated[float | None, QuantityReader(NOMINAL_FLOW)] = None
+    rated_current: Annotated[float | None, QuantityReader(RATED_CURRENT)] = None
+    pressure_drop_per_edge: Annotated[float | None, QuantityReader(DROP_PER_EDGE)] = None
+    pressure_drop_total: Annotated[float | None, QuantityReader(DROP_TOTAL)] = None
 
     def gains(self) -> dict[str, float]:
         """Return the valve gain from the rating, where that was given."""
@@ -144,8 +135,4 @@ class ValveDatasheet(StrictTable):
 class ValveAside(ValveDatasheet):
     """A valve on a bench that does not ask for one."""
 
-    ways: ClassVar[frozenset[tuple[int, int, int]]] = ValveDatasheet.ways | {(0, 0, 0)}
-
-
-def _given(table: StrictTable, *names: str) -> list[str]:
-    return [n for n in names if getattr(table, n, None) is not None]
+    ways: ClassVar = ValveDatasheet.ways | {(0, 0, 0)}

@@ -102,6 +102,24 @@ def test_a_law_that_cannot_become_machine_code_is_named(
     assert re.search(r"own\.py, line \d+: an effect cannot be compiled: .*'table'", message)
 
 
+def test_without_a_file_the_machines_of_the_package_are_named() -> None:
+    """Which there are, what they are, and how to come by one's own; a name is as good as a path."""
+    message = refused("run")
+    assert "hyq_knee       The knee cylinder of the hydraulic quadruped HyQ" in message
+    assert "hil-emulator init" in message
+    assert "spring_load" not in message
+    assert hil_emulator("check", "hyq_knee").stdout == hil_emulator("check", REFERENCE).stdout
+    assert "is no file, and no machine of the package, which are hyq_" in refused("run", "hyqknee")
+
+
+def test_the_schema_is_written_for_editors(tmp_path: Path) -> None:
+    """One JSON file, and the line with which a configuration names it."""
+    said = hil_emulator("schema", "--out", "s.json", folder=tmp_path).stdout
+    assert '"#:schema ./s.json"' in said
+    assert "valve" in json.loads((tmp_path / "s.json").read_text())["properties"]
+    assert "actuator" in json.loads(hil_emulator("schema", "machine").stdout)["properties"]
+
+
 def test_effects_lists_the_catalogue() -> None:
     """Every effect stands in the table, and its declaration in the JSON."""
     text = hil_emulator("effects").stdout

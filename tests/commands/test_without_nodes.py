@@ -55,7 +55,7 @@ def test_what_goes_on_a_bus_asks_for_a_node(bench: Path, tmp_path: Path) -> None
     ):  # fmt: skip
         code, output = asked(*words)
         assert code == (1 if words[0] == "scenario" else 2), output
-        assert "bench.toml: no [[node]]" in output, output
+        assert "bench.toml: node: missing: nothing is on a bus" in output, output
     assert not list(tmp_path.glob("new.*"))
 
 

@@ -1,6 +1,7 @@
 """A configuration says which bench it describes, and describes nothing else."""
 
 import math
+import re
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -56,8 +57,9 @@ def test_a_configuration_without_a_word_of_it_is_a_whole_actuator(layer: Layer) 
     with pytest.raises(UserError) as caught:
         load([layer('[supply]\npressure = "160 bar"')])
     said = str(caught.value)
-    assert 'oil: missing; the whole actuator needs bulk_modulus = "1300 MPa"' in said
-    assert 'natural_frequency = "250 Hz" (natural frequency of the spool)' in said
+    assert "oil: missing; the whole actuator needs" in said
+    assert '    [oil]\n    bulk_modulus = "1300 MPa"' in said
+    assert re.search(r'\n    natural_frequency = "250 Hz" +# natural frequency of the spool', said)
 
 
 def test_of_a_kind_that_nobody_knows_no_table_is_asked_for(layer: Layer) -> None:
@@ -70,9 +72,9 @@ def test_a_table_that_a_bench_needs_is_asked_for_and_no_other(layer: Layer) -> N
     """A force balance asks for its areas; with one chamber for one of them."""
     with pytest.raises(UserError) as caught:
         load([layer('[bench]\nkind = "force balance"')])
-    (line,) = str(caught.value).splitlines()[1:]
-    assert 'cylinder: missing; a force balance needs piston_area = "2.0106 cm^2"' in line
-    assert "area_ratio" in line
+    _, told, *example = str(caught.value).splitlines()
+    assert "cylinder: missing; a force balance needs" in told
+    assert [line.split()[0] for line in example] == ["[cylinder]", "bore", "rod"]
     one = '[bench]\nkind = "force balance"\npressure_b = "absent"\n[cylinder]\nbore = "25 mm"'
     assert load([layer(one)]).plant["cylinder_piston_area"] == pytest.approx(math.pi * 0.0125**2)
     with pytest.raises(UserError, match="give either bore and rod, or piston_area and area_ratio"):

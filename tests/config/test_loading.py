@@ -1,6 +1,7 @@
 """From files to a configuration."""
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -139,6 +140,11 @@ def test_all_mistakes_are_reported_at_once_each_with_its_remedy(layer: Layer) ->
         ('[[node]]\nid = 3\neds = "x"\n[[node]]\nid = 3\neds = "x"', "two nodes have the ID 3"),
         ("[frction]\n", 'frction: unknown key; did you mean "friction"?'),
         ("[valve\n", "not valid TOML"),
+        ('[node]\nid = 3\neds = "x"', "node: is a list of tables: write [[node]], in double"),
+        (
+            '[friction]\nstribeck_friction = { stribeck_velocity = "1 cm/s" }',
+            'stribeck_friction.excess: missing; the whole actuator needs excess = "100 N" (break',
+        ),
         ('valve = "wide"', "'wide' is not a table"),
         ('[friction]\ncoulomb_friction = { froce = "1 N" }', 'did you mean "force"?'),
         ('[model]\neffects = ["nowhere.py"]', "model.effects"),
@@ -159,6 +165,45 @@ def test_missing_tables_and_files_are_named(layer: Layer, tmp_path: Path) -> Non
     lines = "\n".join(mistakes(layer('[[node]]\nid = 1\neds = "x.eds"')))
     for table in ("valve", "cylinder", "oil", "load", "supply"):
         assert f"{table}: missing" in lines
+
+
+def test_an_empty_file_is_told_everything_at_once(layer: Layer, tmp_path: Path) -> None:
+    """What the message asks for is TOML that loads, but for the EDS, once it is written down."""
+    empty = layer("")
+    with pytest.raises(UserError) as caught:
+        load([empty], on_bus=True)
+    lines = str(caught.value).splitlines()[1:]
+    asked = layer("\n".join(line for line in lines if line.startswith("    ")))
+    assert len([line for line in lines if not line.startswith("    ")]) == 6
+    plant = load([asked], on_bus=True).plant
+    assert plant["cylinder_piston_area"] == pytest.approx(math.pi * 0.016**2 / 4)
+    assert plant["supply_pressure"] == 160e5
+
+
+def test_what_is_missing_inside_what_is_missing_is_told_in_the_same_round(layer: Layer) -> None:
+    """A table that lacks a key and says nothing of its areas is told both."""
+    lines = "\n".join(mistakes(REFERENCE, layer("[bench]"), layer('[cylinder]\nbore = "1 cm"')))
+    assert "give either bore and rod, or piston_area and area_ratio; found bore" in lines
+    alone = "\n".join(mistakes(layer('[cylinder]\nbore = "1 cm"\n[valve]\nnatural_frequency = 3')))
+    assert 'cylinder.stroke: missing; the whole actuator needs stroke = "80 mm"' in alone
+    assert "cylinder: give either bore and rod" in alone
+    assert "valve: give either gain, or" in alone
+    assert (
+        'valve.natural_frequency: 3 has no unit; write it as text with a unit, such as "250'
+        in alone
+    )
+
+
+def test_every_key_asks_for_a_unit_of_its_own_kind(layer: Layer) -> None:
+    """The example for a number without a unit is one that the same key takes."""
+    kinds = {"supply.pressure": "bar", "cylinder.stroke": "mm", "load.mass": "kg",
+             "rig.tick": "ms", "oil.bulk_modulus": "MPa"}  # fmt: skip
+    for key, unit in kinds.items():
+        (line,) = mistakes(REFERENCE, layer(f"{key} = 7"))
+        value = re.search(r'such as "([^"]* (\S+))"', line)
+        assert value is not None
+        assert value[2] == unit
+        load([REFERENCE, layer(f'{key} = "{value[1]}"')])
 
 
 def test_an_effect_of_the_users_own_joins_the_catalogue(layer: Layer, tmp_path: Path) -> None:
