@@ -19,7 +19,7 @@ from types import ModuleType
 import numba
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Index, Mask
+from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction import (
     extended_kalman_filter,
     free_loops,
@@ -36,6 +36,7 @@ from hil_emulator.identify.prediction.records import (
     Errors,
     Gains,
     Jacobians,
+    Moments,
     ParametrisedModel,
     Places,
     Restarts,
@@ -94,7 +95,7 @@ class Loops:
     linearise: Callable[[ParametrisedModel, Data, Start, Tuning, Array], tuple[Gains, Jacobians]]
     probe: Callable[[ParametrisedModel, Data, Start, Gains, Index, Array], Entries]
     propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Array], None]
-    forces: Callable[[ParametrisedModel, Array, Array, Mask, Places, float, Array], Array]
+    forces: Callable[[ParametrisedModel, Moments, Places, float, Array], Array]
     run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]
     carry: Callable[[Gains, Jacobians, Array, Array, Array, Restarts, Array, Array], None]
     smooth: Callable[[Gains, Jacobians, Entries, Array, Array, float, float, Array], None]

@@ -163,6 +163,21 @@ class Errors(NamedTuple):
     track: Array
 
 
+class Moments(NamedTuple):
+    """Measured states of a bench of forces.
+
+    Attributes:
+        states: shape (samples, states).
+        acceleration: of the rod [m/s²], shape (samples,).
+        present: which are states of a rod that slides; the others are passed over.
+
+    """
+
+    states: Array
+    acceleration: Array
+    present: Mask
+
+
 class Places(NamedTuple):
     """Where the force balance finds its terms: indices among the signals, of the cell among them.
 

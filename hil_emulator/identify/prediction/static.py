@@ -20,7 +20,7 @@ from hil_emulator.identify.prediction.correlation import (
 )
 from hil_emulator.identify.prediction.kinematics import Motion, motion
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
-from hil_emulator.identify.prediction.records import Places
+from hil_emulator.identify.prediction.records import Moments, Places
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.model.stages import friction, inertia, load, stop, transducer
 
@@ -118,8 +118,8 @@ class StaticObserver:
         model = self.model
         path = np.zeros((len(frozen.states) if track else 0, len(model.signal_names)))
         force = model.loops.forces(
-            model.at(par, chan), frozen.states, frozen.acceleration, frozen.present, self._places,
-            frozen.experiment.period, path,
+            model.at(par, chan), Moments(frozen.states, frozen.acceleration, frozen.present),
+            self._places, frozen.experiment.period, path,
         )  # fmt: skip
         residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
         return residual[:, None] * frozen.weights, path

@@ -2,26 +2,27 @@
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Mask
-from hil_emulator.identify.prediction.records import ParametrisedModel, Places
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.records import Moments, ParametrisedModel, Places
 from hil_emulator.identify.prediction.run import INPUT_COUNT, Rate, Sense, install
 
 
 def forces(
-    rate: Rate, sense: Sense, model: ParametrisedModel, states: Array, acceleration: Array,
-    present: Mask, at: Places, period: float, track: Array,
+    rate: Rate, sense: Sense, model: ParametrisedModel, moments: Moments, at: Places,
+    period: float, track: Array,
 ) -> Array:  # fmt: skip
     """Return the reading of the force sensor for each measured state that is present, else 0.
 
     The signals there are written into `track`, shape (samples, signals), unless it has no rows.
     """
+    states, acceleration = moments.states, moments.acceleration
     force = np.zeros(len(states))
     rates = np.zeros(states.shape[1])
     inputs = np.zeros(INPUT_COUNT)
     signals = np.zeros(model.signals)
     instruments = install(model, signals, period)
     for k in range(len(states)):
-        if not present[k]:
+        if not moments.present[k]:
             continue
         rate(states[k], rates, model.par, inputs, signals)
         net = signals[at.hydraulic] - signals[at.friction] + signals[at.stop]
