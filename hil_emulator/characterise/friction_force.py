@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil_emulator.characterise.result import Column, Comparison, Series, column
+from hil_emulator.characterise.result import Agreement, Column, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench, BenchRecord
 
 _WINDOW = 10  # ticks: 10 ms at 1 kHz, as n_s = 1000 at 100 kHz in S2
@@ -45,6 +45,12 @@ class StribeckFit:
         """Return the friction force [N] without the sensors' zero."""
         fading = self.excess * np.exp(-np.abs(velocity) / self.stribeck_velocity)
         return np.asarray(self.viscous * velocity + np.sign(velocity) * (self.coulomb + fading))
+
+
+ILLUSTRATED = StribeckFit(0.0, 1000.0, 100.0, 100.0, 0.02)
+"""The curve of S1 Fig. 3.8."""
+DOCUMENT_FIT = StribeckFit(0.0, 1000.0, 100.0, 0.0, 0.02)
+"""What S1 3.4.2 reads off its Fig. 3.9."""
 
 
 def _linear(v: Series, force: Series, c_s: float, excess: bool) -> tuple[Series, float]:
@@ -89,7 +95,7 @@ def comparisons(bench: Bench, found: StribeckFit) -> list[Comparison]:
         ("Coulomb friction F_c0", "N", coulomb, "configured; S1 3.4.2: 100", found.coulomb, 0.03),
         ("Stribeck excess F_s0", "N", excess, "configured; S1 Fig. 3.8: 100", found.excess, 0.15),
     ]  # fmt: skip
-    return [Comparison(*row) for row in rows if row[2]]
+    return [Comparison(*row, Agreement.CONFIGURED) for row in rows if row[2]]
 
 
 def has_excess(bench: Bench) -> bool:

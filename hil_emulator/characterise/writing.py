@@ -32,6 +32,7 @@ def as_json(result: BenchResult) -> dict[str, object]:
         "title": result.title,
         "procedure": result.procedure,
         "notes": list(result.notes),
+        "figures": [vars(figure) for figure in result.figures],
         "comparisons": [
             {
                 "quantity": c.quantity,
@@ -42,6 +43,7 @@ def as_json(result: BenchResult) -> dict[str, object]:
                 "difference": c.difference if np.isfinite(c.difference) else None,
                 "tolerance": c.tolerance,
                 "agrees": c.agrees,
+                "kind": c.kind.value,
             }
             for c in result.comparisons
         ],

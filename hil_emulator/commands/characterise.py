@@ -6,9 +6,12 @@ from pathlib import Path
 import click
 
 from hil_emulator.characterise.registry import characterise
+from hil_emulator.characterise.result import Comparison, grouped
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load_whole
 from hil_emulator.platform.paths import cache_folder, near
+
+_HEADER = ("test", "quantity", "unit", "expected", "emulator", "difference", "verdict")
 
 
 def run(test: str, files: Sequence[Path], out: Path, seed: int | None) -> None:
@@ -29,20 +32,19 @@ def run(test: str, files: Sequence[Path], out: Path, seed: int | None) -> None:
         cache=cache_folder(),
         progress=lambda text: click.echo(text, err=True),
     )
-    rows = [
-        (
-            result.name,
-            c.quantity,
-            c.unit,
-            f"{c.expected:.5g}",
-            f"{c.measured:.5g}",
-            f"{c.difference:+.2%}",
-            "agrees" if c.agrees else "DIFFERS",
-        )
-        for result in results
-        for c in result.comparisons
-    ]
-    if rows:
-        header = ("test", "quantity", "unit", "document", "emulator", "difference", "verdict")
-        click.echo(text_table(header, rows))
+    for group in grouped(results):
+        click.echo(f"{group.summary}\n{text_table(_HEADER, map(_row, group.rows))}\n")
     click.echo(f"written to {near(out)}: open {near(out / 'index.html')}")
+
+
+def _row(row: tuple[str, Comparison]) -> tuple[str, ...]:
+    test, c = row
+    return (
+        test,
+        c.quantity,
+        c.unit,
+        f"{c.expected:.5g}",
+        f"{c.measured:.5g}",
+        f"{c.difference:+.2%}",
+        "agrees" if c.agrees else "DIFFERS",
+    )

@@ -91,6 +91,12 @@ class Linearisation:
         values = np.linalg.eigvals(rest.T @ held @ rest).astype(np.complex128)
         return values[np.argsort(np.abs(values))]
 
+    def closed_loop_poles(self, source: str, output: str, gains: Vector) -> Complex:
+        """Return the poles [rad/s] under the feedback source = -gain output, shape (gains, n)."""
+        a, b, c, d = self._path(source, output)
+        loops = [a - gain / (1.0 + gain * d) * np.outer(b, c) for gain in gains]
+        return np.array([np.linalg.eigvals(loop) for loop in loops], dtype=np.complex128)
+
     @property
     def _scaled_a(self) -> Matrix:
         return self.a * self.scales / self.scales[:, None]

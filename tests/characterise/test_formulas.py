@@ -10,6 +10,7 @@ from hil_emulator.characterise.procedures.bulk_modulus import mixture
 from hil_emulator.characterise.procedures.force_zeros import fit_zeros
 from hil_emulator.characterise.procedures.natural_frequency import ringing_pole
 from hil_emulator.characterise.procedures.no_load import expected_pressures
+from hil_emulator.characterise.procedures.root_locus import gain_margin, largest_stable, roots
 from hil_emulator.characterise.result import Series
 from hil_emulator.characterise.sine import crossing, fundamental
 
@@ -96,3 +97,13 @@ def test_a_ringing_pole_comes_back_from_its_own_decay() -> None:
     found = ringing_pole(np.real((0.6 + 0.8j) * np.exp(pole * time)) + noise, 1e-3)
     assert abs(found) == pytest.approx(abs(pole), rel=1e-3)
     assert -found.real / abs(found) == pytest.approx(0.04, rel=0.02)
+
+
+def test_three_equal_lags_swing_at_a_gain_of_eight() -> None:
+    """1/(s + 1)³ in a loop: roots -1 + k^(1/3) exp(j pi/3 (1, 3, 5)), so Routh's limit is 8."""
+    lags = (np.array([1.0]), np.poly([-1.0] * 3))
+    at_limit = np.sort_complex(roots(*lags, np.array([8.0]))[0])
+    assert at_limit == pytest.approx(np.array([-3.0, -(3**0.5) * 1j, 3**0.5 * 1j]), abs=1e-6)
+    assert gain_margin(*lags) == pytest.approx(8.0, rel=1e-3)
+    gains: Series = np.geomspace(1.0, 100.0, 200)
+    assert largest_stable(gains, roots(*lags, gains)) == pytest.approx(8.0, rel=1e-3)

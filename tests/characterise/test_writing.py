@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hil_emulator.characterise.registry import characterise, chosen, known
-from hil_emulator.characterise.result import Comparison
+from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, grouped
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 
@@ -59,22 +59,37 @@ def test_the_page_needs_no_other_file(folder: Path) -> None:
     sources = re.findall(r'(?:src|href)="([^"]{0,30})', page)
     assert all(s.startswith(("data:image/png;base64,", "#")) for s in sources)
     assert page.count("<img ") == len(QUICK)
-    rows = sum(
-        len(json.loads((folder / f"{n}.json").read_text("utf-8"))["comparisons"]) for n in QUICK
-    )
-    assert page.count("<tr>") == rows + 1
+    files = [json.loads((folder / f"{n}.json").read_text("utf-8")) for n in QUICK]
+    rows = [c for file in files for c in file["comparisons"]]
+    # a heading for each kind
+    assert page.count("<tr>") == len(rows) + len({c["kind"] for c in rows})
+    for figure in (f for file in files for f in file["figures"]):
+        assert f"<b>{figure['name']}</b> states" in page
     for name in QUICK:
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_difference_beyond_tolerance_is_called_so() -> None:
     """The verdict is about the relative difference, whatever the sign."""
-    near = Comparison("zero", "rad/s", -30.0, "S1", -30.2, 0.01)
-    far = Comparison("zero", "rad/s", -30.0, "S1", -31.0, 0.01)
+    near = Comparison("zero", "rad/s", -30.0, "S1", -30.2, 0.01, Agreement.DOCUMENT)
+    far = Comparison("zero", "rad/s", -30.0, "S1", -31.0, 0.01, Agreement.DOCUMENT)
     assert near.agrees
     assert not far.agrees
     assert far.difference == pytest.approx(1.0 / 30.0)
-    assert not Comparison("x", "", 1.0, "", float("nan"), 0.01).agrees
+    assert not Comparison("x", "", 1.0, "", float("nan"), 0.01, Agreement.DERIVED).agrees
+
+
+def test_agreement_is_counted_for_each_kind_alone() -> None:
+    """A parameter found again does not make up for a document's number that is missed."""
+    rows = [
+        Comparison("zero", "rad/s", -30.0, "S1", -40.0, 0.01, Agreement.DOCUMENT),
+        *[Comparison("gain", "1", 1.0, "configured", 1.0, 0.01, Agreement.CONFIGURED)] * 9,
+    ]
+    groups = grouped([BenchResult("one", "", "", {}, rows)])
+    assert [g.summary for g in groups] == [
+        "the document's figure: 0 of 1", "configured, found again: 9 of 9",
+    ]  # fmt: skip
+    assert sum(len(g.rows) for g in groups) == len(rows)
 
 
 def test_an_unknown_test_is_refused_with_the_known_ones() -> None:

@@ -12,15 +12,21 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
-from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
+from hil_emulator.characterise.result import (
+    Agreement,
+    BenchResult,
+    Comparison,
+    DocumentFigure,
+    Series,
+    column,
+)
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
-from hil_emulator.pages.palette import BLACK, BLUE
+from hil_emulator.pages.palette import BLACK, BLUE, GREY, VERMILION
 
-_LOWEST, _HIGHEST = (
-    1.5e5,
-    250e5,
-)  # compression from just above atmosphere to the sensor's range [Pa]
+MOST_AIR, ADIABATIC, STRONG_AIR = 0.2, 1.4, 100e5
+"""Most air at atmosphere, its exponent, pressure below which it acts strongly [Pa] (S2)."""
+_LOWEST, _HIGHEST = 1.5e5, 250e5  # just above atmosphere, and the sensor's range [Pa]
 _DURATION = 4.0  # [s]
 _CHECKED = (10e5, 50e5, 100e5, 200e5)  # pressures of the comparison [Pa]
 
@@ -72,16 +78,22 @@ def run(bench: Bench) -> BenchResult:
             "pressure": column("bar", p * 1e-5),
             "bulk modulus": column("MPa", beta * 1e-6),
             "exact expression": column("MPa", exact * 1e-6),
+            "20 % of air, S2": column("MPa", mixture(p, modulus, MOST_AIR, ADIABATIC) * 1e-6),
         },
         comparisons=[
             Comparison(
                 f"effective bulk modulus at {at * 1e-5:.0f} bar", "MPa",
                 float(np.interp(at, p, exact)) * 1e-6, "S2 eq. 1, corrected",
-                float(np.interp(at, p, beta)) * 1e-6, 1e-3,
+                float(np.interp(at, p, beta)) * 1e-6, 1e-3, Agreement.CONFIGURED,
             )
             for at in _CHECKED
         ],
         notes=[f"{air:.2%} of air at atmosphere; {modulus * 1e-6:.0f} MPa without air (S1 3.1.1)."],
+        figures=[
+            DocumentFigure("S2 on eq. 1", "up to 20 % of air at atmosphere, kappa = 1.4, a strong "
+                           "effect below 100 bar", "the expression for that air with the machine's "
+                           "modulus, and a line at 100 bar"),
+        ],
     )  # fmt: skip
 
 
@@ -92,6 +104,9 @@ def draw(result: BenchResult, figure: Figure) -> None:
               label="emulated compression")  # fmt: skip
     axes.plot(result["pressure"], result["exact expression"], "--", color=BLACK, linewidth=1,
               label="oil with entrained air, exact")  # fmt: skip
+    axes.plot(result["pressure"], result["20 % of air, S2"], ":", color=VERMILION, linewidth=1.5,
+              label="20 % of air, the most of S2 on eq. 1")  # fmt: skip
+    axes.axvline(STRONG_AIR * 1e-5, color=GREY, linewidth=0.8)
     axes.set_ylim(bottom=0)
     look.decade_axis(axes)
     look.label(axes, "absolute pressure [bar]", "effective bulk modulus [MPa]",

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
-from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
+from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model import linear, linearise
 from hil_emulator.model.equilibrium import NoEquilibriumError
@@ -27,8 +27,10 @@ _COMPARED = (0, 4, 9, 14, 18)  # five of them
 
 
 _FORMS = ("exact", "as configured", "complete", "S1 eq. 3.38")
-_LINEAR = ("underlap", "viscous_friction", "load_viscous_friction")  # what S1's linear model has
-_TABLES = ("supply", "tank", "valve", "oil", "cylinder", "friction", "load")
+S1_EFFECTS = ("underlap", "viscous_friction", "load_viscous_friction")
+"""The effects that S1's linear model has."""
+TABLES = ("supply", "tank", "valve", "oil", "cylinder", "friction", "load")
+"""Configuration tables of effects that it may not have."""
 _NONE = complex(math.nan, math.nan)
 
 Poles = NDArray[np.complex128]
@@ -97,12 +99,15 @@ def _comparisons(found: Mapping[str, Poles], position: Series, worst: float) -> 
          -exact[middle].real),
         ("exact over analytic pole, worst of 5 positions x 3 openings", "1", 1.0, 1.0 + worst),
     ]  # fmt: skip
-    return [Comparison(q, unit, float(e), source, float(m), 0.01) for q, unit, e, m in rows]
+    return [
+        Comparison(q, unit, float(e), source, float(m), 0.01, Agreement.DERIVED)
+        for q, unit, e, m in rows
+    ]
 
 
 def run(bench: Bench) -> BenchResult:
     """Linearise at rest along the stroke."""
-    values = {**bench.values, **bench.off(*_TABLES, keep=_LINEAR)}
+    values = {**bench.values, **bench.off(*TABLES, keep=S1_EFFECTS)}
     machine = linear.LinearisedMachine.of(values)
     found = _along_the_stroke(bench, values)
     position = _PARTS * machine.stroke

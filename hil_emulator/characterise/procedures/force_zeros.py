@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Chapter, Procedure
-from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
+from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
@@ -87,10 +87,15 @@ def run(bench: Bench) -> BenchResult:
             "phase, linear model": column("degree", np.degrees(np.angle(model))),
         },
         comparisons=[
-            Comparison(f"{name}, {what}", "rad/s", expected, source, value, 0.01)
-            for what, source, pair in (
-                ("S1", "S1 Fig. 3.14", DOCUMENT_ZEROS),
-                ("formula", "-B_l/M_l and -(B_l + B)/(M_l + m), configured", formula),
+            Comparison(f"{name}, {what}", "rad/s", expected, source, value, 0.01, kind)
+            for what, source, pair, kind in (
+                ("S1", "S1 Fig. 3.14", DOCUMENT_ZEROS, Agreement.DOCUMENT),
+                (
+                    "formula",
+                    "-B_l/M_l and -(B_l + B)/(M_l + m), configured",
+                    formula,
+                    Agreement.DERIVED,
+                ),
             )
             for name, expected, value in zip(names, pair, found, strict=True)
             if expected

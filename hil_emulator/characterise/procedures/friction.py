@@ -5,6 +5,8 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.friction_force import (
+    DOCUMENT_FIT,
+    ILLUSTRATED,
     columns,
     comparisons,
     fit,
@@ -13,9 +15,9 @@ from hil_emulator.characterise.friction_force import (
 )
 from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Chapter, Procedure
-from hil_emulator.characterise.result import BenchResult, column
+from hil_emulator.characterise.result import BenchResult, DocumentFigure, column
 from hil_emulator.characterise.stand import Bench
-from hil_emulator.pages.palette import BLACK, BLUE, GREEN, SKY, VERMILION
+from hil_emulator.pages.palette import BLACK, BLUE, GREEN, PINK, SKY, VERMILION
 
 _HERTZ = (0.1, 0.5, 1.0, 2.0)
 _PART = 0.3  # amplitude, part of the stroke: 0.3 m/s at 2 Hz and 80 mm
@@ -49,7 +51,13 @@ def run(bench: Bench) -> BenchResult:
         columns={"frequency": column("Hz", hertz_of[shown])} | columns(v[shown], f[shown], found),
         comparisons=comparisons(bench, found),
         notes=[f"Sensors show {found.zero:+.1f} N without motion; taken off."],
-    )
+        figures=[
+            DocumentFigure("S1 Fig. 3.8", "F_c0 = 100 N, F_s0 = 100 N, C_s = 0.02 m/s, "
+                           "B = 1000 N s/m, for illustration", "its curve, by S1 eq. 3.18"),
+            DocumentFigure("S1 Fig. 3.9", "the line fitted through its points: B = 1000 N s/m and "
+                           "F_c0 = 100 N (S1 3.4.2)", "that line; the points are not known here"),
+        ],
+    )  # fmt: skip
 
 
 def draw(result: BenchResult, figure: Figure) -> None:
@@ -62,6 +70,9 @@ def draw(result: BenchResult, figure: Figure) -> None:
     order = np.argsort(result["velocity"])
     axes.plot(result["velocity"][order], result["fit of S1 eq. 3.18"][order], color=BLACK,
               linewidth=1, label="S1 eq. 3.18 fitted")  # fmt: skip
+    grid = np.linspace(np.min(result["velocity"]), np.max(result["velocity"]), 400)
+    for name, law, line in (("3.8", ILLUSTRATED, ":"), ("3.9", DOCUMENT_FIT, "--")):
+        axes.plot(grid, law(grid), line, color=PINK, linewidth=2, label=f"S1 Fig. {name}")
     look.label(
         axes, "velocity [m/s]", "friction [N]", "Friction from pressure sensors and load cell"
     )

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.procedures.pressure_gain import find_null
-from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
+from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
 from hil_emulator.pages.palette import BLUE, VERMILION
@@ -64,11 +64,11 @@ def run(bench: Bench) -> BenchResult:
     lands = 2.0 * gain * lap * math.sqrt(drop / 2.0)
     expected = [
         ("valve leakage at null", "l/min", lands * _TO_LITRES, "2 K_v u_0 √((p_s - p_t)/2)",
-         at_null * _TO_LITRES, 0.02),
+         at_null * _TO_LITRES, 0.02, Agreement.DERIVED),
         ("conductance past the piston", "m³/(s Pa)", _laminar(bench, "internal_leakage"),
-         "configured; HyQ scripts: 1.7e-13", inner, 0.02),
+         "configured; HyQ scripts: 1.7e-13", inner, 0.02, Agreement.CONFIGURED),
         ("conductance outwards", "m³/(s Pa)", _laminar(bench, "external_leakage"),
-         "configured", outer, 0.02),
+         "configured", outer, 0.02, Agreement.CONFIGURED),
     ]  # fmt: skip
     return BenchResult(
         name=TEST.name,

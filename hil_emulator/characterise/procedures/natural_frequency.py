@@ -19,7 +19,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.procedures.bulk_modulus import mixture
-from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
+from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.pages.palette import BLACK, VERMILION
 
@@ -106,7 +106,7 @@ def _comparisons(
     )
     return [
         Comparison(f"{name} at {position[i] * 1e3:.0f} mm", unit,
-                   float(formula[i]), source, float(values[i]), tolerance)
+                   float(formula[i]), source, float(values[i]), tolerance, Agreement.DERIVED)
         for (name, unit, source, tolerance), values, formula
         in zip(quantities, found, expected, strict=True)
         for i in _COMPARED

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.procedures.pressure_gain import find_null
-from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
+from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench, BenchRecord
 from hil_emulator.pages.palette import BLUE, VERMILION
 
@@ -64,7 +64,7 @@ def run(bench: Bench) -> BenchResult:
             comparisons.append(Comparison(
                 f"p_{channel[-1]} in free {name}", "bar", value * 1e-5,
                 "areas and supply pressure alone (S1 eq. 3.9-3.12)",
-                float(np.mean(late[channel])) * 1e-5, 5e-3,
+                float(np.mean(late[channel])) * 1e-5, 5e-3, Agreement.DERIVED,
             ))  # fmt: skip
         parts.append(_rows(seen, sign))
     table = np.concatenate(parts, axis=1)

@@ -15,9 +15,17 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
-from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
+from hil_emulator.characterise.result import (
+    Agreement,
+    BenchResult,
+    Column,
+    Comparison,
+    DocumentFigure,
+    Series,
+    column,
+)
 from hil_emulator.characterise.stand import Bench
-from hil_emulator.pages.palette import BLUE, VERMILION
+from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 
 DOCUMENT_SENSITIVITY = 5.7e11
 """K_pa, about the magnitude of K_pb [Pa/A] (S1 3.5.1)."""
@@ -63,17 +71,32 @@ def find_null(bench: Bench) -> float:
 def _comparisons(bench: Bench, k_pa: float, k_pb: float) -> list[Comparison]:
     rows = [
         Comparison("pressure sensitivity K_pa at 160 bar", "Pa/A", DOCUMENT_SENSITIVITY,
-                   "S1 3.5.1", k_pa, 0.05),
+                   "S1 3.5.1", k_pa, 0.05, Agreement.DOCUMENT),
     ]  # fmt: skip
     lap = bench.value("underlap_lap")
     if lap:
         slope = (bench.value("supply_pressure") - bench.value("tank_pressure")) / lap
         source = "(p_s - p_t)/u_0, configured"
         rows += [
-            Comparison("pressure sensitivity K_pa", "Pa/A", slope, source, k_pa, 0.02),
-            Comparison("pressure sensitivity K_pb", "Pa/A", -slope, source, k_pb, 0.02),
+            Comparison(
+                "pressure sensitivity K_pa", "Pa/A", slope, source, k_pa, 0.02, Agreement.DERIVED
+            ),
+            Comparison(
+                "pressure sensitivity K_pb", "Pa/A", -slope, source, k_pb, 0.02, Agreement.DERIVED
+            ),
         ]
     return rows
+
+
+def _document_lines(bench: Bench, current: Series) -> dict[str, Column]:
+    """Return straight lines of the document's slope between tank and supply pressure."""
+    low, high = bench.value("tank_pressure"), bench.value("supply_pressure")
+    lines = {"pressure a": DOCUMENT_SENSITIVITY, "pressure b": -DOCUMENT_SENSITIVITY}
+    pressures = {name: 0.5 * (low + high) + slope * current for name, slope in lines.items()}
+    return {
+        f"{name}, S1 3.5.1": column("bar", np.where((p > low) & (p < high), p, np.nan) * 1e-5)
+        for name, p in pressures.items()
+    }
 
 
 def run(bench: Bench) -> BenchResult:
@@ -94,11 +117,16 @@ def run(bench: Bench) -> BenchResult:
             "current": column("uA", current[_KEPT] * 1e6),
             "pressure a": column("bar", p_a[_KEPT] * 1e-5),
             "pressure b": column("bar", p_b[_KEPT] * 1e-5),
-        },
+        }
+        | _document_lines(bench, current[_KEPT] - null),
         comparisons=_comparisons(bench, k_pa, k_pb),
         notes=[f"Null of this valve: {null * 1e6:+.1f} uA."]
         + ([] if lap else ["No underlap: the sensitivity has no finite value."]),
-    )
+        figures=[
+            DocumentFigure("S1 3.5.1", "K_pa and K_pb about 5.7e11 Pa/A, their signs aside",
+                           "two straight lines of that slope through half the pressure at null"),
+        ],
+    )  # fmt: skip
 
 
 def draw(result: BenchResult, figure: Figure) -> None:
@@ -107,6 +135,9 @@ def draw(result: BenchResult, figure: Figure) -> None:
     for name, colour in (("pressure a", BLUE), ("pressure b", VERMILION)):
         axes.plot(result["current"], result[name], ".", markersize=2, color=colour)
         axes.plot([], [], color=colour, label=name)
+    for name in ("pressure a", "pressure b"):
+        axes.plot(result["current"], result[f"{name}, S1 3.5.1"], "--", color=BLACK, linewidth=1)
+    axes.plot([], [], "--", color=BLACK, linewidth=1, label="slopes of S1 3.5.1")
     look.label(axes, "current [uA]", "pressure [bar]", "Pressure sensitivity, blocked ports")
     look.legend(axes)
 

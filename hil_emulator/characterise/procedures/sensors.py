@@ -14,11 +14,18 @@ from matplotlib.figure import Figure
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Chapter, Procedure
-from hil_emulator.characterise.result import BenchResult, Comparison, Series, column
+from hil_emulator.characterise.result import (
+    Agreement,
+    BenchResult,
+    Comparison,
+    DocumentFigure,
+    Series,
+    column,
+)
 from hil_emulator.characterise.sine import fundamental
 from hil_emulator.characterise.stand import Bench, BenchRecord
 from hil_emulator.model.sensors import CHANNELS, Channel
-from hil_emulator.pages.palette import BLUE, GREEN, PINK, SKY, VERMILION
+from hil_emulator.pages.palette import BLACK, BLUE, GREEN, PINK, SKY, VERMILION
 
 DOCUMENT_LOAD_CELL_NOISE = 50.0
 """±50 N of the load cell (S1 3.4.3), taken as three standard deviations [N]."""
@@ -84,7 +91,9 @@ def _rows(
          max(0.05, _TIMING / delay) if delay else 0.0),
     ]  # fmt: skip
     return [
-        Comparison(quantity, unit, expected, "configured", measured, tolerance)
+        Comparison(
+            quantity, unit, expected, "configured", measured, tolerance, Agreement.CONFIGURED
+        )
         for on, quantity, unit, expected, measured, tolerance in rows
         if on and not math.isnan(measured)
     ]
@@ -100,7 +109,7 @@ def _comparisons(bench: Bench, seen: Mapping[str, _Seen], period: float) -> list
     if noise:
         rows.append(Comparison(
             "noise of the load cell, three standard deviations", "N", DOCUMENT_LOAD_CELL_NOISE,
-            "S1 3.4.3: ±50 N", 3.0 * noise, 0.05,
+            "configured as a third of S1 3.4.3: ±50 N", 3.0 * noise, 0.05, Agreement.CONFIGURED,
         ))  # fmt: skip
     return rows
 
@@ -137,6 +146,10 @@ def run(bench: Bench) -> BenchResult:
             for name, s in seen.items()
             if not math.isnan(s.gain)
         ],
+        figures=[
+            DocumentFigure("S1 3.4.3", "noise of the load cell ±1 % of the whole range, ±50 N",
+                           "two lines at ±50 N"),
+        ],
     )  # fmt: skip
 
 
@@ -147,8 +160,14 @@ def draw(result: BenchResult, figure: Figure) -> None:
     colours = (BLUE, VERMILION, GREEN, PINK, SKY)
     for i, (axes, name) in enumerate(zip(rows, names, strict=True)):
         axes.plot(result["time"], result[name], linewidth=0.6, color=colours[i % len(colours)])
+        title = name
+        if name == "load force":
+            title += ", dotted: S1 3.4.3"
+            for sign in (1.0, -1.0):
+                axes.axhline(sign * DOCUMENT_LOAD_CELL_NOISE, color=BLACK, linewidth=0.8,
+                             linestyle=":")  # fmt: skip
         look.label(
-            axes, "time [s]" if axes is rows[-1] else "", f"[{result.columns[name].unit}]", name
+            axes, "time [s]" if axes is rows[-1] else "", f"[{result.columns[name].unit}]", title
         )
 
 

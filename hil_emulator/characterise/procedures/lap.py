@@ -1,0 +1,116 @@
+"""Flow of the valve about null with underlap, zero lap and overlap (S1 Fig. 3.3).
+
+Ports a and b are joined through a flow meter. An edge that opens by u passes K_v u sqrt(dp), so
+
+    underlap u_0   inside |u| < u_0 both edges of a port are open: 2 K_v u sqrt(dp), twice the gain
+    zero lap       K_v u sqrt(dp) throughout
+    overlap u_0    nothing inside, K_v (|u| - u_0) sqrt(dp) beyond
+
+(Merritt 1967, open, critical and closed centre).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.procedure import Chapter, Procedure
+from hil_emulator.characterise.procedures.valve_flow import NOMINAL_DROP
+from hil_emulator.characterise.result import (
+    Agreement,
+    BenchResult,
+    Comparison,
+    DocumentFigure,
+    Series,
+    column,
+)
+from hil_emulator.characterise.stand import Bench
+from hil_emulator.pages.palette import BLACK, BLUE, GREEN, VERMILION
+
+_LAPS: Mapping[str, tuple[str, ...]] = {
+    "underlap": ("underlap_lap",), "zero lap": (), "overlap": ("overlap_lap",),
+}  # fmt: skip
+_WIDTH = 0.01  # of each lap, part of the rated current
+_SWEEP = np.linspace(-4.0, 4.0, 321)  # currents, in laps
+_HELD = 0.02  # each current [s]
+_TO_LITRES = 6e4  # m³/s -> l/min
+
+
+def ideal_flow(name: str, current: Series) -> Series:
+    """Return the flow of a lap over that of an edge opened by one lap; current in laps."""
+    size, sign = np.abs(current), np.sign(current)
+    if name == "underlap":
+        return np.asarray(np.where(size < 1.0, 2.0 * current, sign * (size + 1.0)))
+    return np.asarray(sign * np.maximum(0.0, size - 1.0) if name == "overlap" else current)
+
+
+def _flow(bench: Bench, width: float, fields: tuple[str, ...]) -> Series:
+    """Return the flow through the meter [m³/s] at each current of the sweep."""
+    changes = bench.off("supply", "tank", "valve") | bench.joined()
+    supply = {"supply_pressure": bench.value("tank_pressure") + NOMINAL_DROP}
+    stand = bench.stand(changes | supply | dict.fromkeys(fields, width))
+    middle = 0.5 * (supply["supply_pressure"] + bench.value("tank_pressure"))
+    stand.plant.state.pressure_a = stand.plant.state.pressure_b = middle
+    ticks = round(_HELD / stand.period)
+    seen = stand.drive(np.repeat(_SWEEP * width, ticks))
+    return seen.signals["leakage_flow"][ticks - 1 :: ticks]
+
+
+def _slope(flow: Series, near: NDArray[np.bool_]) -> float:
+    return float(np.polyfit(_SWEEP[near], flow[near], 1)[0])
+
+
+def run(bench: Bench) -> BenchResult:
+    """Sweep the current about null with each lap."""
+    width = _WIDTH * bench.rated_current
+    flows = {name: _flow(bench, width, fields) for name, fields in _LAPS.items()}
+    unit = bench.value("valve_gain") * width * (0.5 * NOMINAL_DROP) ** 0.5
+    inside, beyond = np.abs(_SWEEP) < 0.9, _SWEEP > 1.1
+    gains = {n: _slope(q, inside) / _slope(q, beyond) for n, q in flows.items()}
+    slope, offset = np.polyfit(_SWEEP[beyond], flows["overlap"][beyond], 1)
+    return BenchResult(
+        name=TEST.name,
+        title=TEST.title,
+        procedure=(
+            "Ports a and b joined through a flow meter, p_s - p_t = 70 bar; the edges given an "
+            "underlap, no lap and an overlap of 1 % of the rated current in turn."
+        ),
+        columns={"current": column("%", _SWEEP * _WIDTH * 1e2)}
+        | {name: column("l/min", flow * _TO_LITRES) for name, flow in flows.items()}
+        | {
+            f"{name}, straight edges": column("l/min", ideal_flow(name, _SWEEP) * unit * _TO_LITRES)
+            for name in _LAPS
+        },
+        comparisons=[
+            Comparison(f"flow gain at null over that beyond the lap, {name}", "1", wanted,
+                       "Merritt 1967", gains[name], 0.01, Agreement.DERIVED)
+            for name, wanted in (("underlap", 2.0), ("zero lap", 1.0))
+        ]
+        + [
+            Comparison("half of the dead band, overlap", "uA", width * 1e6, "as given",
+                       float(-offset / slope) * width * 1e6, 0.01, Agreement.CONFIGURED),
+        ],
+        figures=[
+            DocumentFigure(
+                "S1 Fig. 3.3", "zero lap for the valve, beside it underlap and overlap; no widths",
+                "the three shapes for straight edges, with a lap chosen here",
+            )
+        ],
+    )  # fmt: skip
+
+
+def draw(result: BenchResult, figure: Figure) -> None:
+    """Draw flow against current for each lap."""
+    axes = figure.add_subplot()
+    for name, colour in zip(_LAPS, (BLUE, GREEN, VERMILION), strict=True):
+        axes.plot(result["current"], result[name], color=colour, linewidth=3, label=name)
+        axes.plot(result["current"], result[f"{name}, straight edges"], "--", color=BLACK,
+                  linewidth=1)  # fmt: skip
+    axes.plot([], [], "--", color=BLACK, linewidth=1, label="shapes of S1 Fig. 3.3")
+    look.label(axes, "current [% of rated]", "flow a to b [l/min]", "Flow about null at 70 bar")
+    look.legend(axes)
+
+
+TEST = Procedure("lap", "Flow about null with three laps", run, draw, Chapter.VALVE, 5)
