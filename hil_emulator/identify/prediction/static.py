@@ -27,8 +27,12 @@ from hil_emulator.model.stages import friction, inertia, load, stop, transducer
 PRESLIDING = 1e-3
 """Travel after a reversal in which seals bend before they slide [m] (assumed)."""
 
-RETREAT = 0.1 * PRESLIDING
-"""Way back from which a rod has reversed [m] (assumed: a tenth of that bends a seal by little)."""
+PRESLIDING_OF_GUIDES = 5e-5
+"""The same for the guides of a driven axis [m]: rolling elements slide after 10 to 50 um
+(Armstrong-Helouvry et al. 1994). Short motions would be lost in more."""
+
+RETREAT = 0.1
+"""Way back from which a rod has reversed, over that travel (assumed: it bends a seal by little)."""
 
 
 @dataclass
@@ -95,7 +99,8 @@ class StaticObserver:
         seen = np.isfinite(experiment.readings["position"])
         present &= seen
         # between the readings around a gap nothing tells where the rod turned
-        present[seen] &= _sliding(position[seen], velocity[seen])
+        bend = PRESLIDING_OF_GUIDES if self.driven else PRESLIDING
+        present[seen] &= _sliding(position[seen], velocity[seen], bend)
         states[~present] = 0.0
         return MeasuredStates(
             experiment, self.channels, measured, states, acceleration, present, np.ones(1)
@@ -152,20 +157,20 @@ class StaticObserver:
         return np.asarray(np.where(frozen.present, sign * term, 0.0) * frozen.weights[0])
 
 
-def _sliding(position: Array, velocity: Array) -> Mask:
+def _sliding(position: Array, velocity: Array, bend: float) -> Mask:
     """Tell where the rod has slid on since its last reversal, and goes on to slide.
 
-    A balance without memory holds only there: seals bend before they slide.
+    A balance without memory holds only there: seals bend before they slide, by `bend` [m].
     """
-    edges = _reversals(position, velocity)
+    edges = _reversals(position, velocity, RETREAT * bend)
     run = np.clip(np.searchsorted(edges, np.arange(len(position)), "right") - 1, 0, len(edges) - 2)
     begin, end = position[edges[run]], position[edges[run + 1]]
     along = velocity * (end - begin) > 0.0
-    begun = np.abs(position - begin) > PRESLIDING
-    return np.asarray(along & begun & (np.abs(position - end) > 0.5 * PRESLIDING))
+    begun = np.abs(position - begin) > bend
+    return np.asarray(along & begun & (np.abs(position - end) > 0.5 * bend))
 
 
-def _reversals(position: Array, velocity: Array) -> NDArray[np.int64]:
+def _reversals(position: Array, velocity: Array, retreat: float) -> NDArray[np.int64]:
     """Return where the rod turned, and the first and the last sample.
 
     It turned where it then went back by more than what bends a seal a little: a noisy reading turns
@@ -176,7 +181,7 @@ def _reversals(position: Array, velocity: Array) -> NDArray[np.int64]:
         moved = position[i] - position[kept[-1]]
         if moved * onwards > 0.0:
             kept[-1] = int(i)
-        elif abs(moved) > RETREAT:
+        elif abs(moved) > retreat:
             kept.append(int(i))
             onwards = moved
     return np.array([*kept[:-1], len(position) - 1] if len(kept) > 1 else [0, len(position) - 1])

@@ -6,8 +6,10 @@ The recordings follow from Newton's law: F = m a + sign(v) F_c + b v.
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.identify.benches.asked import asked, bench, names, recorded
+from tests.identify.test_kinematics import PERIOD, moved
 
 MASS, COULOMB = 97.0, 40.0
 VISCOUS = 120.0
@@ -46,6 +48,35 @@ def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
     assert low < VISCOUS < high
     mass = found["parameters"]["load_mass"]
     assert mass["low"] < MASS < mass["high"]
+
+
+@pytest.mark.parametrize("phase", [0.02, pytest.param(0.2, marks=pytest.mark.slow)])
+def test_fast_motion_gives_the_mass(tmp_path: Path, phase: float) -> None:
+    """Strokes that reverse within 20 ms, position in steps of 1 um, still tell the true mass.
+
+    It is in its interval, which is half a percent wide. The friction is in its own where the speed
+    differs for long enough.
+    """
+    files = []
+    for k in range(2):
+        random = np.random.default_rng(k)
+        x, v, a = moved(phase)
+        time = np.arange(len(x)) * PERIOD
+        force = MASS * a + np.sign(v) * COULOMB + VISCOUS * v + random.normal(0.0, 10.0, len(x))
+        # a guide that moves a little: no stroke is rounded like the one before
+        place = 0.3 + x + random.uniform(2e-6, 9e-6) * time
+        files.append(recorded(tmp_path / f"axis{k}.csv", {
+            "time [s]": time, "position [mm]": 1e3 * np.round(place / 1e-6) * 1e-6,
+            "load_force [N]": force,
+        }))  # fmt: skip
+    found, _ = asked("identify", bench("driven_axis"), files, [], tmp_path)
+    mass = found["parameters"]["load_mass"]
+    assert mass["low"] < MASS < mass["high"]
+    assert mass["high"] - mass["low"] < 0.006 * MASS
+    assert names(found) == (["viscous_friction"] if phase == 0.2 else [])
+    for effect in found["effects"]:
+        low, high = effect["interval"]
+        assert low < VISCOUS < high
 
 
 def test_a_carriage_as_configured_agrees(tmp_path: Path) -> None:
