@@ -76,6 +76,17 @@ def test_half_a_percent_at_one_value_is_left_out(channel: str, level: float, wor
     assert f"{rows[0] * 1e-3:.4g}, " in note
 
 
+def test_a_set_point_goes_on_through_a_bad_value() -> None:
+    """What the logger wrote wrongly, the valve got: about what was before and after."""
+    current = 1e-3 * np.sin(2.0 * np.pi * 3.0 * 1e-3 * np.arange(5000))
+    rows = np.arange(100, 5000, 700)
+    values = current.copy()
+    values[rows] = 1.7
+    kept, notes = cleaned({"valve_current": values})
+    np.testing.assert_allclose(kept["valve_current"], current, atol=1e-6)
+    assert "the line between the others" in notes[0]
+
+
 def test_bad_positions_that_hide_each_other_are_left_out() -> None:
     """Two zeros with a sound sample in between are two bad samples, and that one is none."""
     values = moving()["position"].copy()

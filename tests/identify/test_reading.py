@@ -152,6 +152,15 @@ def test_a_short_rest_after_a_restart_is_left_out(tmp_path: Path) -> None:
     assert any("1 with less than 50 samples left out" in note for note in first.notes)
 
 
+def test_a_clock_that_falls_back_a_little_starts_again(tmp_path: Path) -> None:
+    """Ten rows whose times were there before belong to another run, not into this one."""
+    time = np.concatenate([TIME, TIME[-1] - 0.01 + TIME[:150]])
+    position = np.concatenate([TIME, 1.0 - TIME[:150]]) * 1e3
+    first, second = load_experiments([written(tmp_path, "time [s],position [mm]",
+                                              [time, position])])  # fmt: skip
+    assert (first.samples, second.samples) == (len(TIME), 150)
+
+
 def test_rows_in_disorder_are_one_experiment(tmp_path: Path) -> None:
     """Rows shuffled through and through come from one clock."""
     time = np.random.default_rng(1).permutation(TIME)

@@ -12,7 +12,7 @@ from hil_emulator.identify.selection.nearest import nearest
 from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import Projection, scan
-from hil_emulator.identify.selection.term_scan import score_terms
+from hil_emulator.identify.selection.term_scan import chance, score_terms
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 RESISTANCE = 3e13
@@ -66,3 +66,9 @@ def test_a_term_of_each_balance_is_scored(
     assert all(0.0 < t.usual < t.limit for t in terms)
     best = max(terms, key=lambda t: t.certain)
     assert 0.0 < best.certain < best.surplus < best.statistic
+
+
+def test_a_term_that_moves_nothing_explains_nothing() -> None:
+    """Where no direction is left for a term, chance explains as much as it: nothing."""
+    residual = np.random.default_rng(1).standard_normal(100)
+    assert chance(np.zeros((100, 0)), residual, 0, 10) == (0.0, 10.0)

@@ -70,6 +70,9 @@ def without_bad_samples(series: Mapping[str, Series], notes: list[str]) -> dict[
         series: channels in order of time.
         notes: takes how many were left out, and where.
 
+    Returns:
+        Channels that are missing there; a set point goes on from one neighbour to the other.
+
     """
     twice = _repeated_rows(series)
     found = {}
@@ -80,9 +83,11 @@ def without_bad_samples(series: Mapping[str, Series], notes: list[str]) -> dict[
             low, high = (show(v, unit, shown) for v in (one.values[rows].min(),
                                                         one.values[rows].max()))  # fmt: skip
             values = low if low == high else f"{low} ... {high}"
-            notes.append(f"{name}: {_counted(rows, one)} are impossible ({values}); left out")
+            done = "the line between the others" if name == SET_POINT else "left out"
+            notes.append(f"{name}: {_counted(rows, one)} are impossible ({values}); {done}")
         gone = np.union1d(rows, twice if name != SET_POINT else rows).astype(np.int64)
-        found[name] = Series(one.time, _emptied(one.values, gone))
+        kept = _emptied(one.values, gone)
+        found[name] = Series(one.time, _bridged(kept, rows) if name == SET_POINT else kept)
     if len(twice):
         notes.append(f"{_counted(twice, one)} repeat the row before in every channel; left out")
     return found
@@ -247,6 +252,13 @@ def _counted(rows: _Rows, series: Series) -> str:
     times = ", ".join(f"{t:.4g}" for t in begun)
     more = ", ..." if len(rows) > 4 else ""
     return f"{len(rows)} of {len(series.values)} samples ({times}{more} s after the first)"
+
+
+def _bridged(values: Array, rows: _Rows) -> Array:
+    """Return a set point that goes straight where it is unknown: it went on, whatever was read."""
+    good = np.flatnonzero(np.isfinite(values))
+    values[rows] = np.interp(rows, good, values[good])
+    return values
 
 
 def _emptied(values: Array, rows: _Rows) -> Array:

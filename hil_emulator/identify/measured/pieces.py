@@ -5,13 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.measured.grid import FEWEST_SAMPLES, GAP
 from hil_emulator.identify.measured.reading import SET_POINT, MeasuredFile, Series
 
 RESTART_PERIODS = 20.0
 """Sample periods by which time falls back where a logger was started again; rows that were written
-in the wrong order fall back by fewer (assumed)."""
+in the wrong order fall back by fewer (assumed), and to a time that no other row has."""
+
+SAME_TIME = 0.25
+"""Periods by which two rows of the same time differ at most (assumed)."""
 
 
 def pieces(recording: MeasuredFile) -> list[MeasuredFile]:
@@ -74,8 +77,19 @@ def _restarts(time: Array) -> list[int]:
     forward = steps[steps > 0.0]
     if not len(forward):
         return [0]
-    back = steps < -RESTART_PERIODS * float(np.median(forward))
+    period = float(np.median(forward))
+    back = steps < -RESTART_PERIODS * period
+    back |= (steps < 0.0) & _repeated(time[good], SAME_TIME * period)[1:]
     return [0, *good[1:][back].tolist()]
+
+
+def _repeated(time: Array, least: float) -> Mask:
+    """Tell which rows have a time that another row has, too."""
+    order = np.argsort(time)
+    same = np.diff(time[order]) < least
+    found = np.zeros(len(time), np.bool_)
+    found[order] = np.append(same, False) | np.append(False, same)
+    return found
 
 
 def _after_pauses(recording: MeasuredFile) -> list[int]:

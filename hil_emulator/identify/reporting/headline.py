@@ -10,7 +10,8 @@ Errors = Mapping[str, float]
 def headline(result: Result) -> list[str]:
     """Return the sentences that come before all numbers."""
     if not result.effects:
-        return [f"{result.reason}.", *_left(result)]
+        end = "" if result.reason.endswith("?") else "."
+        return [f"{result.reason}{end}", *_left(result)]
     found = "; ".join(f"{f.words}: {f.size}" for f in result.effects)
     doubts = [f"These data cannot tell {f.name} from {' or '.join(f.group)}."
               for f in result.effects if f.group]  # fmt: skip

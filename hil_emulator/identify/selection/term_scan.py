@@ -108,12 +108,13 @@ def chance(basis: Array, residual: Array, seed: int, length: int) -> tuple[float
     Whole blocks of the residual get random signs, which keeps their serial correlation: a wild
     bootstrap by blocks.
     """
-    rows = len(residual) // length * length
-    if rows < 4 * length:
+    blocks = len(residual) // length
+    rows = blocks * length
+    if blocks < 4:
         return float("inf"), float("inf")
-    parts = np.einsum(
-        "blk,bl->bk", basis[:rows].reshape(-1, length, basis.shape[1]),
-        residual[:rows].reshape(-1, length),
+    parts = np.einsum(  # a term that moved nothing has no columns
+        "blk,bl->bk", basis[:rows].reshape(blocks, length, basis.shape[1]),
+        residual[:rows].reshape(blocks, length),
     )  # fmt: skip
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(400, len(parts)))
     sums = np.sum((signs @ parts) ** 2, axis=1)
