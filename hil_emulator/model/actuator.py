@@ -69,20 +69,13 @@ def hold(par: Any, inputs: Any, held: Any) -> None:
     held.gas_pressure = gas_pressure(par, held, held)
 
 
-def derivative(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
-    """Evaluate every balance and every signal at one state."""
-    balance(x, dx, par, held, y)
-    account(x, par, held, y)
-
-
-def balance(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
-    """Evaluate the balances at one state: its rates, and the signals they need."""
+def move(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Evaluate the balances of valve, cylinder and load at one state, and the signals they need."""
     p_a, p_b = ports(x, dx, par, held, y)
     move_spool(x, dx, par, held, y)
     meter(x, dx, par, held, y)
     fill_chambers(x, dx, par, held, y, p_a, p_b)
     move_rod(x, dx, par, held, y)
-    feed(x, dx, par, held, y)
 
 
 def pressure_root(difference: float, width: float) -> float:
@@ -209,12 +202,15 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     )  # fmt: skip
 
 
-def feed(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
-    """Continuity at the pump, and the rates of the lines."""
+def feed(x: Any, dx: Any, par: Any, held: Any, y: Any, drawn: float, returned: float) -> None:
+    """Continuity at the pump, and the rates of the lines.
+
+    What the valves on them draw and return [m³/s] is that of all actuators on one supply.
+    """
     p_pump = y.pump_pressure
-    line_rates(par, x, dx, p_pump, y.supply_flow, held.viscosity)
-    return_rates(par, x, dx, y.tank_flow)
-    leaving = line_flow(par, x, dx, y.supply_flow)
+    line_rates(par, x, dx, p_pump, drawn, held.viscosity)
+    return_rates(par, x, dx, returned)
+    leaving = line_flow(par, x, dx, drawn)
     leakage = pump_loss(par, x, dx, p_pump, held.viscosity)
     if source_acts(par):
         y.pump_flow = source(par, x, dx, p_pump)
@@ -227,13 +223,13 @@ def feed(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
         y.pump_flow = leaving + leakage
         y.relief_flow = 0.0
     y.pump_leakage_flow = leakage
+    y.return_flow = returned + y.relief_flow + leakage
 
 
 def account(x: Any, par: Any, held: Any, y: Any) -> None:
     """Power and efficiency (S1 3.2)."""
     y.pump_power = y.pump_pressure * y.pump_flow
     y.supply_power = y.supply_pressure * y.supply_flow
-    y.return_flow = y.tank_flow + y.relief_flow + y.pump_leakage_flow
     y.load_power = y.load_force * y.load_velocity
     y.friction_loss = y.friction_force * y.velocity
     y.efficiency = 0.0
@@ -246,6 +242,6 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 BALANCES = (
     hold, pressure_root, chamber_pressure, gas_factor, ports, move_spool, edge_flow, meter,
-    fill_chambers, *MECHANICS, feed, account, balance, derivative,
+    fill_chambers, *MECHANICS, move, feed, account,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

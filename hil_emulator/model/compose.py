@@ -4,12 +4,14 @@ import inspect
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from hil_emulator.model import actuator, integrator, sensors
+from hil_emulator.model import actuator, exchange, integrator, sensors
 from hil_emulator.model.declare import Argument, DeclarationError, Effect, Law, Stage
 from hil_emulator.model.layout import base_fields
 from hil_emulator.model.stages import ACTS, CONTINUOUS, SAMPLED, TICKED
 
-BALANCES = (*actuator.BALANCES, *integrator.INTEGRATOR, sensors.sample)
+BALANCES = (
+    *actuator.BALANCES, *exchange.EXCHANGE, *integrator.INTEGRATOR, sensors.sample,
+)  # fmt: skip
 
 _HEADER = '''"""Stages, balances and sensor chain, composed by hil_emulator.model.compose."""
 
@@ -20,49 +22,44 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.model.constants import (
-    ATMOSPHERE, FASTEST_SLIP, LIGHTEST_ROD, PIECES, SMALLEST_VOLUME, VELOCITY_DOUBT,
+    ACTUATORS, ATMOSPHERE, FASTEST_SLIP, LIGHTEST_ROD, PIECES, SMALLEST_VOLUME, VELOCITY_DOUBT,
 )
 from hil_emulator.model.sensors import Transducers
 '''
 
 # Plain float arrays cross the border from Python: records would cost microseconds to unpack there.
-_ENTRIES = '''@entry
-def run(memory, par, inputs, signals, step, steps):
-    """Integrate: `integrator.integrate` on views of flat memory."""
-    parameters = par.view(PARAMETERS)[0]
-    held = np.empty(HELD_LENGTH).view(HELD)[0]
-    hold(parameters, inputs.view(INPUTS)[0], held)
-    integrate(
-        memory.view(STATE), memory, parameters, held, signals.view(SIGNALS)[0], step, steps
-    )
+# They hold one record for each of the actuators on a supply.
+_ENTRIES = '''@compiled
+def hold_all(parameters, inputs):
+    """Return what stays constant during a call of the integrator."""
+    held = np.empty(HELD_LENGTH * ACTUATORS).view(HELD)
+    given = inputs.view(INPUTS)
+    for i in range(ACTUATORS):
+        hold(parameters[i], given[i], held[i])
+    return held
 
 
 @entry
 def tick(memory, past, par, inputs, signals, step, steps):
-    """Integrate one tick, its set point delayed; tell whether the state is finite."""
-    parameters = par.view(PARAMETERS)[0]
-    held = np.empty(HELD_LENGTH).view(HELD)[0]
-    hold(parameters, inputs.view(INPUTS)[0], held)
+    """Integrate one tick, the set points delayed; tell whether the states are finite."""
+    parameters = par.view(PARAMETERS)
+    held = hold_all(parameters, inputs)
     if steps > 0:
-        before = past.view(PAST)[0]
-        held.valve_current = set_point(
-            parameters, held, held, before, held.valve_current, step * steps
-        )
-    integrate(
-        memory.view(STATE), memory, parameters, held, signals.view(SIGNALS)[0], step, steps
-    )
+        before = past.view(PAST)
+        for i in range(ACTUATORS):
+            held[i].valve_current = set_point(
+                parameters[i], held[i], held[i], before[i], held[i].valve_current, step * steps
+            )
+    integrate(memory.view(STATE), memory, parameters, held, signals.view(SIGNALS), step, steps)
     return finite(memory)
 
 
 @entry
 def rate(state, rates, par, inputs, signals):
-    """Evaluate: `actuator.derivative` on views of flat memory."""
-    parameters = par.view(PARAMETERS)[0]
-    held = np.empty(HELD_LENGTH).view(HELD)[0]
-    hold(parameters, inputs.view(INPUTS)[0], held)
-    derivative(
-        state.view(STATE)[0], rates.view(STATE)[0], parameters, held, signals.view(SIGNALS)[0]
-    )
+    """Evaluate every balance and every signal of one actuator that is alone on its supply."""
+    parameters = par.view(PARAMETERS)
+    held = hold_all(parameters, inputs)
+    evaluate(state.view(STATE), rates.view(STATE), parameters, held, signals.view(SIGNALS))
 
 
 @entry

@@ -24,3 +24,6 @@ PIECES = 8
 
 VELOCITY_DOUBT = 1e-5
 """What a bend of the acceleration may do to a velocity in one undivided step [m/s] (assumed)."""
+
+ACTUATORS = 1
+"""Number of actuators on one supply: the module that `kernel` makes of a model has its own."""

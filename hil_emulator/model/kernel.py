@@ -32,13 +32,14 @@ __all__ = ["Kernel", "Vector", "build", "keep", "named", "sources_digest", "zero
 class Kernel:
     """The compiled model and the layout of its memory.
 
-    All memory is flat float64 arrays; the record types give names to the same memory.
+    All memory is flat float64 arrays; the record types give names to the same memory. Actuators on
+    one supply lie one after the other in each of them.
 
     Attributes:
-        run: `run(memory, par, inputs, signals, step, steps)`, see `integrator.integrate`.
-        tick: `tick(memory, past, par, inputs, signals, step, steps)`: the same for one tick, with
-            the set point's delay; returns whether the state is finite.
-        rate: `rate(state, rates, par, inputs, signals)`, see `actuator.derivative`.
+        tick: `tick(memory, past, par, inputs, signals, step, steps)`: one tick of all actuators on
+            a supply, see `integrator.integrate`, with the set points' delay; returns whether the
+            states are finite.
+        rate: `rate(state, rates, par, inputs, signals)`, see `exchange.evaluate`.
         sense: `sense(signals, par, memory, past, normal, period, reading, overrange)`, see
             `sensors.sample`.
         parameters: the plant's parameters.
@@ -51,11 +52,11 @@ class Kernel:
         memory: numbers that one channel remembers.
         channel_past: samples that one channel remembers.
         effects: the effects that were compiled in.
+        actuators: how many are on the supply.
         source: text of the module.
 
     """
 
-    run: Callable[..., None]
     tick: Callable[..., bool]
     rate: Callable[..., None]
     sense: Callable[..., None]
@@ -69,6 +70,7 @@ class Kernel:
     memory: np.dtype[Any]
     channel_past: np.dtype[Any]
     effects: tuple[Effect, ...]
+    actuators: int
     source: str
 
 
@@ -118,7 +120,7 @@ def _compilers(compiled: bool, cached: bool) -> dict[str, Callable[[Any], Any]]:
 
 def build(
     effects: Sequence[Effect] = CATALOGUE, cache: Path | None = None, compiled: bool = True,
-    constants: Mapping[str, float] | None = None,
+    constants: Mapping[str, float] | None = None, actuators: int = 1,
 ) -> Kernel:  # fmt: skip
     """Compose and compile the model.
 
@@ -127,12 +129,15 @@ def build(
         cache: folder that keeps the machine code for the next start.
         compiled: False runs the same module as plain Python, some hundred times slower.
         constants: what takes the place of constants of `model.constants`.
+        actuators: how many are on the supply; their number is known to the machine code, so that a
+            single one costs no more than it must.
 
     Raises:
         DeclarationError: if an effect asks for something its stage does not offer.
 
     """
-    source = module_source(effects, constants)
+    counted = {} if actuators == 1 else {"ACTUATORS": actuators}
+    source = module_source(effects, {**(constants or {}), **counted})
     file = keep(source, cache / sources_digest(effects)) if cache and compiled else None
     # numba finds the functions again through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_kernel")
@@ -150,11 +155,11 @@ def build(
     module.__dict__["WIRING"] = wiring(types["signals"].names or ())
     exec(compile(source, str(file or "<kernel>"), "exec"), module.__dict__)
     return Kernel(
-        run=module.run,
         tick=module.tick,
         rate=module.rate,
         sense=module.sense,
         effects=tuple(effects),
+        actuators=actuators,
         source=source,
         **types,
     )

@@ -1,7 +1,8 @@
 """The actuator and its sensors as objects with memory: what the loop steps and reads."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +11,43 @@ from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import Vector, fill, length, named, zeros
 from hil_emulator.model.sensors import CHANNELS
 
-__all__ = ["Plant", "Sensors", "fill", "longest_delay"]
+__all__ = ["Plant", "Sensors", "Supply", "fill", "longest_delay", "on_one_supply"]
 
 _BLOCK = 256  # normal numbers are drawn for that many samples at once
+
+
+class Supply:
+    """The memory of all actuators on one supply, and what moves them: together, step by step.
+
+    Args:
+        kernel: the model, compiled for so many actuators.
+        step: width of an integration step [s].
+
+    """
+
+    def __init__(self, kernel: Kernel, step: float) -> None:
+        count = kernel.actuators
+        self.kernel = kernel
+        self.step_width = step
+        self.states = zeros(kernel.state, 6 * count)
+        self.past = np.full(count * length(kernel.past), math.nan)
+        self.parameters = zeros(kernel.parameters, count)
+        self.inputs = zeros(kernel.inputs, count)
+        self.signals = zeros(kernel.signals, count)
+
+    def step(self, steps: int) -> bool:
+        """Integrate `steps` steps with the inputs held, and evaluate the signals there.
+
+        One call is one tick: a delay of the set point counts calls.
+
+        Returns:
+            Whether every state is finite.
+
+        """
+        return self.kernel.tick(
+            self.states, self.past, self.parameters, self.inputs, self.signals, self.step_width,
+            steps,
+        )  # fmt: skip
 
 
 class Plant:
@@ -25,19 +60,29 @@ class Plant:
         kernel: the compiled model.
         values: parameters by field name, SI; effects that are not named are off.
         step: width of an integration step [s].
+        supply: the supply that it shares, see `on_one_supply`; its own without one.
+        place: its number there.
 
     """
 
-    def __init__(self, kernel: Kernel, values: Mapping[str, float], step: float) -> None:
+    def __init__(
+        self, kernel: Kernel, values: Mapping[str, float], step: float,
+        supply: Supply | None = None, place: int = 0,
+    ) -> None:  # fmt: skip
         self.kernel = kernel
         self.step_width = step
-        self.parameter_vector = fill(kernel.parameters, kernel.effects, values)
-        self.input_vector = zeros(kernel.inputs)
-        self.signal_vector = zeros(kernel.signals)
+        self.supply = supply or Supply(kernel, step)
+
+        def own(memory: Vector, layout: np.dtype[Any]) -> Vector:
+            return memory[place * length(layout) : (place + 1) * length(layout)]
+
+        self.parameter_vector = own(self.supply.parameters, kernel.parameters)
+        self.parameter_vector[:] = fill(kernel.parameters, kernel.effects, values)
+        self.input_vector = own(self.supply.inputs, kernel.inputs)
+        self.signal_vector = own(self.supply.signals, kernel.signals)
         self._input_index = {name: i for i, name in enumerate(kernel.inputs.names or ())}
-        self._memory = zeros(kernel.state, count=6)
-        self._past = np.full(length(kernel.past), math.nan)
-        self.state_vector = self._memory[: len(kernel.state.names or ())]
+        self._past = own(self.supply.past, kernel.past)
+        self.state_vector = own(self.supply.states, kernel.state)
         self.parameters = named(self.parameter_vector, kernel.parameters)
         self.inputs = named(self.input_vector, kernel.inputs)
         self.signals = named(self.signal_vector, kernel.signals)
@@ -46,7 +91,7 @@ class Plant:
 
     def restart(self) -> None:
         """Be at rest at the configured position again, with the parameters and inputs it has."""
-        self._memory[:] = 0.0
+        self.state_vector[:] = 0.0
         self._past[:] = math.nan
         self._start()
 
@@ -77,18 +122,25 @@ class Plant:
             self.input_vector[self._input_index[name]] = value
 
     def step(self, steps: int) -> bool:
-        """Integrate `steps` steps with the inputs held, and evaluate the signals there.
+        """Move it, and with it all that are on its supply: see `Supply.step`."""
+        return self.supply.step(steps)
 
-        One call is one tick: a delay of the set point counts calls.
 
-        Returns:
-            Whether every state is finite.
+def on_one_supply(
+    kernel: Kernel, values: Sequence[Mapping[str, float]], step: float
+) -> list[Plant]:
+    """Return actuators that share pump, accumulator and lines; equal in the parameters of these.
 
-        """
-        return self.kernel.tick(
-            self._memory, self._past, self.parameter_vector, self.input_vector, self.signal_vector,
-            self.step_width, steps,
-        )  # fmt: skip
+    Args:
+        kernel: the model, compiled for so many actuators.
+        values: parameters of each by field name, SI; effects that are not named are off.
+        step: width of an integration step [s].
+
+    """
+    supply = Supply(kernel, step)
+    plants = [Plant(kernel, own, step, supply, place) for place, own in enumerate(values)]
+    supply.step(0)
+    return plants
 
 
 class Sensors:

@@ -1,0 +1,34 @@
+"""Actuators on one supply: each moves by itself, then all feed on the sum of their flows.
+
+Every actuator carries the equations and states of pump, accumulator and lines. Those on one supply
+have equal parameters of it and are handed the same flows, so their copies of its states agree to
+the last bit; one actuator alone is the sum of one.
+"""
+
+from typing import Any
+
+from hil_emulator.model.actuator import account, feed, move
+from hil_emulator.model.constants import ACTUATORS
+
+
+def balances(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Evaluate the balances of all actuators on a supply; arguments as in `actuator`, of each."""
+    drawn = 0.0
+    returned = 0.0
+    for i in range(ACTUATORS):
+        move(x[i], dx[i], par[i], held[i], y[i])
+        drawn += y[i].supply_flow
+        returned += y[i].tank_flow
+    for i in range(ACTUATORS):
+        feed(x[i], dx[i], par[i], held[i], y[i], drawn, returned)
+
+
+def evaluate(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+    """Evaluate every balance and every signal of all actuators on a supply."""
+    balances(x, dx, par, held, y)
+    for i in range(ACTUATORS):
+        account(x[i], par[i], held[i], y[i])
+
+
+EXCHANGE = (balances, evaluate)
+"""What `kernel` compiles of this file, in the order of use."""
