@@ -13,9 +13,10 @@ from hil_emulator.bench.recording_cost import measure_recording
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.frame import Frame
-from hil_emulator.model.plant import Plant
+from hil_emulator.model.plant import Plant, on_one_supply
 from hil_emulator.model.stages import transducer
 from hil_emulator.simulation import realtime
+from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.clock import LockStep, WallClock
 from hil_emulator.simulation.loop import Timing, run
 from hil_emulator.simulation.rig import Rig, assemble, compiled
@@ -47,6 +48,7 @@ class Speeds:
     Attributes:
         rk4_step_us: one integration step of the configured actuator.
         rk4_step_all_us: the same with every effect of the catalogue at its typical value.
+        rk4_step_shared_us: the same for each of two such actuators on one supply.
         tick_us: p50 and p99 of a full tick in lock-step: one set point and a SYNC in, four TPDOs
             out to one listener on the virtual bus.
         recording_us: p50 and p99 of what a recording to a file takes of a tick, frames and row.
@@ -62,6 +64,7 @@ class Speeds:
 
     rk4_step_us: float
     rk4_step_all_us: float
+    rk4_step_shared_us: float
     tick_us: dict[str, float]
     recording_us: dict[str, float]
     lockstep_x: float
@@ -86,6 +89,7 @@ def measure(
         say("Integration step ...")
         step_us = _step_us(rig.plant)
         step_all_us = _step_us(_with_everything(config, cache))
+        step_shared_us = _step_us(_two_on_one_supply(config, cache)) / 2
         say("Lock-step ...")
         lockstep_x, tick = _lockstep(rig, master)
         say("Recording ...")
@@ -100,6 +104,7 @@ def measure(
     return Speeds(
         rk4_step_us=step_us,
         rk4_step_all_us=step_all_us,
+        rk4_step_shared_us=step_shared_us,
         tick_us={key: tick.execution.summary()[key] for key in ("p50", "p99")},
         recording_us=recording_us,
         lockstep_x=lockstep_x,
@@ -138,6 +143,12 @@ def _with_everything(config: Configuration, cache: Path) -> Plant:
     plain = [e for e in config.effects if e.stage != transducer]
     typical = {e.field_of(p): p.typical for e in plain for p in e.params}
     return Plant(compiled(config.effects, cache), config.plant | typical, config.step)
+
+
+def _two_on_one_supply(config: Configuration, cache: Path) -> Plant:
+    """Return one of two equal actuators on one supply; both move when it does."""
+    lean = acting(config)
+    return on_one_supply(compiled(lean.effects, cache, 2), [lean.plant] * 2, config.step)[0]
 
 
 def _step_us(plant: Plant) -> float:

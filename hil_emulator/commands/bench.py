@@ -63,6 +63,7 @@ def _table(s: Speeds, duration: float) -> str:
     rows = [
         ("integration step (RK4) [us]", f"{s.rk4_step_us:.2f}"),
         ("the same, all effects on [us]", f"{s.rk4_step_all_us:.2f}"),
+        ("the same, each of two on one supply [us]", f"{s.rk4_step_shared_us:.2f}"),
         ("tick in lock-step [us]", _spread(s.tick_us)),
         ("recording to a file, of a tick [us]", _spread(s.recording_us)),
         ("lock-step over real time", f"{s.lockstep_x:.1f}"),

@@ -7,6 +7,7 @@ from pathlib import Path
 from hil_emulator.captures import by_database, by_dictionary, capture
 from hil_emulator.captures.carrier import Carrier
 from hil_emulator.config.load import Configuration
+from hil_emulator.config.one_supply import supply_effects
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import formats
@@ -65,7 +66,7 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
             table = capture.read(file, carriers, sync_id, meaning.rated_current)
             found += experiments_of(recording(file, table, digest))
         elif ending == SUFFIX:
-            found += experiments_of(recording(file, _journal(file), digest_of(file)))
+            found += experiments_of(recording(file, _journal(file, config), digest_of(file)))
         elif ending in formats.ENDINGS:
             found += experiments_of(read(file, meaning.names, meaning.headings))
         else:
@@ -108,8 +109,16 @@ def _carriers(
     return found, sync_id
 
 
-def _journal(file: Path) -> LogTable:
+def _journal(file: Path, config: Configuration) -> LogTable:
+    """Read a journal; refuse a model that would feed one actuator what a pump gave to several."""
     kept = journal.read(file)
+    mates = kept.header.get("supply_mates")
+    if mates and (told := supply_effects(config)):
+        raise UserError(
+            f"{file}: was recorded on a supply shared with {', '.join(mates)}, whose flow is not "
+            f"in it: leave {', '.join(told)} out of the configuration; what the pump did is in "
+            "the measured supply_pressure"
+        )
     columns = (
         LogColumn(name, kept.units[name] or "1", values) for name, values in kept.table().items()
     )

@@ -195,6 +195,11 @@ def _check_replayable(file: Path, recording: Recording) -> None:
             f"{file}: begins {recording.rows[0, 0]:g} s after the start, around "
             f'"{trigger}"; only a recording from the start can be replayed'
         )
+    if mates := recording.header.get("supply_mates"):
+        raise UserError(
+            f"{file}: was recorded on a supply shared with {', '.join(mates)}: what they drew is "
+            "not in it, so it cannot be replayed alone"
+        )
     if recording.units != columns():
         raise UserError(f"{file}: has other columns than this version records; replay it with its")
 

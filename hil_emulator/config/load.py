@@ -58,6 +58,7 @@ class Configuration:
         texts: what each of them says.
         bench: what of an actuator it describes; what it need not say of the plant is not a number,
             so that nothing which depends on it has a value.
+        supply_mates: names of the other actuators of a machine on its supply.
 
     """
 
@@ -78,6 +79,7 @@ class Configuration:
     files: tuple[Path, ...]
     texts: tuple[str, ...]
     bench: BenchSettings
+    supply_mates: tuple[str, ...] = ()
 
 
 Admit = Callable[[Path, bytes], None]

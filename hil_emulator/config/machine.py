@@ -4,11 +4,15 @@
 interface = "virtual"
 channel = "left"
 
+[supplies.pump]          # one pump, accumulator and pair of lines for all that name it
+files = ["hyq_supply.toml"]      # laid over the files of each of them
+
 [[actuator]]
 name = "lf_knee"
 files = ["hyq_knee.toml"]
 bus = "left"
 node_offset = 10        # added to every node-ID in its files
+supply = "pump"         # without it, the one in its files is its own
 """
 
 import dataclasses
@@ -23,6 +27,7 @@ from hil_emulator.config.bus import BusTable, WireSettings, split
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.nodes import UNCONFIGURED
+from hil_emulator.config.one_supply import on_one_supply
 from hil_emulator.config.table import DescribedTable, StrictTable
 from hil_emulator.config.toml_file import read_toml
 from hil_emulator.errors import UserError
@@ -32,7 +37,7 @@ ONLY_BUS = "bus"
 
 
 class ActuatorTable(DescribedTable):
-    """One actuator: its configuration files, its bus, and where its node-IDs begin."""
+    """One actuator: its configuration files, bus and supply, and where its node-IDs begin."""
 
     name: str = Field(min_length=1)
     """what recordings and faults call it"""
@@ -42,22 +47,36 @@ class ActuatorTable(DescribedTable):
     """name of one of [buses]"""
     node_offset: int = Field(default=0, ge=0, le=126)
     """added to every node-ID in its files"""
+    supply: str | None = None
+    """name of one of [supplies], where it shares that with others"""
+
+
+class SupplyTable(DescribedTable):
+    """A supply that several actuators share."""
+
+    files: tuple[str, ...] = Field(min_length=1)
+    """what describes it, laid over the files of each of them; paths from this file"""
 
 
 class MachineTable(StrictTable):
     """The whole file."""
 
     buses: dict[str, BusTable] = Field(min_length=1)
+    supplies: dict[str, SupplyTable] = Field(default_factory=dict)
     actuator: tuple[ActuatorTable, ...] = Field(min_length=1)
 
 
 @dataclass(frozen=True)
 class ActuatorSettings:
-    """One actuator of a machine: its name, its configuration, the name of its bus."""
+    """One actuator of a machine: its name, its configuration, the names of its bus and its supply.
+
+    Without the name of a supply it has one of its own.
+    """
 
     name: str
     config: Configuration
     bus: str
+    supply: str | None = None
 
 
 @dataclass(frozen=True)
@@ -92,9 +111,11 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
     table = _checked(file)
     places = {name: place for place, name in enumerate(table.buses)}
     actuators = tuple(
-        _actuator(file, i, a, places.get(a.bus, 0)) for i, a in enumerate(table.actuator)
+        _actuator(file, i, a, places.get(a.bus, 0), _supply_files(file, table, a))
+        for i, a in enumerate(table.actuator)
     )
     _check_together(file, table, actuators)
+    actuators = _sharing(file, table, actuators)
     made = {name: split(bus) for name, bus in table.buses.items()}
     buses = {name: arguments for name, (arguments, _) in made.items()}
     return MachineSettings(actuators, buses, {name: wire for name, (_, wire) in made.items()})
@@ -116,15 +137,48 @@ def _checked(file: Path) -> MachineTable:
         raise UserError(describe(error, MachineTable, content, origin, [file])) from None
 
 
-def _actuator(file: Path, position: int, table: ActuatorTable, bus: int) -> ActuatorSettings:
+def _supply_files(file: Path, table: MachineTable, actuator: ActuatorTable) -> tuple[str, ...]:
+    """Return the files of the supply that an actuator shares; none where it has its own."""
+    if actuator.supply is None:
+        return ()
+    if actuator.supply not in table.supplies:
+        known = ", ".join(table.supplies) or "none; add [supplies.NAME] with its files"
+        raise UserError(
+            f"{file}: actuator {actuator.name}: there is no supply '{actuator.supply}'; "
+            f"there are: {known}"
+        )
+    return table.supplies[actuator.supply].files
+
+
+def _sharing(
+    file: Path, table: MachineTable, actuators: tuple[ActuatorSettings, ...]
+) -> tuple[ActuatorSettings, ...]:
+    """Return the actuators, those on a common supply agreed in what they share."""
+    for supply in table.supplies:
+        on_it = {a.name: a.config for a in actuators if a.supply == supply}
+        if not on_it:
+            raise UserError(
+                f'{file}: no actuator is on supply {supply}; write supply = "{supply}" in its '
+                "[[actuator]]"
+            )
+        agreed = on_one_supply(f"{file}: supply {supply}", on_it)
+        actuators = tuple(
+            dataclasses.replace(a, config=agreed.get(a.name, a.config)) for a in actuators
+        )
+    return actuators
+
+
+def _actuator(
+    file: Path, position: int, table: ActuatorTable, bus: int, supply: tuple[str, ...]
+) -> ActuatorSettings:
     """Load one actuator; its noise and serial numbers differ from those of the others."""
-    config = load_rig([file.parent / name for name in table.files])
+    config = load_rig([file.parent / name for name in (*table.files, *supply)])
     nodes = tuple(
         dataclasses.replace(n, id=_offset(n.id, table.node_offset), bus_number=bus)
         for n in config.nodes
     )
     config = dataclasses.replace(config, nodes=nodes, seed=config.seed + position)
-    return ActuatorSettings(table.name, config, table.bus)
+    return ActuatorSettings(table.name, config, table.bus, table.supply)
 
 
 def _offset(number: int, offset: int) -> int:

@@ -39,14 +39,19 @@ class Running(AbstractContextManager["Running"]):
         number: counts the faults of a rig.
         began_ns: when it began; None before that.
         ended: whether it is over.
+        value: returns the present value of a signal, for its condition.
+        others: the same fault in the other rigs that it befalls; they end with it.
 
     """
 
     def __init__(
-        self, fault: Fault, number: int, now_ns: int, on_end: Callable[["Running"], None]
-    ) -> None:
+        self, fault: Fault, number: int, now_ns: int, value: Callable[[str], float],
+        on_end: Callable[["Running"], None],
+    ) -> None:  # fmt: skip
         self.fault = fault
         self.number = number
+        self.value = value
+        self.others: Sequence[Running] = ()
         self.began_ns: int | None = None
         self.ended = False
         self.earliest_ns = now_ns + fault.start_ns
@@ -65,6 +70,8 @@ class Running(AbstractContextManager["Running"]):
         if not self.ended:
             self.ended = True
             self._on_end(self)
+            for other in self.others:
+                other.end()
 
     def __exit__(self, *error: object) -> None:
         self.end()
@@ -117,8 +124,15 @@ class Faults:
         """Return the faults that have not ended."""
         return [*self._waiting, *self._running]
 
-    def inject(self, fault: Fault, now_ns: int) -> Running:
+    def inject(
+        self, fault: Fault, now_ns: int, value: Callable[[str], float] | None = None
+    ) -> Running:
         """Let a fault begin with the next tick, or when its start and condition say.
+
+        Args:
+            fault: what breaks.
+            now_ns: present time [ns].
+            value: returns the signals of its condition; those of this rig without.
 
         Raises:
             UserError: if there are `MOST` already, as each takes time of every tick.
@@ -126,7 +140,7 @@ class Faults:
         """
         if len(self.injected) >= MOST:
             raise UserError(f"{MOST} faults are injected already; end some of them")
-        running = Running(fault, self._count, now_ns, self._end)
+        running = Running(fault, self._count, now_ns, value or self._value, self._end)
         self._count += 1
         self._waiting.append(running)
         self.active = True
@@ -139,7 +153,7 @@ class Faults:
         for running in list(self._waiting):
             condition = running.fault.condition
             if now_ns >= running.earliest_ns and (
-                condition is None or condition.holds(self._value)
+                condition is None or condition.holds(running.value)
             ):
                 self._begin(running, now_ns)
         for running in list(self._running):

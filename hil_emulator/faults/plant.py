@@ -9,6 +9,9 @@ from dataclasses import KW_ONLY, dataclass
 from hil_emulator.faults.declare import FaultKind, FaultParam, Layer
 from hil_emulator.faults.strength import Change
 
+SUPPLY = "supply"
+"""Target of the faults that befall all actuators on a supply."""
+
 LOWEST_SUPPLY = 1e5
 """A pump at rest: the supply does not fall below the atmosphere [Pa]."""
 
@@ -40,7 +43,7 @@ def plant_fault(
 
 
 @plant_fault(
-    "supply", "supply_pressure",
+    SUPPLY, "supply_pressure",
     FaultParam("pressure", "Pa", "what is left", 1e5, 0.0, 400e5, "bar"),
 )  # fmt: skip
 def loss(pressure: float) -> Change:
@@ -49,7 +52,7 @@ def loss(pressure: float) -> Change:
 
 
 @plant_fault(
-    "supply", "supply_pressure",
+    SUPPLY, "supply_pressure",
     FaultParam("drop", "Pa", "by how much", 40e5, 0.0, 400e5, "bar"),
 )  # fmt: skip
 def droop(drop: float) -> Change:

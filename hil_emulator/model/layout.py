@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.model import quantities
-from hil_emulator.model.declare import DeclarationError, Effect, Quantity, Stage
-from hil_emulator.model.stages import CONTINUOUS, SAMPLED, TICKED
+from hil_emulator.model.declare import DeclarationError, Effect, Param, Quantity, Stage
+from hil_emulator.model.stages import CONTINUOUS, SAMPLED, TICKED, pilot_flow, viscosity
 
 Vector = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -47,6 +47,21 @@ def zeros(layout: np.dtype[Any], count: int = 1) -> Vector:
 def base_fields() -> list[str]:
     """Names of the parameters that every actuator has, as `table_name`."""
     return [f"{table}_{p.name}" for table, params in quantities.PARAMS.items() for p in params]
+
+
+def supply_params(effects: Iterable[Effect]) -> dict[str, Param]:
+    """Return the parameters that actuators on one supply have in common, by record field.
+
+    They are those of pump, accumulator, lines and the oil in them; oil that leaks through a pilot
+    stage, and what is dissolved in a chamber's oil, are each actuator's own.
+    """
+    tables = ("supply", "tank", "oil")
+    common = {f"{t}_{p.name}": p for t in tables for p in quantities.PARAMS[t]}
+    for effect in effects:
+        of_supply = effect.stage.table in ("supply", "tank") and effect.stage != pilot_flow
+        if of_supply or effect.stage == viscosity:
+            common |= {effect.field_of(param): param for param in effect.params}
+    return common
 
 
 def _fields(given: Iterable[Quantity]) -> list[tuple[str, int]]:

@@ -45,6 +45,7 @@ def header(config: Configuration, nodes: Sequence[Node], capture: str = "") -> d
         "configuration": list(config.texts),
         "effects": digests(config.effects),
         "sync_ms": config.sync_period_ns // 1_000_000,
+        "supply_mates": list(config.supply_mates),
     }
 
 

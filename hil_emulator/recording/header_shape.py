@@ -30,11 +30,12 @@ SHAPE: dict[str, Any] = {
     "sync_ms": int,
     "configuration": [str],
     "effects": {str: str},
+    "supply_mates": [str],
 }
 """By key, what is there: a type, one of several, a list of something, an object with these keys, an
 object of texts."""
 
-OPTIONAL = {"nodes", "configuration", "effects", "services"}
+OPTIONAL = {"nodes", "configuration", "effects", "services", "supply_mates"}
 """Keys that recordings of earlier versions lack."""
 
 _EVENT_DRIVEN = 255

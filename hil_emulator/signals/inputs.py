@@ -25,6 +25,9 @@ the object has limits of its own."""
 COMMANDS = ("valve_current",)
 """Settings that nodes command the plant to do, and may refuse."""
 
+OF_SUPPLY = ("supply_pressure",)
+"""Settings of the supply, which several actuators may share."""
+
 SET_POINTS = {
     p.name: p
     for p in (

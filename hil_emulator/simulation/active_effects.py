@@ -6,7 +6,7 @@ without them.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from hil_emulator.config.load import Configuration
 from hil_emulator.faults.plant import FAULTY_PARAMETERS
@@ -20,18 +20,27 @@ def acting(config: Configuration) -> Configuration:
     The rig it describes computes the same bits. A parameter of an effect that is gone cannot be
     set in that rig; faults and settings never need one.
     """
-    given = (config.plant, *config.sensors.values())
-    effects = tuple(e for e in config.effects if _can_act(e, given))
-    gone = {e.field_of(p) for e in config.effects if e not in effects for p in e.params}
-    return dataclasses.replace(
-        config,
-        effects=effects,
-        plant=_without(config.plant, gone),
-        sensors={name: _without(values, gone) for name, values in config.sensors.items()},
-    )
+    return acting_together([config])[0]
 
 
-def _can_act(effect: Effect, given: tuple[Mapping[str, float], ...]) -> bool:
+def acting_together(configs: Sequence[Configuration]) -> list[Configuration]:
+    """Return configurations that know the same effects without those that can act in none."""
+    given = [values for c in configs for values in (c.plant, *c.sensors.values())]
+    known = configs[0].effects
+    effects = tuple(e for e in known if _can_act(e, given))
+    gone = {e.field_of(p) for e in known if e not in effects for p in e.params}
+    return [
+        dataclasses.replace(
+            config,
+            effects=effects,
+            plant=_without(config.plant, gone),
+            sensors={name: _without(values, gone) for name, values in config.sensors.items()},
+        )
+        for config in configs
+    ]
+
+
+def _can_act(effect: Effect, given: Sequence[Mapping[str, float]]) -> bool:
     knob = effect.field_of(effect.knob)
     if effect is measuring_range:  # every channel tells whether it is within its range
         return True

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
+from hil_emulator.model.plant import Supply
 from hil_emulator.simulation.not_finite import NotFiniteError
-from hil_emulator.simulation.rig import Rig, assemble
+from hil_emulator.simulation.rig import Rig, assemble_together
 from hil_emulator.simulation.wire_door import FrameDoor, WireDoor
 from hil_emulator.wire.wire import TimedWire
 
@@ -105,12 +106,23 @@ class Machine:
         return next(iter(self.rigs.values())).now_ns
 
     def step(self) -> None:
-        """Let one tick pass."""
+        """Let one tick pass: `Rig.step` in all rigs at once, so that each hears the others' last.
+
+        Raises:
+            NotFiniteError: says which actuator has lost its state.
+
+        """
         for junction in self._junctions:
             junction.collect()
+        for rig in self.rigs.values():
+            rig.listen()
+        finite: dict[Supply, bool] = {}
+        for rig in self.rigs.values():
+            if rig.plant.supply not in finite:
+                finite[rig.plant.supply] = rig.move()
         for name, rig in self.rigs.items():
             try:
-                rig.step()
+                rig.tell(finite[rig.plant.supply])
             except NotFiniteError as error:
                 error.args = (f"{name}: {error}",)
                 raise
@@ -129,7 +141,7 @@ class Machine:
 def assemble_machine(
     settings: MachineSettings, buses: Mapping[str, FrameDoor], cache: Path | None = None
 ) -> Machine:
-    """Make every rig of a machine; the model is compiled once.
+    """Make every rig of a machine; the model is compiled once for each number on a supply.
 
     Args:
         settings: the machine's description.
@@ -142,10 +154,24 @@ def assemble_machine(
     """
     timed = {n: WireDoor(buses[n], wire) for n, wire in settings.wires.items() if wire.modelled}
     junctions = {name: Junction(bus) for name, bus in buses.items() if name not in timed}
-    rigs = {}
+    doors: dict[str, FrameDoor] = {}
+    configs = {}
     for actuator in settings.actuators:
-        name = actuator.bus
-        config = dataclasses.replace(actuator.config, wire=settings.wires[name])
-        door = timed[name] if name in timed else junctions[name].tap()
-        rigs[actuator.name] = assemble(config, door, cache)
-    return Machine(rigs, junctions.values(), {name: door.wire for name, door in timed.items()})
+        wire = settings.wires[actuator.bus]
+        configs[actuator.name] = dataclasses.replace(actuator.config, wire=wire)
+        junction = junctions.get(actuator.bus)
+        doors[actuator.name] = junction.tap() if junction else timed[actuator.bus]
+    rigs: dict[str, Rig] = {}
+    for names in _by_supply(settings):
+        made = assemble_together([configs[n] for n in names], [doors[n] for n in names], cache)
+        rigs |= dict(zip(names, made, strict=True))
+    in_order = {actuator.name: rigs[actuator.name] for actuator in settings.actuators}
+    return Machine(in_order, junctions.values(), {n: door.wire for n, door in timed.items()})
+
+
+def _by_supply(settings: MachineSettings) -> list[list[str]]:
+    """Return the names of the actuators on each supply; one that has its own is alone on it."""
+    found: dict[object, list[str]] = {}
+    for actuator in settings.actuators:
+        found.setdefault(actuator.supply or (actuator.name,), []).append(actuator.name)
+    return list(found.values())

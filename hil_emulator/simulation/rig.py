@@ -3,7 +3,7 @@
 import functools
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +20,15 @@ from hil_emulator.faults.active import Faults, Running
 from hil_emulator.faults.fault import Fault, fault
 from hil_emulator.faults.frames import BusFaultKind
 from hil_emulator.faults.objects import ObjectFaultKind
+from hil_emulator.faults.plant import SUPPLY
 from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant, Sensors, on_one_supply
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.signals.columns import MODEL
-from hil_emulator.signals.inputs import COMMANDS, checked
-from hil_emulator.simulation.active_effects import acting
+from hil_emulator.signals.inputs import COMMANDS, OF_SUPPLY, checked
+from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.node_factory import nodes
 from hil_emulator.simulation.not_finite import NotFiniteError
@@ -57,6 +58,7 @@ class Rig:
         faults: what is broken.
         slipped_ns: by how much its time has fallen behind the wall.
         wire: the wire of its bus, where that takes time.
+        supply_mates: the other rigs on its supply: what befalls that befalls all of them.
 
     """
 
@@ -83,6 +85,7 @@ class Rig:
         self._steps = steps
         self._resets = not_finite == "reset"
         self.wire: TimedWire | None = None
+        self.supply_mates: Sequence[Rig] = ()
         self._router = FrameRouter(self.nodes)
         if isinstance(bus, WireDoor):
             self.wire = bus.wire
@@ -93,14 +96,34 @@ class Rig:
     def step(self) -> None:
         """Let one tick pass; the order of these lines is the contract.
 
+        Rigs on one supply take each of them together, see `machine.Machine.step`.
+
         Raises:
             NotFiniteError: if the model has lost its state, once the bus and the recording know.
 
         """
+        self.listen()
+        finite = self.move()
+        self.tell(finite)
+
+    def listen(self) -> None:
+        """Begin a tick: faults begin and end, frames are received."""
         self.faults.schedule(self.now_ns)
         self._router.begin(self.now_ns)
         self._receive(self.bus.receive())
-        finite = self.plant.step(self._steps)
+
+    def move(self) -> bool:
+        """Move the plant one tick, and all on its supply; return whether every state is finite."""
+        return self.plant.step(self._steps)
+
+    def tell(self, finite: bool) -> None:
+        """End a tick: the sensors sample, the nodes publish, the recorder takes the row.
+
+        Raises:
+            NotFiniteError: see `step`.
+
+        """
+        finite = finite or not self.plant.culprit()  # it may be that of another on its supply
         self._measured = self._measure() if finite else self._fail()
         self._publish()
         if self.recorder:
@@ -155,10 +178,9 @@ class Rig:
             )
         if isinstance(chosen.kind, ObjectFaultKind) and not self.faults.befallen(chosen):
             raise UserError(f"fault {chosen.target}: no node has such an object that is a number")
-        running = self.faults.inject(chosen, self.now_ns)
-        if self.recorder:
-            what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}
-            self.recorder.event(self.now_ns, {"fault": what})
+        mates = self.supply_mates if chosen.target == SUPPLY else ()
+        running, *others = [rig._suffer(chosen, self.value) for rig in (self, *mates)]
+        running.others = others
         return running
 
     def set(self, name: str, value: float) -> None:
@@ -169,6 +191,10 @@ class Rig:
 
         """
         value = checked(name, value)
+        for rig in (self, *(self.supply_mates if name in OF_SUPPLY else ())):
+            rig._take(name, value)
+
+    def _take(self, name: str, value: float) -> None:
         if name in COMMANDS:
             self._command(name, value)
         elif name in (self.plant.kernel.inputs.names or ()):
@@ -192,6 +218,14 @@ class Rig:
         if name.startswith(MODEL):
             return float(self.plant.signals[name.removeprefix(MODEL)])
         return float(self.plant.inputs[name])
+
+    def _suffer(self, chosen: Fault, value: Callable[[str], float]) -> Running:
+        """Let something break when its condition holds for signals of `value`."""
+        running = self.faults.inject(chosen, self.now_ns, value)
+        if self.recorder:
+            what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}
+            self.recorder.event(self.now_ns, {"fault": what})
+        return running
 
     def _command(self, name: str, value: float) -> None:
         """Write a set point into the nodes, as an SDO client does: into all or none of them."""
@@ -268,9 +302,9 @@ class Rig:
 
 
 @functools.cache
-def compiled(effects: tuple[Effect, ...], cache: Path | None) -> kernel.Kernel:
+def compiled(effects: tuple[Effect, ...], cache: Path | None, actuators: int = 1) -> kernel.Kernel:
     """Return the compiled model of a catalogue, once in a process."""
-    return kernel.build(effects, cache)
+    return kernel.build(effects, cache, actuators=actuators)
 
 
 def assemble(
@@ -293,12 +327,28 @@ def assemble(
         UserError: if a node cannot be made from its EDS.
 
     """
-    config = acting(config)
-    model = compiled(config.effects, cache)
-    plant = Plant(model, config.plant, config.step)
+    (rig,) = assemble_together([config], [bus], cache)
+    rig.recorder = recorder
+    return rig
+
+
+def assemble_together(
+    configs: Sequence[Configuration], buses: Sequence[FrameDoor], cache: Path | None = None
+) -> list[Rig]:
+    """Make the rigs of one supply, see `assemble`; the bus of each may be the same."""
+    configs = acting_together(configs)
+    model = compiled(configs[0].effects, cache, len(configs))
+    plants = on_one_supply(model, [config.plant for config in configs], configs[0].step)
+    rigs = [_rig(*parts) for parts in zip(configs, plants, buses, strict=True)]
+    for rig in rigs:
+        rig.supply_mates = [mate for mate in rigs if mate is not rig]
+    return rigs
+
+
+def _rig(config: Configuration, plant: Plant, bus: FrameDoor) -> Rig:
     random = np.random.default_rng(config.seed)
-    sensors = Sensors(model, config.sensors, config.tick_ns * 1e-9, random)
+    sensors = Sensors(plant.kernel, config.sensors, config.tick_ns * 1e-9, random)
     made = nodes(config, sensors.names)
     if config.wire.modelled and not isinstance(bus, WireDoor):
         bus = WireDoor(bus, config.wire)
-    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, recorder, config.not_finite)
+    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, None, config.not_finite)
