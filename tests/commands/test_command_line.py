@@ -186,14 +186,27 @@ def test_run_records_what_it_did(tmp_path: Path) -> None:
         np.testing.assert_allclose(stored["pressure_a"], values, rtol=1e-8)
 
 
-def test_a_leg_of_two_actuators_runs_on_two_buses(layer: Callable[[str], Path]) -> None:
-    """Every node and bus is named, and both actuators' heartbeats are on their way."""
+def test_a_leg_of_two_actuators_runs_on_two_buses(
+    layer: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """Every node and bus is named, both actuators' heartbeats are on their way; one supply fails.
+
+    What befalls the supply befalls both, is in both recordings, and neither replays alone.
+    """
     text = shipped("configs/hyq_leg.toml").read_text()
     leg = layer(
         re.sub(r"port = \d+", "port = 0", text).replace('"hyq_', f'"{REFERENCE.parent}/hyq_')
     )
-    result = hil_emulator("run", leg, "--clock", "lockstep", "--duration", "0.5 s")
+    result = hil_emulator(
+        "run", leg, "--clock", "lockstep", "--duration", "0.5 s",
+        "--record", tmp_path / "leg.rec", "--fault", "hip.supply loss start='0.1 s'",
+    )  # fmt: skip
     assert result.returncode == 0, result.stderr
+    for name in ("hip", "knee"):
+        recording = journal.read(tmp_path / f"leg_{name}.rec")
+        assert [what["fault"]["kind"] for _, what in recording.events] == ["loss"]
+        assert recording.table()["model.supply_pressure"][-1] < 130e5
+    assert "shared with hip" in refused("replay", tmp_path / "leg_knee.rec")
     assert "node      5 on hip" in result.stdout
     assert "node      12 on knee" in result.stdout
     assert "500 ticks" in result.stdout
@@ -205,8 +218,13 @@ def test_a_leg_of_two_actuators_runs_on_two_buses(layer: Callable[[str], Path]) 
 def test_each_actuator_of_a_machine_is_recorded_and_can_break(
     layer: Callable[[str], Path], tmp_path: Path
 ) -> None:
-    """One file each; the fault is in that of the actuator it was for; both replay bit for bit."""
-    text = shipped("configs/hyq_leg.toml").read_text()
+    """One file each; the fault is in that of the actuator it was for; both replay bit for bit.
+
+    So it is where each has its own supply.
+    """
+    text = re.sub(
+        r"\[supplies.*\n.*\n|supply = .*", "", shipped("configs/hyq_leg.toml").read_text()
+    )
     leg = layer(
         re.sub(r"port = \d+", "port = 0", text).replace('"hyq_', f'"{REFERENCE.parent}/hyq_')
     )
