@@ -87,6 +87,8 @@ def _score(
         exact = column.astype(np.float64)
         responses.append(project.response(exact))
         projected[:, i] = project(exact, responses[i])
+    if not np.isfinite(projected).all():  # along it the model has no course
+        projected[:] = 0.0
     values, vectors = np.linalg.eigh(projected.T @ projected)
     keep = values > 1e-4 * max(values[-1], 1e-30)
     basis = projected @ (vectors[:, keep] / np.sqrt(values[keep]))
