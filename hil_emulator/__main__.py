@@ -11,6 +11,7 @@ from hil_emulator.commands.options import (
     Commands,
     Duration,
     Examination,
+    Interview,
     QuantityType,
     recordings,
 )
@@ -162,6 +163,25 @@ def check(files: tuple[Path, ...]) -> None:
     from hil_emulator.commands import check as command
 
     command.check(files)
+
+
+@main.command(cls=Interview)
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False), default="machine.toml")
+@click.option("--yes", is_flag=True, help="Ask nothing: usual answers to what no option gives.")
+@click.option("--force", is_flag=True, help="Write over files that are there.")
+@click.option("--valves", is_flag=True, help="Only list the library of valves.")
+def init(file: Path, *, yes: bool, force: bool, valves: bool, **said: str | None) -> None:
+    """Ask for a machine of your own and write its configuration, FILE, with the EDS of its node.
+
+    Every question has an option, too.
+    """
+    from hil_emulator.commands import init as command
+
+    if valves:
+        command.list_valves()
+        return
+    given = {name: answer for name, answer in said.items() if answer is not None}
+    command.init(file, given, ask=not yes, force=force)
 
 
 @main.command()

@@ -21,6 +21,7 @@ ROOMS = {
     "pages": {"jinja2", "matplotlib"},
     "signals": {"numpy", "model"},
     "config": {"pydantic", "model"},
+    "machines": {"config", "model"},
     "device": {"canopen"},
     "bus": {"can"},
     "wire": set(),

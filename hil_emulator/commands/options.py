@@ -122,6 +122,17 @@ class QuantityType(click.ParamType[float]):
             self.fail(str(error), param, ctx)
 
 
+class Interview(click.Command):
+    """A command with an option for each question about a machine."""
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """Return what it takes; the questions are read only where they are needed."""
+        from hil_emulator.machines.questions import QUESTIONS
+
+        told = [click.Option([q.option], metavar="ANSWER", help=q.hint) for q in QUESTIONS]
+        return [*self.params, *told, *super().get_params(ctx)[len(self.params) :]]
+
+
 class Examination(click.Command):
     """A command whose `--validate` takes every file up to the next option."""
 

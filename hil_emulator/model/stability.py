@@ -46,7 +46,7 @@ def _severe_states(plant: Plant) -> Iterator[None]:
     middle = 0.5 * p_s
     pairs = ((p_s, p_t), (p_t, p_s), (middle, middle), (1e4, p_s), (p_s, 1e4))
     limit = _knob(plant, "current_saturation_limit", RATED_CURRENT)
-    currents = (-min(limit, 2 * RATED_CURRENT), 0.0, min(limit, 2 * RATED_CURRENT))
+    currents = (-limit, 0.0, limit)
     stroke, area_a = float(par.cylinder_stroke), float(par.cylinder_piston_area)
     area_b = area_a * float(par.cylinder_area_ratio)
     places = (

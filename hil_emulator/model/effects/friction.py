@@ -33,7 +33,7 @@ def viscous_friction(velocity: float, viscosity: float, scale: float, coefficien
 
 @effect(
     dry_friction,
-    knob=Param("force", "N", "Coulomb friction F_c0", 100.0, 0.0, 1e4, source="S1 3.4.2"),
+    knob=Param("force", "N", "Coulomb friction F_c0", 100.0, 0.0, 1e6, source="S1 3.4.2"),
     source="S1 eq. 3.18, sign(v) made continuous as tanh(v/v_t)",
     signature="hydraulic force minus load cell, changing sign with velocity",
     not_modelled="sticking: the rod creeps under forces below F_c0; see presliding",

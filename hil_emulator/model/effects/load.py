@@ -26,8 +26,8 @@ def load_viscous_friction(velocity: float, coefficient: float) -> float:
 @effect(
     load,
     knob=Param("force", "N", "weight of the load along the rod, against extension",
-               200.0, -5000.0, 5000.0),
-    source="robot leg: 0-500 N at the rod",
+               200.0, -1e6, 1e6),
+    source="robot leg: 0-500 N at the rod; an excavator's boom: 1e5 N",
     signature="constant part of load force minus inertia",
     not_modelled="its change with the joint's angle",
 )  # fmt: skip

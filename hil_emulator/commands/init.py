@@ -1,0 +1,137 @@
+"""`hil-emulator init`: the configuration of a machine of one's own."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import click
+
+from hil_emulator.commands.text_table import text_table
+from hil_emulator.config.json_schema import json_schema
+from hil_emulator.config.load import load_rig
+from hil_emulator.errors import UserError
+from hil_emulator.machines import sizing
+from hil_emulator.machines.node_sheet import electronic_data_sheet
+from hil_emulator.machines.questions import (
+    Answer,
+    Answers,
+    Inquiry,
+    answered,
+    number,
+    piston_area,
+    valve,
+)
+from hil_emulator.machines.valve_sheet import library
+from hil_emulator.machines.writing import BULK_MODULUS, configuration
+from hil_emulator.model.stability import required_step
+from hil_emulator.platform.paths import cache_folder, near, shipped
+from hil_emulator.simulation.active_effects import acting
+from hil_emulator.simulation.rig import compiled
+
+SCHEMA = "hil-emulator.schema.json"
+"""Name of the JSON Schema beside a configuration."""
+
+STEPS = (20e-6, 10e-6, 8e-6, 5e-6, 4e-6, 2e-6, 1e-6)
+"""Integration steps that fit into a tick of 1 ms [s]; the longest one is that of the reference
+machine, up to which accuracy has been measured."""
+
+
+def init(file: Path, given: Mapping[str, str], *, ask: bool, force: bool) -> None:
+    """Ask for a machine and write its configuration, the EDS of its node and the JSON Schema.
+
+    Args:
+        file: the configuration.
+        given: answers of the command line, by name of the question.
+        ask: whether to ask for the others; else usual ones are taken.
+        force: whether files that are there are written over.
+
+    Raises:
+        UserError: for an answer that is none, a file that is there or cannot be written, or a
+            machine that is too stiff to be integrated.
+
+    """
+    eds, schema = file.with_suffix(".eds"), file.with_name(SCHEMA)
+    if file.suffix != ".toml":
+        raise UserError(f"{file}: a configuration is TOML; call it {file.name}.toml")
+    there = [f for f in (file, eds) if f.exists()]
+    if there and not force:
+        names = " and ".join(map(str, there))
+        raise UserError(f"{names}: there already; choose another file, or say --force")
+    if ask:
+        click.echo('Enter takes what stands in brackets. Quantities have units, such as "40 mm".')
+    answers = answered(given, _prompt if ask else _usual)
+    text = shipped("eds/hydraulic_actuator.eds").read_text(encoding="utf-8")
+    _write(eds, electronic_data_sheet(text, eds.name, answers))
+    _write(schema, json.dumps(json_schema("configuration"), indent=1, ensure_ascii=False) + "\n")
+    _write(file, configuration(answers, eds.name, SCHEMA, STEPS[0]))
+    click.echo("Looking for the integration step (some seconds the first time) ...", err=True)
+    _write(file, configuration(answers, eds.name, SCHEMA, _step(file)))
+    click.echo(_summary(answers, file, eds, schema))
+
+
+def list_valves() -> None:
+    """Print the library of valves."""
+    rows = [
+        (name, f"{v.get('nominal_flow') * 6e4:.3g}", f"{v.get(v.drop) * 1e-5:.3g} "
+         + ("total" if v.drop == "pressure_drop_total" else "per edge"),
+         f"{v.natural_frequency[0]:.0f}", v.title, v.sheet)
+        for name, v in library().items()
+    ]  # fmt: skip
+    click.echo(text_table(("name", "l/min", "at bar", "Hz", "valve", "data sheet"), rows))
+
+
+def _prompt(question: Inquiry, answers: Answers) -> Answer:
+    """Ask until there is an answer."""
+    if question.name == "valve":
+        list_valves()
+    while True:
+        usual = question.written(question.usual(answers))
+        text = click.prompt(question.text, default=usual)
+        try:
+            return question.read(text, answers)
+        except ValueError as error:
+            click.echo(f"  {error}")
+
+
+def _usual(question: Inquiry, answers: Answers) -> Answer:
+    try:
+        return question.read(question.written(question.usual(answers)), answers)
+    except ValueError as error:
+        raise UserError(f"{question.option}: the usual answer does not fit: {error}") from None
+
+
+def _step(file: Path) -> float:
+    """Return the longest integration step that is safe for a configuration [s]."""
+    lean = acting(load_rig([file]))
+    safe = required_step(compiled(lean.effects, cache_folder()), lean.plant)
+    fitting = [step for step in STEPS if step <= safe]
+    if not fitting:
+        raise UserError(
+            f"{file}: so stiff that it needs steps of {safe * 1e6:.2g} us; the shortest is 1 us: "
+            "take longer lines, or a valve of less flow"
+        )
+    return fitting[0]
+
+
+def _write(file: Path, text: str) -> None:
+    try:
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{file}: cannot be written: {error}; choose another file") from None
+
+
+def _summary(answers: Answers, file: Path, eds: Path, schema: Path) -> str:
+    push = number(answers, "supply_pressure") * piston_area(answers)
+    hertz = sizing.natural_frequency(answers, BULK_MODULUS)
+    spool, _ = valve(answers).natural_frequency
+    written = ", ".join(near(f) for f in (file, eds, schema))
+    digits = max(0, 2 - math.floor(math.log10(push * 1e-3)))
+    return (
+        f"largest push      {push * 1e-3:.{digits}f} kN\n"
+        f"no-load speed     {sizing.no_load_speed(answers):.3g} m/s, extending\n"
+        f"natural frequency {hertz:.3g} Hz of the mass on its oil, spool {spool:.3g} Hz\n"
+        f"written           {written}\n"
+        f"next              hil-emulator check {near(file)}\n"
+        f"                  hil-emulator run {near(file)}"
+    )

@@ -1,0 +1,54 @@
+"""The EDS of a machine's node: that of the package, with limits and digits that carry the machine.
+
+The package's one has a valve of 10 mA and pressures of up to 327 bar in 16 bits.
+"""
+
+import re
+
+from hil_emulator.machines import sizing
+from hil_emulator.machines.questions import Answers, valve
+
+CURRENTS = ("2000", "2001")
+"""Set point and safe set point of the valve's current, in nA."""
+PRESSURES = ("2010", "2011", "2012")
+"""Both chambers and the supply, INTEGER16 in kPa."""
+FORCE = "2030"
+"""Load force, INTEGER32 in mN."""
+
+
+def electronic_data_sheet(text: str, file_name: str, answers: Answers) -> str:
+    """Return the text of a machine's EDS.
+
+    Args:
+        text: the package's EDS.
+        file_name: what the file is called.
+        answers: of the user.
+
+    """
+    limit = round(valve(answers).get("rated_current") * 1e9)
+    for index in CURRENTS:
+        text = _changed(text, index, "LowLimit", f"{-limit}")
+        text = _changed(text, index, "HighLimit", f"{limit}")
+    pressure, force = sizing.pressure_range(answers).value, sizing.force_range(answers).value
+    for index in PRESSURES:
+        text = _changed(text, index, "Factor", _digit(1e3, 2**15, 1.03 * pressure))
+    text = _changed(text, FORCE, "Factor", _digit(1e-3, 2**31, force))
+    return re.sub(r"(?m)^FileName=.*$", f"FileName={file_name}", text, count=1)
+
+
+def _digit(fine: float, digits: int, reach: float) -> str:
+    """Return what one digit stands for: the fine value, or a multiple with which all can be said.
+
+    Args:
+        fine: what it stands for in the package's EDS.
+        digits: how many there are on each side of zero.
+        reach: the largest value.
+
+    """
+    return f"{next(fine * n for n in (1, 2, 5, 10, 100, 1000) if fine * n * digits > reach):g}"
+
+
+def _changed(text: str, index: str, key: str, value: str) -> str:
+    """Return the text with another value of a key in the section of an object."""
+    section = rf"(?ms)(^\[{index}\]$(?:(?!^\[).)*?^{key}=)[^\n]*$"
+    return re.sub(section, rf"\g<1>{value}", text, count=1)

@@ -1,0 +1,253 @@
+"""The configuration of a machine as commented TOML: every number says where it comes from."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from hil_emulator.machines import sizing
+from hil_emulator.machines.questions import (
+    FIXED,
+    IDEAL,
+    QUESTIONS,
+    Answers,
+    Inquiry,
+    number,
+    valve,
+)
+from hil_emulator.machines.valve_sheet import GIVEN, PRINTED, ValveSheet
+from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.units import show
+
+BULK_MODULUS = 1.3e9
+"""Effective modulus of mineral oil with hoses and cylinder walls [Pa] (S1 3.1.1: measured)."""
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """One line of a table: `key = value  # why`."""
+
+    key: str
+    value: str
+    why: str = ""
+
+    def __str__(self) -> str:
+        """Return the line."""
+        text = f"{self.key} = {self.value}"
+        return f"{text:<35} # {self.why}" if self.why else text
+
+
+Table = tuple[str, str, Sequence[Assignment]]
+"""Name of a table, comment above it, and its lines."""
+
+
+def configuration(answers: Answers, eds: str, schema: str, step: float) -> str:
+    """Return the text of a configuration.
+
+    Args:
+        answers: of the user.
+        eds: path of the node's EDS from the file.
+        schema: path of the JSON Schema from the file.
+        step: integration step [s].
+
+    """
+    head = (
+        f"#:schema ./{schema}",
+        f"# {answers['name']}",
+        "# Written by `hil-emulator init`: what it assumed is yours to measure, what it had from",
+        "# memory yours to look up. docs/your_machine.md tells which numbers matter most.",
+    )
+    tables = [_table(*table) for table in _tables(answers, eds, step)]
+    return "\n".join([*head, "", "\n\n".join(tables), ""])
+
+
+def _table(name: str, comment: str, entries: Sequence[Assignment]) -> str:
+    title = name if name.startswith("[") else f"[{name}]"
+    return "\n".join([*([f"# {comment}"] if comment else []), title, *map(str, entries)])
+
+
+def _tables(answers: Answers, eds: str, step: float) -> Iterator[Table]:
+    yield (
+        "rig",
+        "",
+        [
+            Assignment("tick", '"1 ms"', "period of the loop and of the sensors"),
+            Assignment(
+                "step", f'"{step * 1e6:.6g} us"', "integration step; `check` says what is too wide"
+            ),
+            Assignment("seed", "1"),
+        ],
+    )
+    yield (
+        "[[node]]",
+        "",
+        [
+            Assignment("id", f"{number(answers, 'node_id'):.0f}"),
+            Assignment("eds", f'"{eds}"'),
+            Assignment("safe_current", '"0 mA"', "valve centred when the set points stop"),
+        ],
+    )
+    yield "supply", "", list(_supply(answers))
+    yield "tank", "", [_asked(answers, "tank_pressure", "pressure")]
+    yield "valve", f"{valve(answers).title}: {valve(answers).sheet}", list(_valve(answers))
+    yield "oil", "ISO VG 46 mineral oil", [
+        Assignment("bulk_modulus", _shown(BULK_MODULUS, "Pa", "MPa"),
+              "assumed: effective value measured on HyQ (S1 3.1.1)"),
+        Assignment("entrained_air", '"0.1 %"', "assumed: little, the modulus has its share in it"),
+    ]  # fmt: skip
+    yield "cylinder", "", list(_cylinder(answers))
+    yield (
+        "friction",
+        "",
+        [
+            _typical("viscous_friction", sizing.viscous_friction(answers), "N*s/m"),
+            _typical("coulomb_friction", sizing.coulomb_friction(answers), "N"),
+        ],
+    )
+    yield "load", "", list(_load(answers))
+    yield (
+        "initial",
+        "",
+        [Assignment("position", _shown(0.5 * number(answers, "stroke"), "m", "mm"), "mid-stroke")],
+    )
+    yield from _sensors(answers)
+
+
+def _supply(answers: Answers) -> Iterator[Assignment]:
+    sheet = valve(answers)
+    yield _asked(answers, "supply_pressure", "pressure")
+    if pilot := sheet.get("pilot_leakage"):
+        conductance = pilot / sheet.get("leakage_pressure")
+        text = _shown(conductance, "m^3/(s*Pa)", "cm^3/(min*bar)")
+        yield Assignment("pilot_leakage", text, f"of the valve: {_leak(sheet, 'pilot_leakage')}")
+    if answers["pump"] == IDEAL:
+        return
+    kind = "fixed_pump" if answers["pump"] == FIXED else "variable_pump"
+    yield _asked(answers, "pump_flow", kind)
+    if "precharge" in answers:
+        volume, precharge = (_answer(answers, name) for name in ("accumulator", "precharge"))
+        yield Assignment(
+            "accumulator", f"{{ gas_volume = {volume}, precharge = {precharge} }}", GIVEN
+        )
+
+
+def _valve(answers: Answers) -> Iterator[Assignment]:
+    sheet = valve(answers)
+    for name in ("nominal_flow", "rated_current", sheet.drop):
+        yield Assignment(name, _printed(sheet, name), sheet.origins[name])
+    hertz, why = sheet.natural_frequency
+    yield Assignment("natural_frequency", _shown(hertz, "Hz"), why)
+    ratio, why = sheet.damping_ratio
+    yield Assignment("damping_ratio", f"{ratio:.2g}", why)
+    yield Assignment("laminar_width", '"1 bar"', "assumed; keeps the square root finite at zero")
+    rated = sheet.get("rated_current")
+    yield Assignment("current_saturation", _shown(rated, "A", "mA"), "the driver gives no more")
+    if step := sheet.get("step_time"):
+        why = f"0 to 100 % in {show(step, 's', 'ms')}: {sheet.origins['step_time']}"
+        yield Assignment("spool_rate_limit", _shown(rated / step, "A/s"), why)
+    yield from _null(sheet)
+
+
+def _null(sheet: ValveSheet) -> Iterator[Assignment]:
+    """Yield what a valve does about its null: hysteresis, threshold and leakage."""
+    rated = sheet.get("rated_current")
+    if part := sheet.get("hysteresis"):
+        yield Assignment("hysteresis", _shown(part * rated, "A", "mA"), _part(sheet, "hysteresis"))
+    if part := sheet.get("threshold"):
+        yield Assignment("threshold", _shown(part * rated, "A", "uA"), _part(sheet, "threshold"))
+    lap = underlap(sheet)
+    if lap > 0.0:
+        yield Assignment("underlap", _shown(lap, "A", "uA"), _leak(sheet, "null_leakage"))
+
+
+def underlap(sheet: ValveSheet) -> float:
+    """Return the opening of the edges at null that passes what leaks there [A].
+
+    Two edges in parallel paths, each at half the pressure: q = 2 K_v u_0 sqrt(p/2), less the
+    pilot stage; K_v sqrt(p/2) is the nominal flow over the rated current, taken to that pressure.
+    """
+    leak = sheet.get("null_leakage") - sheet.get("pilot_leakage")
+    half = 0.5 * sheet.get("leakage_pressure")
+    if leak <= 0.0 or half <= 0.0:
+        return 0.0
+    per_ampere = sheet.flow(half) / sheet.get("rated_current")
+    return min(1e-3, 0.5 * leak / per_ampere)
+
+
+def _part(sheet: ValveSheet, name: str) -> str:
+    return f"{show(sheet.get(name), '1', '%')} of the rated current: {sheet.origins[name]}"
+
+
+def _leak(sheet: ValveSheet, name: str) -> str:
+    flow, pressure = (_printed(sheet, key).strip('"') for key in (name, "leakage_pressure"))
+    return f"{flow} at {pressure}: {sheet.origins[name]}"
+
+
+def _cylinder(answers: Answers) -> Iterator[Assignment]:
+    for name in ("bore", "rod", "stroke"):
+        yield _asked(answers, name, name)
+    yield _typical("dead_volume_a", sizing.dead_volume(answers, 1.0), "m^3", "ml")
+    annulus = sizing.dead_volume(answers, sizing.area_ratio(answers))
+    yield Assignment(
+        "dead_volume_b", _shown(annulus.value, "m^3", "ml"), "the same for the annulus"
+    )
+    yield _typical("end_stops", sizing.end_stop_stiffness(answers), "N/m")
+    yield _typical("internal_leakage", sizing.leakage(answers), "m^3/(s*Pa)", "cm^3/(min*bar)")
+    yield _typical("rod_mass", sizing.rod_mass(answers), "kg")
+
+
+def _load(answers: Answers) -> Iterator[Assignment]:
+    yield _asked(answers, "mass", "mass")
+    if number(answers, "weight"):
+        yield _asked(answers, "weight", "gravity")
+
+
+def _sensors(answers: Answers) -> Iterator[Table]:
+    pressure, force = sizing.pressure_range(answers).value, sizing.force_range(answers).value
+    stroke = number(answers, "stroke")
+    for name in ("pressure_a", "pressure_b", "supply_pressure"):
+        yield _sensor(name, (-0.01 * pressure, 1.03 * pressure), pressure, ("Pa", "bar"),
+                      f"0 to {show(pressure, 'Pa', 'bar')}, 16 bits")  # fmt: skip
+    yield _sensor("position", (-0.05 * stroke, 1.05 * stroke), stroke, ("m", "mm"), "16 bits")
+    yield _sensor("load_force", (-force, force), 2.0 * force, ("N", "N"),
+                  f"±{show(force, 'N', 'kN')}, 16 bits")  # fmt: skip
+
+
+def _sensor(
+    name: str, ends: tuple[float, float], span: float, units: tuple[str, str], what: str
+) -> Table:
+    lower, upper = (_shown(end, *units) for end in ends)
+    # a channel declares what noise and resolution it may have
+    most = 0.1 * next(c.span for c in CHANNELS if c.name == name)
+    lines = [
+        Assignment("noise", _shown(min(most, 4e-4 * span), *units), "assumed: 0.04 % of the span"),
+        Assignment("resolution", _shown(min(most, span / 2**16), *units)),
+        Assignment("measuring_range", f"{{ lower = {lower}, upper = {upper} }}"),
+    ]
+    return f"sensors.{name}", what, lines if name != "position" else lines[1:]
+
+
+def _question(name: str) -> Inquiry:
+    return next(q for q in QUESTIONS if q.name == name)
+
+
+def _answer(answers: Answers, name: str) -> str:
+    return f'"{_question(name).written(answers[name])}"'
+
+
+def _asked(answers: Answers, name: str, key: str) -> Assignment:
+    """Return the line of an answer: one that is the usual one may never have been thought about."""
+    usual = _question(name).usual(answers) == answers[name]
+    return Assignment(key, _answer(answers, name), "the usual answer" if usual else GIVEN)
+
+
+def _printed(sheet: ValveSheet, name: str) -> str:
+    param = PRINTED[name]
+    return f'"{show(sheet.get(name), param.unit, param.shown)}"'
+
+
+def _typical(key: str, typical: sizing.Typical, unit: str, shown: str = "") -> Assignment:
+    return Assignment(key, _shown(typical.value, unit, shown), typical.reason)
+
+
+def _shown(value: float, unit: str, shown: str = "") -> str:
+    """Return a computed value with three digits."""
+    return f'"{show(float(f"{value:.3g}"), unit, shown)}"'

@@ -1,0 +1,119 @@
+"""The library of valves: what their sheets print is what the model does."""
+
+import math
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.config.load import load
+from hil_emulator.machines.questions import QUESTIONS, Answers, Inquiry, answered, valve
+from hil_emulator.machines.valve_sheet import LIBRARY, ORIGINS, PRINTED, ValveSheet, library
+from hil_emulator.machines.writing import configuration
+from hil_emulator.model import kernel
+from hil_emulator.model.kernel import Kernel
+from hil_emulator.model.plant import Plant
+
+VALVES = library()
+
+
+@pytest.fixture(scope="session")
+def model() -> Kernel:
+    """Return the compiled catalogue."""
+    return kernel.build(cache=Path(tempfile.gettempdir()) / "hil_emulator_test_kernels")
+
+
+def usual(question: Inquiry, answers: Answers) -> float | str:
+    """Give the usual answer."""
+    return question.usual(answers)
+
+
+def plant_values(folder: Path, given: Mapping[str, str]) -> Mapping[str, float]:
+    """Return the parameters of the usual machine with some answers."""
+    file = folder / "machine.toml"
+    file.write_text(configuration(answered(given, usual), "machine.eds", "schema.json", 20e-6))
+    return load([file]).plant
+
+
+def open_fully(plant: Plant, drop: float) -> None:
+    """Put rated current on the spool and a pressure drop [Pa] over each of both open edges."""
+    par = plant.parameters
+    plant.set_pressures(par.supply_pressure - drop, par.tank_pressure + drop)
+    plant.state.spool_position = par.current_saturation_limit
+    plant.step(0)
+
+
+@pytest.mark.parametrize("name", VALVES)
+def test_the_printed_flow_passes_at_the_printed_drop(
+    name: str, model: Kernel, tmp_path: Path
+) -> None:
+    """Both edges pass the nominal flow at rated current; twice of it at four times the drop."""
+    sheet = VALVES[name]
+    given = {"valve": name, "supply_pressure": "200 bar"}
+    exact = {"underlap_lap": 0.0, "hysteresis_width": 0.0, "valve_laminar_width": 1e3}
+    plant = Plant(model, {**plant_values(tmp_path, given), **exact}, 1e-6)
+    edge = sheet.values[sheet.drop] / (2.0 if sheet.drop.endswith("total") else 1.0)
+    for factor in (1.0, 2.0):
+        open_fully(plant, edge * factor**2)
+        for signal in ("flow_a", "flow_b"):
+            found = plant.signals[signal]
+            assert found == pytest.approx(factor * sheet.values["nominal_flow"], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", [n for n, v in VALVES.items() if v.get("null_leakage")])
+def test_the_printed_leakage_passes_at_null(name: str, model: Kernel, tmp_path: Path) -> None:
+    """At the printed pressure, both ports at half of it, what enters s leaves at t as printed."""
+    sheet = VALVES[name]
+    values = plant_values(tmp_path, {"valve": name, "supply_pressure": "100 bar"})
+    tank, pressure = values["tank_pressure"], sheet.values["leakage_pressure"]
+    exact = {"supply_pressure": tank + pressure, "valve_laminar_width": 1e3}
+    plant = Plant(model, {**values, **exact, "hysteresis_width": 0.0}, 1e-6)
+    plant.set_pressures(tank + pressure / 2, tank + pressure / 2)
+    limit = 1e-3 * sheet.flow(pressure / 2) / sheet.values["rated_current"] * 2
+    edges = sheet.values["null_leakage"] - sheet.get("pilot_leakage")
+    expected = min(limit, edges) + sheet.get("pilot_leakage")
+    assert plant.signals.supply_flow == pytest.approx(expected, rel=5e-3)
+
+
+@pytest.mark.parametrize(("name", "sheet"), VALVES.items())
+def test_every_number_has_an_origin_and_the_valve_is_whole(name: str, sheet: ValveSheet) -> None:
+    """A sheet, its edition, and of each number where it comes from."""
+    assert sheet.title, name
+    assert sheet.sheet
+    assert sheet.origins.keys() == sheet.values.keys()
+    assert set(sheet.origins.values()) <= set(ORIGINS.values())
+    needed = {"nominal_flow", sheet.drop, "rated_current", "step_time", "max_pressure"}
+    assert needed <= sheet.values.keys()
+    assert "phase_90" in sheet.values or "amplitude_3db" in sheet.values
+
+
+@pytest.mark.parametrize("z", [0.4, 0.7071, 1.0])
+def test_both_printed_frequencies_give_back_a_second_order(z: float) -> None:
+    """-90° is the natural frequency; -3 dB and it together are the damping ratio."""
+    ratio = math.sqrt(1 - 2 * z**2 + math.sqrt((1 - 2 * z**2) ** 2 + 1))
+    sheet = ValveSheet("", "", {"phase_90": 80.0, "amplitude_3db": 80.0 * ratio},
+                       {"phase_90": "", "amplitude_3db": ""})  # fmt: skip
+    assert sheet.natural_frequency[0] == 80.0
+    assert sheet.damping_ratio[0] == pytest.approx(z, rel=1e-9)
+    response = 1 / complex(1 - ratio**2, 2 * z * ratio)
+    assert abs(response) == pytest.approx(math.sqrt(0.5))
+
+
+def test_an_answer_displaces_the_librarys_number() -> None:
+    """Who has the variant of 63 l/min says so; a drop per edge displaces one over both."""
+    given = {"valve": "parker_bd15_38", "nominal_flow": "63 l/min",
+             "pressure_drop_per_edge": "35 bar"}  # fmt: skip
+    sheet = valve(answered(given, usual))
+    assert sheet.values["nominal_flow"] == pytest.approx(63e-3 / 60)
+    assert sheet.drop == "pressure_drop_per_edge"
+    assert "pressure_drop_total" not in sheet.values
+    assert sheet.origins["nominal_flow"] == "as you gave it"
+
+
+def test_the_library_is_what_the_file_says() -> None:
+    """Ten valves at least; a key that no data sheet has is refused, and all keys have questions."""
+    assert len(VALVES) >= 10
+    assert LIBRARY.is_file()
+    known = {q.name for q in QUESTIONS}
+    assert PRINTED.keys() - known == {"pilot_leakage", "max_pressure"}
