@@ -111,7 +111,13 @@ def slow(rate: float) -> Change:
     return lambda sound, s: min(sound, rate / s) if s else sound
 
 
-KINDS = (loss, droop, leak, friction_jump, air, stuck, clogged, slow)
+@plant_fault("lines", "lines_closed")
+def shut() -> Change:
+    """The shut-off valves between valve and cylinder close."""
+    return lambda sound, s: max(sound, s)
+
+
+KINDS = (loss, droop, leak, friction_jump, air, stuck, clogged, slow, shut)
 
 FAULTY_PARAMETERS = frozenset(kind.parameter for kind in KINDS)
 """What faults can change, whether the configuration has it on or off."""

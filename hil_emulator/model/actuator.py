@@ -19,9 +19,11 @@ from typing import Any
 
 from hil_emulator.model.constants import ATMOSPHERE, SMALLEST_VOLUME
 from hil_emulator.model.mechanics import MECHANICS, move_rod
+from hil_emulator.model.ports import PORTS, deliver, fill_lines, port_pressures
 from hil_emulator.model.quantities import (
     COUPLING_STATES,
     HELD,
+    HOLDING_STATES,
     INPUTS,
     PARAMS,
     SIGNALS,
@@ -32,6 +34,7 @@ from hil_emulator.model.stages import (
     capacity,
     command,
     cross_leakage,
+    cross_relief,
     discharge,
     gas_pressure,
     line_flow,
@@ -41,6 +44,7 @@ from hil_emulator.model.stages import (
     outward_leakage,
     pilot,
     pilot_flow,
+    port_relief,
     pump_loss,
     relief,
     return_rates,
@@ -56,7 +60,8 @@ from hil_emulator.model.stages import (
 )
 
 __all__ = [
-    "BALANCES", "COUPLING_STATES", "HELD", "INPUTS", "PARAMS", "SIGNALS", "STATES", "SUPPLY_STATES",
+    "BALANCES", "COUPLING_STATES", "HELD", "HOLDING_STATES", "INPUTS", "PARAMS", "SIGNALS",
+    "STATES", "SUPPLY_STATES",
 ]  # fmt: skip
 
 
@@ -72,9 +77,12 @@ def hold(par: Any, inputs: Any, held: Any) -> None:
 def move(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Evaluate the balances of valve, cylinder and load at one state, and the signals they need."""
     p_a, p_b = ports(x, dx, par, held, y)
+    port_pressures(x, dx, par, y)
     move_spool(x, dx, par, held, y)
     meter(x, dx, par, held, y)
+    deliver(x, dx, par, y)
     fill_chambers(x, dx, par, held, y, p_a, p_b)
+    fill_lines(x, dx, par, held, y)
     move_rod(x, dx, par, held, y)
 
 
@@ -119,7 +127,9 @@ def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     bandwidth_factor = pilot(par, x, dx, 1.0, y.supply_pressure)
     u_v = x.spool_position
     speed = x.spool_speed
-    difference = y.pressure_a - y.pressure_b if u_v > 0.0 else y.pressure_b - y.pressure_a
+    difference = y.port_pressure_a - y.port_pressure_b
+    if u_v <= 0.0:
+        difference = -difference
     drop = y.supply_pressure - y.tank_pressure - difference
     deviation = spool_force(par, x, dx, current - u_v, u_v, drop)
     w = 2.0 * math.pi * par.valve_natural_frequency * bandwidth_factor
@@ -145,8 +155,8 @@ def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Four metering edges (S1 eq. 3.9, 3.10, with flow in both directions through each)."""
     p_s = y.supply_pressure
     p_t = y.tank_pressure
-    p_a = y.pressure_a
-    p_b = y.pressure_b
+    p_a = y.port_pressure_a
+    p_b = y.port_pressure_b
     u = travel(par, x, dx, x.spool_position, y.spool_speed)
     opens = metering(par, x, dx, u, u)
     closes = metering(par, x, dx, -u, u)
@@ -155,8 +165,8 @@ def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     q_sb = edge_flow(x, dx, par, held, closes, p_s - p_b)
     q_at = edge_flow(x, dx, par, held, closes, p_a - p_t)
     q_st = pilot_flow(par, x, dx, p_s, p_t)
-    y.flow_a = q_sa - q_at
-    y.flow_b = q_bt - q_sb
+    y.port_flow_a = q_sa - q_at
+    y.port_flow_b = q_bt - q_sb
     y.pilot_flow = q_st
     y.supply_flow = q_sa + q_sb + q_st
     y.tank_flow = q_at + q_bt + q_st
@@ -182,15 +192,21 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     v_b = max(SMALLEST_VOLUME * dead_b, dead_b + area_b * (par.cylinder_stroke - x.position))
     gas = held.gas_pressure
     q_ab = cross_leakage(par, x, dx, y.pressure_a, y.pressure_b, held.viscosity)
+    q_r = cross_relief(par, x, dx, y.pressure_a, y.pressure_b)
+    q_ta = port_relief(par, x, dx, y.pressure_a, y.tank_pressure)
+    q_tb = port_relief(par, x, dx, y.pressure_b, y.tank_pressure)
     q_ea = outward_leakage(par, x, dx, y.pressure_a, held.viscosity)
     q_eb = outward_leakage(par, x, dx, y.pressure_b, held.viscosity)
     beta_a = oil(par, x, dx, par.oil_bulk_modulus, p_a, v_a)
     beta_b = oil(par, x, dx, par.oil_bulk_modulus, p_b, v_b)
-    y.pressure_rate_a = beta_a / v_a * (y.flow_a - q_ab - q_ea - area_a * x.velocity)
-    y.pressure_rate_b = beta_b / v_b * (q_ab - y.flow_b - q_eb + area_b * x.velocity)
+    y.pressure_rate_a = beta_a / v_a * (y.flow_a - q_ab - q_ea - area_a * x.velocity - q_r - q_ta)
+    y.pressure_rate_b = beta_b / v_b * (q_ab - y.flow_b - q_eb + area_b * x.velocity + q_r - q_tb)
     dx.pressure_a = y.pressure_rate_a * gas_factor(p_a, gas)
     dx.pressure_b = y.pressure_rate_b * gas_factor(p_b, gas)
     y.leakage_flow = q_ab
+    y.cross_relief_flow = q_r
+    y.port_relief_flow = q_ta + q_tb
+    y.tank_flow += y.port_relief_flow
     y.outward_flow = q_ea + q_eb
     y.bulk_modulus_a = beta_a
     y.bulk_modulus_b = beta_b
@@ -199,6 +215,10 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     y.leakage_loss = (
         q_ab * (y.pressure_a - y.pressure_b)
         + q_ea * (y.pressure_a - ATMOSPHERE) + q_eb * (y.pressure_b - ATMOSPHERE)
+    )  # fmt: skip
+    y.relief_loss = (
+        q_r * (y.pressure_a - y.pressure_b)
+        + q_ta * (y.pressure_a - y.tank_pressure) + q_tb * (y.pressure_b - y.tank_pressure)
     )  # fmt: skip
 
 
@@ -231,6 +251,10 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
     y.pump_power = y.pump_pressure * y.pump_flow
     y.supply_power = y.supply_pressure * y.supply_flow
     y.load_power = y.load_force * y.load_velocity
+    y.line_loss = (
+        y.port_pressure_a * y.port_flow_a - y.pressure_a * y.flow_a
+        + y.pressure_b * y.flow_b - y.port_pressure_b * y.port_flow_b
+    )  # fmt: skip
     y.friction_loss = y.friction_force * y.velocity
     y.efficiency = 0.0
     if y.load_power > 0.0 and y.pump_power > y.load_power:
@@ -241,7 +265,7 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 
 BALANCES = (
-    hold, pressure_root, chamber_pressure, gas_factor, ports, move_spool, edge_flow, meter,
+    hold, pressure_root, chamber_pressure, gas_factor, ports, *PORTS, move_spool, edge_flow, meter,
     fill_chambers, *MECHANICS, move, feed, account,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

@@ -196,6 +196,8 @@ class Effect:
         signature: which channel shows it, and where in the state space.
         not_modelled: where its validity ends.
         also: functions of the same effect at further stages.
+        named: whether identification may name it; not a part of which everyone knows whether a
+            machine has it.
 
     """
 
@@ -209,6 +211,7 @@ class Effect:
     signature: str
     not_modelled: str = ""
     also: tuple[tuple[Stage, Callable[..., Any]], ...] = ()
+    named: bool = True
 
     def __post_init__(self) -> None:
         own = [p.name for p in (*self.params, *self.states)]
@@ -278,6 +281,7 @@ def effect(
     states: Sequence[Quantity] = (),
     not_modelled: str = "",
     also: Sequence[tuple[Stage, Callable[..., Any]]] = (),
+    named: bool = True,
 ) -> Callable[[Callable[..., Any]], Effect]:
     """Declare the decorated function as the law of an effect.
 
@@ -296,7 +300,7 @@ def effect(
             raise DeclarationError(f"effect '{law.__name__}' has no docstring with its equation")
         return Effect(
             law.__name__, stage, knob, tuple(shape), tuple(states), law,
-            source, signature, not_modelled, tuple(also),
+            source, signature, not_modelled, tuple(also), named,
         )  # fmt: skip
 
     return declare

@@ -37,7 +37,8 @@ class NoEquilibriumError(ValueError):
 def units_of_states(kernel: Kernel) -> dict[str, str]:
     """Return the unit of every state by field name."""
     own = {effect.field_of(q): q.unit for effect in kernel.effects for q in effect.states}
-    shared = (*actuator.STATES, *actuator.SUPPLY_STATES, *actuator.COUPLING_STATES)
+    shared = (*actuator.STATES, *actuator.SUPPLY_STATES, *actuator.HOLDING_STATES,
+              *actuator.COUPLING_STATES)  # fmt: skip
     return {q.name: q.unit for q in shared} | own
 
 

@@ -89,7 +89,8 @@ def length(layout: np.dtype[Any]) -> int:
 def layouts(effects: Sequence[Effect]) -> dict[str, np.dtype[Any]]:
     """Return the record types of a model that knows these effects, by name."""
     base = [(name, 1) for name in base_fields()]
-    states = (*quantities.STATES, *quantities.SUPPLY_STATES, *quantities.COUPLING_STATES)
+    states = (*quantities.STATES, *quantities.SUPPLY_STATES, *quantities.HOLDING_STATES,
+              *quantities.COUPLING_STATES)  # fmt: skip
     remembered = _own(effects, SAMPLED, "states")
     fields = {
         "parameters": base + _own(effects, (*CONTINUOUS, *TICKED), "params"),

@@ -24,6 +24,17 @@ PARAMS: dict[str, tuple[Param, ...]] = {
         Param("laminar_width", "Pa", "pressure difference below which an edge is laminar",
               1e5, 1e3, 20e5, "bar", default=1e5),
     ),
+    "lines": (
+        Param("closed", "1", "what shut-off valves are told: 0 open, 1 closed", 0.0, 0.0, 1.0,
+              default=0.0),
+        Param("block_volume", "m^3", "oil between the line and the holding valves of a chamber",
+              1e-5, 1e-7, 1e-2, "ml", default=1e-5),
+        Param("passage_gain", "m^3/(s*Pa^0.5)", "flow through open holding valves over the root of "
+              "their pressure drop", 1.5e-7, 1e-9, 1e-3, default=1.5e-7,
+              source="7 bar at 7.5 l/min, assumed"),
+        Param("laminar_width", "Pa", "an eighth of the drop at which their laminar and their "
+              "turbulent loss are equal", 2e5, 1e3, 50e5, "bar", default=2e5),
+    ),
     "cylinder": (
         Param("piston_area", "m^2", "cap-side area A_p", 2.0106e-4, 1e-6, 4.0, "cm^2",
               source="bore 16 mm"),
@@ -73,6 +84,12 @@ STATES = (
 SUPPLY_STATES = (Quantity("pump_pressure", "Pa", "pressure at the pump over the set pressure"),)
 """Moves only where a pump feeds the supply."""
 
+HOLDING_STATES = (
+    Quantity("block_excess_a", "Pa", "pressure before the holding valves over that of chamber a"),
+    Quantity("block_excess_b", "Pa", "pressure before the holding valves over that of chamber b"),
+)
+"""Move only where valves hold the load."""
+
 COUPLING_STATES = (
     Quantity("stretch", "m", "position of the rod over that of the load"),
     Quantity("stretch_speed", "m/s", "its rate of change"),
@@ -102,11 +119,24 @@ SIGNALS = (
     Quantity("valve_current", "A", "current that drives the spool"),
     Quantity("supply_pressure", "Pa", "pressure at the valve's port s"),
     Quantity("tank_pressure", "Pa", "pressure at the valve's port t"),
+    Quantity("port_pressure_a", "Pa", "pressure at the valve's port a"),
+    Quantity("port_pressure_b", "Pa", "pressure at the valve's port b"),
+    Quantity("block_pressure_a", "Pa", "pressure before the holding valves of chamber a"),
+    Quantity("block_pressure_b", "Pa", "pressure before the holding valves of chamber b"),
+    Quantity("port_flow_a", "m^3/s", "flow out of the valve's port a"),
+    Quantity("port_flow_b", "m^3/s", "flow into the valve's port b"),
     Quantity("flow_a", "m^3/s", "flow q_a into chamber a"),
     Quantity("flow_b", "m^3/s", "flow q_b out of chamber b"),
     Quantity("supply_flow", "m^3/s", "flow into the valve's port s"),
-    Quantity("tank_flow", "m^3/s", "flow out of the valve's port t"),
+    Quantity(
+        "tank_flow",
+        "m^3/s",
+        "flow into the return line, from the valve's port t and through "
+        "relief valves at the chambers",
+    ),
     Quantity("leakage_flow", "m^3/s", "flow past the piston from a to b"),
+    Quantity("cross_relief_flow", "m^3/s", "flow through relief valves from a to b"),
+    Quantity("port_relief_flow", "m^3/s", "flow through valves from both chambers to the tank"),
     Quantity("bulk_modulus_a", "Pa", "effective bulk modulus in chamber a"),
     Quantity("bulk_modulus_b", "Pa", "effective bulk modulus in chamber b"),
     Quantity("volume_a", "m^3", "volume of chamber a"),
@@ -121,6 +151,8 @@ SIGNALS = (
     Quantity("resisting_force", "N", "force of the surroundings against the load"),
     Quantity("valve_loss", "W", "power turned into heat in the valve"),
     Quantity("leakage_loss", "W", "power turned into heat by the cylinder's leakage"),
+    Quantity("relief_loss", "W", "power turned into heat by valves at the cylinder"),
+    Quantity("line_loss", "W", "power that lines and holding valves take and do not give on"),
     Quantity("load_position", "m", "position of the load"),
     Quantity("load_velocity", "m/s", "velocity of the load"),
     Quantity("load_acceleration", "m/s^2", "acceleration of the load"),

@@ -102,6 +102,48 @@ discharge = Stage(
     balances=FLOWS,
 )  # fmt: skip
 
+# between valve and cylinder
+line_a = Stage(
+    "line_a", "lines", ("pressure", "chamber"), "pressure at port a of the valve", "Pa", "chain",
+    balances=(FLOW_A,),
+)  # fmt: skip
+line_b = Stage(
+    "line_b", "lines", ("pressure", "chamber"), "pressure at port b of the valve", "Pa", "chain",
+    balances=(FLOW_B,),
+)  # fmt: skip
+line_flow_a = Stage(
+    "line_flow_a", "lines", ("drawn",), "flow that the line to chamber a delivers", "m^3/s",
+    "chain", balances=(FLOW_A,),
+)  # fmt: skip
+line_flow_b = Stage(
+    "line_flow_b", "lines", ("drawn",), "flow that the line from chamber b takes", "m^3/s",
+    "chain", balances=(FLOW_B,),
+)  # fmt: skip
+cylinder_line_rates = Stage(
+    "cylinder_line_rates", "lines",
+    ("port_a", "port_b", "block_a", "block_b", "port_flow_a", "port_flow_b", "chamber_rate_a",
+     "chamber_rate_b", "viscosity"),
+    "rates of the lines between valve and cylinder", "", "rates", balances=FLOWS,
+)  # fmt: skip
+holding = Stage(
+    "holding", "lines", ("opening", "side"), "opening of the valves that hold a chamber's load: "
+    "0 closed, 1 open; side 1 for a, -1 for b", "1", "chain", repeated=True, balances=FLOWS,
+)  # fmt: skip
+holding_acts = Acts(holding)
+holding_rates = Stage(
+    "holding_rates", "lines", ("block_a", "block_b", "pressure_a", "pressure_b"),
+    "rates of the load-holding valves", "", "rates", balances=FLOWS,
+)  # fmt: skip
+cross_relief = Stage(
+    "cross_relief", "lines", ("pressure_a", "pressure_b"), "flow through relief valves from a to b",
+    "m^3/s", "sum", balances=(LEAKAGE,),
+)  # fmt: skip
+port_relief = Stage(
+    "port_relief", "lines", ("pressure", "tank_pressure"),
+    "flow through valves from one chamber to the return line", "m^3/s", "sum", repeated=True,
+    balances=FLOWS,
+)  # fmt: skip
+
 # chambers
 vapour = Stage(
     "vapour", "oil", ("pressure",), "pressure in a chamber", "Pa", "chain", repeated=True,
@@ -167,9 +209,10 @@ transducer = Stage(
 CONTINUOUS = (
     viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates, source, relief,
     pump_loss, capacity, return_rates, command, pilot, spool_force, spool, travel, metering,
-    discharge, vapour, oil, cross_leakage, outward_leakage, friction, dry_friction, friction_scale,
-    stop, inertia, coupling, play, load, load_inertia,
+    discharge, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates, holding,
+    holding_rates, cross_relief, port_relief, vapour, oil, cross_leakage, outward_leakage, friction,
+    dry_friction, friction_scale, stop, inertia, coupling, play, load, load_inertia,
 )  # fmt: skip
 TICKED = (set_point,)
 SAMPLED = (transducer,)
-ACTS = (source_acts, coupling_acts)
+ACTS = (source_acts, holding_acts, coupling_acts)

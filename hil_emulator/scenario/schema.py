@@ -80,7 +80,10 @@ Values = Annotated[dict[str, float], BeforeValidator(_values)]
 class SignalProfile(StrictTable):
     """A setting or a set point over time, from a CSV file: a header, then time [s], value (SI)."""
 
-    signal: Literal["supply_pressure", "external_force", "position", "load_force", "valve_current"]
+    signal: Literal[
+        "supply_pressure", "lines_closed", "external_force", "position", "load_force",
+        "valve_current",
+    ]  # fmt: skip
     file: str
 
 

@@ -9,11 +9,13 @@ from hil_emulator.model.quantities import PARAMS
 from hil_emulator.units import show, to_si
 
 (_SUPPLY,) = (p for p in PARAMS["supply"] if p.name == "pressure")
+(_CLOSED,) = (p for p in PARAMS["lines"] if p.name == "closed")
 
 SETTINGS = {
     p.name: p
     for p in (
         dataclasses.replace(_SUPPLY, name="supply_pressure"),
+        dataclasses.replace(_CLOSED, name="lines_closed"),
         Param("external_force", "N", "further force against the load", 0.0, -1e6, 1e6),
         Param("valve_current", "A", "set point of the coil current", 0.0, -10.0, 10.0, "mA"),
     )

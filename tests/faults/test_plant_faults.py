@@ -1,5 +1,6 @@
 """Plant and electrical faults as a controller sees them: in pressures, motion and force."""
 
+import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
@@ -158,6 +159,23 @@ def test_a_short_circuit_is_reported_a_broken_wire_is_not() -> None:
     """EMCY 0x2320 and its end; nothing for the open coil."""
     assert codes(run("coil", "short")) == [0x2320, 0x0000]
     assert codes(run("coil", "open")) == []
+
+
+def test_shut_off_valves_that_close_hold_the_rod() -> None:
+    """The rod moves with its valve, stays where it is while the lines are shut, and goes on."""
+    valves = {"shut_off_valves_closing_time": 0.02}
+    config = reference()
+    with bench(dataclasses.replace(config, plant=config.plant | valves)) as b:
+        b.ticks(5)
+        b.tick(START)
+        assert speed(b, 0.5, 50) > 0.02
+        with b.rig.fault("lines", "shut"):
+            b.ticks(50, set_point(0.5))
+            assert abs(speed(b, 0.5, 50)) < 1e-4
+        assert speed(b, 0.5, 50) > 0.02
+        b.rig.set("lines_closed", 1.0)
+        b.ticks(50, set_point(0.5))
+        assert abs(speed(b, 0.5, 50)) < 1e-4
 
 
 def test_a_weak_driver_limits_the_speed(b: Bench) -> None:

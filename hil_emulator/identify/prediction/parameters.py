@@ -87,9 +87,9 @@ def _configured(model: PlantModel, effect: Effect, value: float) -> Coordinate:
 
 
 def candidates(model: PlantModel, channels: tuple[str, ...]) -> list[Coordinate]:
-    """Return every effect of the catalogue that the configuration leaves off."""
+    """Return every effect that may be named and that the configuration leaves off."""
     found = []
-    for effect in model.effects:
+    for effect in (e for e in model.effects if e.named):
         if effect.stage != transducer:
             if not is_on(effect, model.plant_values.get(effect.field_of(effect.knob), effect.off)):
                 found.append(model.knob(effect, "", math.inf))

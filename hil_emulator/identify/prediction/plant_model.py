@@ -21,7 +21,13 @@ from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import fill, length
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.model.stages import CONTINUOUS, coupling_acts, source_acts, transducer
+from hil_emulator.model.stages import (
+    CONTINUOUS,
+    coupling_acts,
+    holding_acts,
+    source_acts,
+    transducer,
+)
 
 USUAL_SPEED = 0.1
 """A usual speed of the rod [m/s] (assumed)."""
@@ -78,6 +84,13 @@ class Coordinate:
             return 0.0, 1.0 / (max(self.low, 1e-300) * self.scale)
         return (self.low - self.neutral) / self.scale, (self.high - self.neutral) / self.scale
 
+
+SHARED_STATES = (
+    (source_acts, quantities.SUPPLY_STATES),
+    (holding_acts, quantities.HOLDING_STATES),
+    (coupling_acts, quantities.COUPLING_STATES),
+)
+"""States that move only where an effect of a stage is on."""
 
 DIVISION = {"PIECES": 4, "VELOCITY_DOUBT": 3e-5}
 """How a step is divided in which something hits. A prediction reaches one sample ahead and readings
@@ -184,12 +197,12 @@ class PlantModel:
     def active(self, par: Array) -> list[str]:
         """Return the states that move: those of every actuator and of the effects that act."""
         acting = [m for m in self._movers if is_on(m[0], float(par[m[1]]))]
+        at = {law.stage.name for effect, _, _ in acting for law in effect.laws}
         states = [q.name for q in quantities.STATES]
-        if any(feeds for _, _, _, feeds, _ in acting):
-            states += [q.name for q in quantities.SUPPLY_STATES]
-        if any(couples for *_, couples in acting):
-            states += [q.name for q in quantities.COUPLING_STATES]
-        return states + [name for _, _, own, _, _ in acting for name in own]
+        for acts, moved in SHARED_STATES:
+            if acts.stage.name in at:
+                states += [q.name for q in moved]
+        return states + [name for _, _, own in acting for name in own]
 
     def fastest(self, par: Array) -> float:
         """Return the largest eigenvalue of the model around rest and slow motion [rad/s]."""
@@ -214,12 +227,10 @@ class PlantModel:
             return float("inf")
         return float(np.max(np.abs(np.linalg.eigvals(jacobian))))
 
-    def _mover(self, effect: Effect) -> tuple[Effect, int, list[str], bool, bool]:
-        """Return an effect, its knob's index, its states, whether it feeds a pump or couples."""
-        stages = {law.stage.name for law in effect.laws}
+    def _mover(self, effect: Effect) -> tuple[Effect, int, list[str]]:
+        """Return an effect, its knob's index and its states."""
         own = [effect.field_of(q) for q in effect.states]
-        at = self._par_at[effect.field_of(effect.knob)]
-        return effect, at, own, source_acts.stage.name in stages, coupling_acts.stage.name in stages
+        return effect, self._par_at[effect.field_of(effect.knob)], own
 
     def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
         """Return the knob of an effect as a coordinate."""
