@@ -14,6 +14,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion import account
 from hil_emulator.identify.conclusion.conclude import conclude
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.conclusion.short_record import doubt_haste
 from hil_emulator.identify.conclusion.slow_logger import doubt
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
@@ -128,6 +129,7 @@ def _identified(
         if not question.search:
             account.judge(result)
         doubt(result, asked.answer, learn)
+        doubt_haste(result, predictor, [*learn, *check])
         if question.plain_fit and result.gap:
             tell("fitting the same by ordinary least squares")
             account.compare_with_plain_fit(searcher, found, result)
