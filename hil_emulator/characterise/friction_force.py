@@ -13,7 +13,7 @@ from hil_emulator.characterise.result import Agreement, Column, Comparison, Seri
 from hil_emulator.characterise.stand import Bench, BenchRecord
 
 _WINDOW = 10  # ticks: 10 ms at 1 kHz, as n_s = 1000 at 100 kHz in S2
-_SLOWEST = 3e-3  # below, a regularised sign(v) is not yet 1 [m/s] (assumed)
+_SLOWEST = 3e-3  # below, seals may not yet slide [m/s] (assumed)
 _STRIBECK = np.geomspace(4e-3, 0.1, 60)  # velocities C_s tried [m/s]
 
 
@@ -83,12 +83,10 @@ def fit(velocity: Series, force: Series, excess: bool) -> StribeckFit:
 
 
 def comparisons(bench: Bench, found: StribeckFit) -> list[Comparison]:
-    """Compare what was found with what the machine was given; bristles carry dry friction too."""
+    """Compare what was found with what the machine was given."""
     viscous = bench.value("viscous_friction_coefficient") * bench.relative_viscosity
-    coulomb = bench.value("coulomb_friction_force") + bench.value("presliding_force")
+    coulomb = bench.value("coulomb_friction_force")
     excess = bench.value("stribeck_friction_excess")
-    if bench.value("presliding_force"):
-        excess += bench.value("presliding_excess")
     rows = [
         ("viscous coefficient B", "N s/m", viscous, "configured; S1 3.4.2: 1000", found.viscous,
          0.03),
@@ -100,9 +98,7 @@ def comparisons(bench: Bench, found: StribeckFit) -> list[Comparison]:
 
 def has_excess(bench: Bench) -> bool:
     """Whether the machine's friction falls with speed, so that the fit has to look for it."""
-    return any(
-        bench.value(name) > 0.0 for name in ("stribeck_friction_excess", "presliding_excess")
-    )
+    return bench.value("stribeck_friction_excess") > 0.0
 
 
 def columns(velocity: Series, friction: Series, found: StribeckFit) -> dict[str, Column]:

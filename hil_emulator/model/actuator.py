@@ -20,16 +20,7 @@ from typing import Any
 from hil_emulator.model.constants import ATMOSPHERE, SMALLEST_VOLUME
 from hil_emulator.model.mechanics import MECHANICS, move_rod
 from hil_emulator.model.ports import PORTS, deliver, fill_lines, port_pressures
-from hil_emulator.model.quantities import (
-    COUPLING_STATES,
-    HELD,
-    HOLDING_STATES,
-    INPUTS,
-    PARAMS,
-    SIGNALS,
-    STATES,
-    SUPPLY_STATES,
-)
+from hil_emulator.model.quantities import HELD, INPUTS, PARAMS, SIGNALS, STATES
 from hil_emulator.model.stages import (
     capacity,
     command,
@@ -59,10 +50,7 @@ from hil_emulator.model.stages import (
     viscosity,
 )
 
-__all__ = [
-    "BALANCES", "COUPLING_STATES", "HELD", "HOLDING_STATES", "INPUTS", "PARAMS", "SIGNALS",
-    "STATES", "SUPPLY_STATES",
-]  # fmt: skip
+__all__ = ["BALANCES", "HELD", "INPUTS", "PARAMS", "SIGNALS", "STATES"]
 
 
 def hold(par: Any, inputs: Any, held: Any) -> None:

@@ -19,6 +19,10 @@ FASTEST_SLIP = 5e4
 A step of 20 us is exact to 1e-4 at this rate. Where a light mass or a high speed would be faster,
 the change takes a wider way instead; nothing else about it differs."""
 
+SLIDING_BEND = 3.0
+"""Bend of sliding seals over the presliding distance (assumed): they carry tanh 3, 99.5 %, of dry
+friction there, and are springs up to one less, tanh 2 or 96 % of it."""
+
 PIECES = 8
 """Number of pieces into which the integrator divides a step in which something hits (assumed)."""
 

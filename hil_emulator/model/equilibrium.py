@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_emulator.model import actuator
+from hil_emulator.model import quantities
 from hil_emulator.model.kernel import Kernel, Vector, zeros
 from hil_emulator.model.plant import Plant
 
@@ -37,9 +37,7 @@ class NoEquilibriumError(ValueError):
 def units_of_states(kernel: Kernel) -> dict[str, str]:
     """Return the unit of every state by field name."""
     own = {effect.field_of(q): q.unit for effect in kernel.effects for q in effect.states}
-    shared = (*actuator.STATES, *actuator.SUPPLY_STATES, *actuator.HOLDING_STATES,
-              *actuator.COUPLING_STATES)  # fmt: skip
-    return {q.name: q.unit for q in shared} | own
+    return {q.name: q.unit for q in quantities.ALL_STATES} | own
 
 
 class Model:
@@ -58,7 +56,7 @@ class Model:
         unit_of = units_of_states(kernel)
         self.scales: Vector = np.array([SCALES.get(unit_of.get(n, ""), 1e-3) for n in self.names])
         self.input_names = kernel.inputs.names or ()
-        units = [q.unit for q in actuator.INPUTS]
+        units = [q.unit for q in quantities.INPUTS]
         self.input_scales = np.array([SCALES.get(unit, 1e-3) for unit in units])
 
     def set(self, name: str, value: float) -> None:

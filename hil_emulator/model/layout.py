@@ -89,12 +89,10 @@ def length(layout: np.dtype[Any]) -> int:
 def layouts(effects: Sequence[Effect]) -> dict[str, np.dtype[Any]]:
     """Return the record types of a model that knows these effects, by name."""
     base = [(name, 1) for name in base_fields()]
-    states = (*quantities.STATES, *quantities.SUPPLY_STATES, *quantities.HOLDING_STATES,
-              *quantities.COUPLING_STATES)  # fmt: skip
     remembered = _own(effects, SAMPLED, "states")
     fields = {
         "parameters": base + _own(effects, (*CONTINUOUS, *TICKED), "params"),
-        "state": _fields(states) + _own(effects, CONTINUOUS, "states"),
+        "state": _fields(quantities.ALL_STATES) + _own(effects, CONTINUOUS, "states"),
         "past": _arrays(_own(effects, TICKED, "states")),
         "inputs": _fields(quantities.INPUTS),
         "held": _fields(quantities.HELD),

@@ -161,13 +161,14 @@ def rest(
 ) -> Linearisation:
     """Linearise around rest at a position [m], under the current that holds the rod there.
 
+    Dry friction could share that task with the current in many ways: its seals are not bent.
+
     Raises:
         NoEquilibriumError: if there is none.
 
     """
     model = Model(kernel, values)
     model.set("position", position)
-    settle(
-        model, [n for n in model.names if n not in ("position", "velocity")], held_by_current=True
-    )
+    held = ("position", "velocity", "seal_bend")
+    settle(model, [n for n in model.names if n not in held], held_by_current=True)
     return _linearise(model, outputs, kernel.signals.names or ())

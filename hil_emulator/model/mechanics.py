@@ -6,11 +6,12 @@ Signs and the arguments of every function as in `actuator`.
 import math
 from typing import Any
 
-from hil_emulator.model.constants import FASTEST_SLIP, LIGHTEST_ROD
+from hil_emulator.model.constants import FASTEST_SLIP, LIGHTEST_ROD, SLIDING_BEND
 from hil_emulator.model.stages import (
     coupling,
     coupling_acts,
     dry_friction,
+    dry_friction_acts,
     friction,
     friction_scale,
     inertia,
@@ -24,16 +25,23 @@ from hil_emulator.model.stages import (
 def friction_force(x: Any, dx: Any, par: Any, held: Any, y: Any, mass: float) -> float:
     """Friction of the seals on the mass that moves with them (S1 eq. 3.18) [N].
 
-    sign(v) is made continuous as tanh(v/v_w). v_w is the transition velocity, or what bounds the
-    rate F/(m v_w) at which dry friction stops the mass.
+    sign(v) is the direction tanh(z + v/v_t): a rod at rest is held by the bend z of its seals.
+    They follow it as springs, dz/dt = v/d, up to SLIDING_BEND - 1; from there to SLIDING_BEND they
+    give way (Dupont et al. 2002: without the elastic part a load that varies below breakaway would
+    make the rod creep). Both widths are wider where a light mass or a high speed would turn the
+    direction faster than anything here may.
     """
     v = x.velocity
-    scale = friction_scale(par, x, dx, 1.0, v, x.position)
+    level = dry_friction(par, x, dx, v, x.position, y.pressure_a, y.pressure_b)
+    width = max(par.friction_transition_velocity, level / (mass * FASTEST_SLIP))
+    direction = math.tanh(x.seal_bend + v / width)
+    scale = friction_scale(par, x, dx, 1.0, direction, v, x.position)
+    if dry_friction_acts(par):
+        way = max(par.friction_presliding_distance, max(abs(v), width) / FASTEST_SLIP)
+        onwards = x.seal_bend if v > 0.0 else -x.seal_bend
+        dx.seal_bend = v / way * min(1.0, SLIDING_BEND - onwards)
     smooth = friction(par, x, dx, v, x.position, held.viscosity, scale)
-    level = scale * dry_friction(par, x, dx, v, x.position, y.pressure_a, y.pressure_b)
-    slowest = level / (mass * FASTEST_SLIP)
-    width = max(par.friction_transition_velocity, slowest)
-    force: float = smooth + level * math.tanh(v / width)
+    force: float = smooth + scale * level * direction
     return force
 
 

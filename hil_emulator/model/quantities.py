@@ -58,8 +58,11 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               source="S1 3.3.2: the cooler switches on at some 40 °C"),
     ),
     "friction": (
-        Param("transition_velocity", "m/s", "width over which dry friction changes sign",
-              1e-3, 1e-5, 0.1, "mm/s", default=1e-3),
+        Param("transition_velocity", "m/s", "velocity that dry friction opposes as much as a bend "
+              "of the seals by the presliding distance", 1e-3, 1e-5, 0.1, "mm/s", default=1e-3),
+        Param("presliding_distance", "m", "dry friction over the stiffness of the seals that hold "
+              "a rod at rest", 2e-5, 1e-7, 1e-3, "um", default=2e-5,
+              source="assumed: 100 N over 5e6 N/m, of 1e5 to 1e7 N/m"),
     ),
     "load": (
         Param("mass", "kg", "mass M_l moved by the rod", 50.0, 0.1, 1e5, source="S1 Fig. 3.14"),
@@ -81,6 +84,9 @@ STATES = (
     Quantity("velocity", "m/s", "velocity of the rod"),
 )
 
+FRICTION_STATES = (Quantity("seal_bend", "1", "bend of the seals over the presliding distance"),)
+"""Moves only where dry friction acts."""
+
 SUPPLY_STATES = (Quantity("pump_pressure", "Pa", "pressure at the pump over the set pressure"),)
 """Moves only where a pump feeds the supply."""
 
@@ -95,6 +101,11 @@ COUPLING_STATES = (
     Quantity("stretch_speed", "m/s", "its rate of change"),
 )
 """Move only where something elastic or loose lies between rod and load."""
+
+ALL_STATES = (
+    *STATES, *FRICTION_STATES, *SUPPLY_STATES, *HOLDING_STATES, *COUPLING_STATES,
+)  # fmt: skip
+"""What every actuator integrates, beside the states of its effects."""
 
 INPUTS = (
     Quantity("valve_current", "A", "set point of the coil current"),

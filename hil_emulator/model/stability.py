@@ -88,9 +88,7 @@ def _knob(plant: Plant, field: str, otherwise: float) -> float:
 
 def _deviations(kernel: Kernel) -> Vector:
     """Return a small deviation of each state, shape (states,)."""
-    base = (*quantities.STATES, *quantities.SUPPLY_STATES, *quantities.HOLDING_STATES,
-            *quantities.COUPLING_STATES)  # fmt: skip
-    units = {q.name: q.unit for q in base}
+    units = {q.name: q.unit for q in quantities.ALL_STATES}
     units |= {e.field_of(q): q.unit for e in kernel.effects for q in e.states}
     return np.array([_SMALL[units[name]] for name in kernel.state.names or ()])
 

@@ -172,9 +172,10 @@ dry_friction = Stage(
     "level of the friction force that only knows the direction of motion", "N", "sum",
     balances=(PISTON,),
 )  # fmt: skip
+dry_friction_acts = Acts(dry_friction)
 friction_scale = Stage(
-    "friction_scale", "friction", ("scale", "velocity", "position"), "factor on the friction force",
-    "1", "chain", balances=(PISTON,),
+    "friction_scale", "friction", ("scale", "direction", "velocity", "position"),
+    "factor on the friction force", "1", "chain", balances=(PISTON,),
 )  # fmt: skip
 stop = Stage(
     "stop", "cylinder", ("position", "velocity"), "force of the cylinder's ends on the rod", "N",
@@ -215,4 +216,4 @@ CONTINUOUS = (
 )  # fmt: skip
 TICKED = (set_point,)
 SAMPLED = (transducer,)
-ACTS = (source_acts, holding_acts, coupling_acts)
+ACTS = (source_acts, dry_friction_acts, holding_acts, coupling_acts)

@@ -190,7 +190,7 @@ def test_a_damaged_file_leaves_no_traceback(tmp_path: Path) -> None:
     assert lines[0].startswith(f"hil-emulator: {file}")
 
 
-@pytest.mark.parametrize("hidden", [{}, {"overlap_lap": 5e-4}, {"presliding_force": 1000.0},
+@pytest.mark.parametrize("hidden", [{}, {"overlap_lap": 5e-4}, {"film_lag_strength": 0.6},
                                     {"harmonic_force_amplitude": 1000.0}])  # fmt: skip
 def test_a_sound_recording_contradicts_nothing(hidden: dict[str, float]) -> None:
     """No effect, however large, looks like a wrong unit, a wrong column or two clocks."""

@@ -1,7 +1,7 @@
 """The actuator once more, by hand from the printed equations: numpy and scipy only.
 
-An independent witness: nothing here comes from the package. State, shape (6,):
-u_v [A], du_v/dt [A/s], p_a [Pa], p_b [Pa], x [m], v [m/s].
+An independent witness: nothing here comes from the package. State, shape (7,):
+u_v [A], du_v/dt [A/s], p_a [Pa], p_b [Pa], x [m], v [m/s], bend of the seals [1].
 """
 
 from collections.abc import Sequence
@@ -11,8 +11,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 BAR = 1e5
-RANGES = np.array([0.01, np.inf, 160 * BAR, 160 * BAR, 0.08, 1.0])
-"""Range of each state, to which errors relate; the spool's speed is no channel."""
+RANGES = np.array([0.01, np.inf, 160 * BAR, 160 * BAR, 0.08, 1.0, np.inf])
+"""Range of each state, to which errors relate; spool speed and bend are no channels."""
 
 
 @dataclass
@@ -40,6 +40,7 @@ class Machine:
     f_s: float = 0.0
     c_s: float = 0.02
     v_t: float = 1e-3
+    d: float = 2e-5
     m: float = 50.0
     b_l: float = 500.0
     k_stop: float = 1e8
@@ -66,10 +67,10 @@ class Machine:
         q_b = plus * self.root(p_b - self.p_t) - minus * self.root(self.p_s - p_b)
         return self.k_v * q_a, self.k_v * q_b
 
-    def friction(self, v: float) -> float:
-        """S1 eq. 3.18 with sign(v) made continuous."""
+    def friction(self, v: float, z: float) -> float:
+        """S1 eq. 3.18; sign(v) from bristles that are springs up to 2 d and slide at 3 d."""
         dry = self.f_c + self.f_s * np.exp(-abs(v) / self.c_s)
-        return self.b * v + dry * np.tanh(v / self.v_t)
+        return self.b * v + dry * np.tanh(z + v / self.v_t)
 
     def stop(self, x: float, v: float) -> float:
         """Hunt-Crossley contact at both ends."""
@@ -81,13 +82,13 @@ class Machine:
 
     def rates(self, y: np.ndarray, current: float) -> list[float]:
         """Right-hand side: S1 eq. 3.4, 3.9-3.19 and Newton's law."""
-        u, du, p_a, p_b, x, v = y
+        u, du, p_a, p_b, x, v, z = y
         command = np.clip(current, -self.i_max, self.i_max)
         q_a, q_b = self.flows(u, max(p_a, 0.0), max(p_b, 0.0))
         v_a = self.v_pl + self.a_p * x
         v_b = self.v_pl + self.alpha * self.a_p * (self.l_c - x)
         f_h = self.a_p * (max(p_a, 0.0) - self.alpha * max(p_b, 0.0))
-        push = f_h - self.friction(v) + self.stop(x, v) - self.b_l * v - self.force
+        push = f_h - self.friction(v, z) + self.stop(x, v) - self.b_l * v - self.force
         return [
             np.clip(du, -self.rate, self.rate),
             self.w_v**2 * (command - u) - 2 * self.d_v * self.w_v * du,
@@ -95,27 +96,28 @@ class Machine:
             self.modulus(p_b) / v_b * (-q_b + self.alpha * self.a_p * v),
             v,
             push / self.m,
+            v / max(self.d, abs(v) / 5e4) * min(1.0, 3.0 - z * np.sign(v)),
         ]
 
     def load_force(self, y: np.ndarray) -> float:
         """S1 eq. 3.19, and what the stop carries."""
-        _, _, p_a, p_b, x, v = y
-        return self.a_p * (p_a - self.alpha * p_b) - self.friction(v) + self.stop(x, v)
+        _, _, p_a, p_b, x, v, z = y
+        return self.a_p * (p_a - self.alpha * p_b) - self.friction(v, z) + self.stop(x, v)
 
     def start(self) -> np.ndarray:
         """Rest at the operating point of S1 3.5.1."""
         p_b = self.p_s / (1 + self.alpha)
-        return np.array([0.0, 0.0, self.alpha * p_b, p_b, self.x_0, 0.0])
+        return np.array([0.0, 0.0, self.alpha * p_b, p_b, self.x_0, 0.0, 0.0])
 
 
 def trajectory(machine: Machine, currents: Sequence[float], tick: float) -> np.ndarray:
     """Integrate with Radau at rtol 1e-10, the current held over each tick.
 
     Returns:
-        The state after each tick, shape (ticks, 6).
+        The state after each tick, shape (ticks, 7).
 
     """
-    scale = np.array([1e-2, 10.0, 1e7, 1e7, 0.1, 1.0])
+    scale = np.array([1e-2, 10.0, 1e7, 1e7, 0.1, 1.0, 1.0])
     y = machine.start()
     rows = []
     for current in currents:

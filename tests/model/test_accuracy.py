@@ -60,7 +60,7 @@ def test_default_step_is_exact_to_a_thousandth_of_the_range(
         plant.step(round(TICK / plant.step_width))
         state = np.array([plant.signals[name] for name in CHANNELS])
         force = plant.signals.load_force - witness.load_force(exact)
-        errors = [*np.abs(state - exact) / RANGES, abs(force) / FORCE_RANGE]
+        errors = [*np.abs(state - exact[:-1]) / RANGES[:-1], abs(force) / FORCE_RANGE]
         worst = max(worst, *errors)
     print(f"{case}: {worst:.1e}")
     assert worst < 1e-3

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from experiment import record, settle
-from reference_machine import ballistic, bare
+from reference_machine import ballistic, bare, machine
 
 from hil_emulator.model.plant import Plant
 
@@ -112,7 +112,7 @@ def test_coulomb_friction_stops_a_mass_in_finite_time(make_plant: MakePlant) -> 
     plant.state.velocity = 0.1
     settle(plant, 0.025)
     assert plant.signals.velocity == pytest.approx(0.05, rel=1e-3)
-    settle(plant, 0.05)
+    settle(plant, 0.3)
     assert abs(plant.signals.velocity) < 1e-6
 
 
@@ -135,26 +135,82 @@ def test_pressure_friction_follows_the_sum_of_pressures(make_plant: MakePlant) -
     assert friction_at(plant, -0.1) == pytest.approx(-3e-6 * 50e5, rel=1e-6)
 
 
-def test_presliding_is_a_spring_before_it_slides(make_plant: MakePlant) -> None:
-    """Below F_c the rod moves F/s_0 and springs back; it never creeps, unlike tanh friction."""
-    plant = make_plant(ballistic(presliding_force=100.0, load_mass=1.0,
-                                 viscous_friction_coefficient=5000.0))  # fmt: skip
+STICKING: dict[str, tuple[dict[str, float], float]] = {
+    # name: (friction, breakaway force against extension [N])
+    "Coulomb": ({"coulomb_friction_force": 100.0}, 100.0),
+    "Stribeck": ({"coulomb_friction_force": 60.0, "stribeck_friction_excess": 40.0}, 100.0),
+    "pressure": ({"pressure_friction_area": 5e-6}, 5e-6 * 160e5),
+    "asymmetry": ({"coulomb_friction_force": 100.0, "friction_asymmetry_asymmetry": -0.1}, 110.0),
+}
+
+
+@pytest.mark.parametrize("kind", STICKING)
+def test_a_rod_sticks_below_breakaway_and_moves_above(kind: str, make_plant: MakePlant) -> None:
+    """Half of breakaway bends the seals by micrometres and moves the rod no further, ever."""
+    friction, breakaway = STICKING[kind]
+    plant = make_plant(ballistic(**friction))
     start = float(plant.state.position)
-    plant.inputs.external_force = -20.0
-    settle(plant, 0.2)
-    moved = float(plant.state.position) - start
-    # z/z_ss = 1 - exp(-x s_0/F_c): 20 N of 100 N are reached after -ln(0.8) of 50 um
-    assert moved == pytest.approx(-math.log(0.8) * 100.0 / 2e6, rel=0.01)
+    plant.inputs.external_force = 0.5 * breakaway
     settle(plant, 1.0)
-    assert float(plant.state.position) - start == pytest.approx(moved, rel=1e-6)
+    held = float(plant.state.position)
+    assert 1e-6 < start - held < 3e-5
+    assert plant.signals.friction_force == pytest.approx(-0.5 * breakaway, rel=1e-9)
+    settle(plant, 5.0)
+    assert float(plant.state.position) == pytest.approx(held, abs=1e-12)
+    plant.inputs.external_force = 1.02 * breakaway
+    settle(plant, 0.5)
+    assert start - float(plant.state.position) > 1e-3
 
 
-def test_presliding_slides_at_the_stribeck_curve(make_plant: MakePlant) -> None:
-    """At steady speed bristles carry F_c + F_s exp(-|v|/C_s)."""
-    plant = make_plant(ballistic(presliding_force=100.0, presliding_excess=60.0, load_mass=1e5))
-    plant.state.velocity = 0.02
-    settle(plant, 0.05)
-    assert plant.signals.friction_force == pytest.approx(100 + 60 / math.e, rel=1e-3)
+def test_seals_bend_by_the_presliding_distance(make_plant: MakePlant) -> None:
+    """F = F_c tanh(x/d): at 76 % of Coulomb friction the rod has moved by d, and comes back."""
+    plant = make_plant(ballistic(coulomb_friction_force=100.0, friction_presliding_distance=3e-5))
+    start = float(plant.state.position)
+    plant.inputs.external_force = -100.0 * math.tanh(1.0)
+    settle(plant, 2.0)
+    assert float(plant.state.position) - start == pytest.approx(3e-5, rel=1e-6)
+    plant.inputs.external_force = 0.0
+    settle(plant, 2.0)
+    assert float(plant.state.position) == pytest.approx(start, abs=1e-12)
+
+
+def test_a_load_that_varies_below_breakaway_moves_nothing(make_plant: MakePlant) -> None:
+    """Dupont et al. 2002: where plain LuGre ratchets on, elastic seals return each time."""
+    plant = make_plant(ballistic(coulomb_friction_force=100.0))
+    places = []
+    for _ in range(40):
+        for phase in range(50):
+            plant.inputs.external_force = -50.0 - 40.0 * math.sin(2 * math.pi * phase / 50)
+            plant.step(100)
+        places.append(float(plant.state.position))
+    assert np.ptp(places[5:]) < 1e-11
+
+
+def test_no_shipped_actuator_creeps_against_its_friction(make_plant: MakePlant) -> None:
+    """The knee with its valve shut: pushed by half of Coulomb friction it stands still."""
+    plant = make_plant(machine())
+    plant.inputs.external_force = -50.0
+    settle(plant, 1.0)
+    held = float(plant.state.position)
+    settle(plant, 5.0)
+    assert float(plant.state.position) == pytest.approx(held, abs=1e-11)
+
+
+def test_film_lag_fades_after_a_step_of_speed(make_plant: MakePlant) -> None:
+    """F/F_0 = 1 + k (v - v_f)/(v + v_f + v_t) with v_f = v_2 + (v_1 - v_2) exp(-t/tau)."""
+    plant = make_plant(ballistic(viscous_friction_coefficient=1000.0, film_lag_strength=0.3,
+                                 film_lag_time_constant=0.03, load_mass=1e5))  # fmt: skip
+    plant.state.velocity = 0.1
+    settle(plant, 0.6)
+    v_1 = float(plant.signals.velocity)
+    assert friction_at(plant, v_1) == pytest.approx(1000.0 * v_1, rel=1e-3)
+    for v_2 in (0.2, 0.05):
+        plant.state.velocity, plant.state.film_lag_speed = v_2, v_1
+        settle(plant, 0.02)
+        film = v_2 + (v_1 - v_2) * math.exp(-0.02 / 0.03)
+        share = 1 + 0.3 * (v_2 - film) / (v_2 + film + 1e-3)
+        v = float(plant.signals.velocity)
+        assert plant.signals.friction_force == pytest.approx(1000.0 * v * share, rel=1e-3)
 
 
 def test_friction_asymmetry_is_the_ratio_of_both_directions(make_plant: MakePlant) -> None:

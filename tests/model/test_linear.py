@@ -227,15 +227,21 @@ def test_an_effect_that_is_on_brings_its_own_pole(kernel: Kernel) -> None:
 
 
 def test_bristles_are_a_spring_at_rest_and_a_force_in_motion(kernel: Kernel) -> None:
-    """Pre-sliding holds the rod at sqrt((k_h + s_0)/M); moving, the bristles are bent to F_c."""
-    values = MACHINE | {"presliding_force": 100.0, "presliding_stiffness": 2e6}
+    """Seals hold the rod at sqrt((k_h + F_c/d)/M); in motion they are bent to 3 d.
+
+    The transition velocity is wide here: it damps the spring by F_c/v_t.
+    """
+    values = MACHINE | {
+        "coulomb_friction_force": 100.0, "friction_presliding_distance": 5e-5,
+        "friction_transition_velocity": 0.1,
+    }  # fmt: skip
     machine = linear.LinearisedMachine.of(MACHINE)
     k = linear.force_coefficients(machine, linear.operating_point(machine, 0.0, 0.04))
     stuck = math.sqrt((2e6 - k.k_xp) / machine.mass)
     found = linearise.rest(kernel, values, 0.04)
     assert abs(nearest(found.poles, 1j * stuck)) == pytest.approx(stuck, rel=0.01)
     moving = linearise.steady_motion(kernel, values, 1e-3, 0.04)
-    assert moving.equilibrium["presliding_bristle"] == pytest.approx(100.0 / 2e6, rel=1e-6)
+    assert moving.equilibrium["seal_bend"] == pytest.approx(3.0, rel=1e-6)
 
 
 def test_soft_oil_is_no_obstacle_to_finding_the_motion(kernel: Kernel) -> None:

@@ -24,6 +24,7 @@ from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import (
     CONTINUOUS,
     coupling_acts,
+    dry_friction_acts,
     holding_acts,
     source_acts,
     transducer,
@@ -86,6 +87,7 @@ class Coordinate:
 
 
 SHARED_STATES = (
+    (dry_friction_acts, quantities.FRICTION_STATES),
     (source_acts, quantities.SUPPLY_STATES),
     (holding_acts, quantities.HOLDING_STATES),
     (coupling_acts, quantities.COUPLING_STATES),

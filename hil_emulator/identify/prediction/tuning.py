@@ -70,6 +70,7 @@ def tuning(
         "pressure_b": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
         "position": (1e-3, 0.0, 1e-6),
         "velocity": (0.1, force * np.sqrt(colour), SLIP),
+        "seal_bend": (1.0, 0.0, 1e-2),
     }
     rows = [table.get(n, (1e-3 * abs(s), 0.0, 1e-4 * max(abs(s), 1e-3)))
             for n, s in zip(names, start, strict=True)]  # fmt: skip

@@ -1,12 +1,12 @@
 """Friction of the cylinder's seals (S1 eq. 3.18, S2 eq. 6-7).
 
-Dry friction is declared by its level; the balance turns it against the motion, with sign(v) made
-continuous as tanh(v/v_t).
+Dry friction is declared by its level; the balance turns it against the motion, or at rest against
+what pushes: D is its direction, -1 to 1, that of the velocity once the seals slide
+(`mechanics.friction_force`).
 """
 
 import math
 
-from hil_emulator.model.constants import FASTEST_SLIP
 from hil_emulator.model.declare import Param, Quantity, effect
 from hil_emulator.model.stages import dry_friction, friction, friction_scale
 
@@ -34,14 +34,14 @@ def viscous_friction(velocity: float, viscosity: float, scale: float, coefficien
 @effect(
     dry_friction,
     knob=Param("force", "N", "Coulomb friction F_c0", 100.0, 0.0, 1e6, source="S1 3.4.2"),
-    source="S1 eq. 3.18, sign(v) made continuous as tanh(v/v_t)",
-    signature="hydraulic force minus load cell, changing sign with velocity",
-    not_modelled="sticking: the rod creeps under forces below F_c0; see presliding",
+    source="S1 eq. 3.18; at rest bristles that do not creep (Dupont et al. 2002)",
+    signature="hydraulic force minus load cell, changing sign with velocity; the rod sticks",
+    not_modelled="breakaway that grows with the time at rest",
 )
 def coulomb_friction(force: float) -> float:
-    """F = F_c0 tanh(v/v_t).
+    """F = F_c0 D.
 
-    Dry friction opposes the motion.
+    Dry friction opposes the motion and holds a rod at rest.
     """
     return force
 
@@ -54,10 +54,10 @@ def coulomb_friction(force: float) -> float:
     source="S1 eq. 3.18: F_s0 is the excess over F_c0, so breakaway is their sum; exponent 1 as "
            "printed there, others square it",
     signature="hydraulic force minus load cell below some 50 mm/s",
-    not_modelled="friction lag: the curve is the same up and down",
+    not_modelled="friction lag: the curve is the same up and down; see film_lag",
 )  # fmt: skip
 def stribeck_friction(velocity: float, excess: float, stribeck_velocity: float) -> float:
-    """F = F_s0 exp(-|v|/C_s) tanh(v/v_t).
+    """F = F_s0 exp(-|v|/C_s) D.
 
     Friction is higher at low speed.
     """
@@ -74,44 +74,11 @@ def stribeck_friction(velocity: float, excess: float, stribeck_velocity: float) 
     not_modelled="different seals on rod and piston",
 )  # fmt: skip
 def pressure_friction(pressure_a: float, pressure_b: float, area: float) -> float:
-    """F = f (p_a + p_b) tanh(v/v_t).
+    """F = f (p_a + p_b) D.
 
     The seals' friction grows with pressure.
     """
     return area * (pressure_a + pressure_b)
-
-
-@effect(
-    friction,
-    knob=Param("force", "N", "Coulomb friction that bristles carry", 100.0, 0.0, 1e4),
-    shape=(
-        Param("stiffness", "N/m", "bristle stiffness sigma_0", 2e6, 1e4, 1e8, default=2e6,
-              source="1e5 to 1e7 N/m; assumed"),
-        Param("excess", "N", "breakaway force above it", 0.0, 0.0, 1e4, default=0.0),
-        _STRIBECK_VELOCITY,
-    ),
-    states=(Quantity("bristle", "m", "mean deflection of the bristles"),),
-    source="Canudas de Wit et al. 1995 (LuGre); without the micro-damping sigma_1, whose part "
-           "viscous friction takes, so that it is dissipative for every parameter",
-    signature="loops of friction over velocity at reversals; the rod sticks and springs back",
-    not_modelled="lag of the lubricant film; stands for coulomb_friction, so set that to 0",
-)  # fmt: skip
-def presliding(
-    velocity: float, scale: float, bristle: float, force: float, stiffness: float, excess: float,
-    stribeck_velocity: float,
-) -> tuple[float, float]:  # fmt: skip
-    """F = s_0 z,  dz/dt = v - s_0 |v| z / (F_c + F_s exp(-|v|/C_s)).
-
-    The seals bend before they slide.
-
-    What scales friction scales the level at which bristles slip, not the springs they are. At
-    speeds where bristles would slip faster than anything here may, they follow at that rate.
-    """
-    speed = abs(velocity)
-    level = scale * (force + excess * math.exp(-speed / stribeck_velocity))
-    slip = stiffness * speed / level
-    rate = (velocity - slip * bristle) / max(1.0, slip / FASTEST_SLIP)
-    return stiffness * bristle, rate
 
 
 @effect(
@@ -121,14 +88,12 @@ def presliding(
     source="S2: friction differs with direction; S1 Fig. 3.9",
     signature="friction forces of both directions differ by a factor",
 )  # fmt: skip
-def friction_asymmetry(
-    scale: float, velocity: float, asymmetry: float, friction_transition_velocity: float
-) -> float:
-    """F = F (1 + k tanh(v/v_t)).
+def friction_asymmetry(scale: float, direction: float, asymmetry: float) -> float:
+    """F = F (1 + k D).
 
     Friction differs between the two directions.
     """
-    return scale * (1.0 + asymmetry * math.tanh(velocity / friction_transition_velocity))
+    return scale * (1.0 + asymmetry * direction)
 
 
 @effect(
@@ -148,7 +113,35 @@ def position_friction(scale: float, position: float, rise: float, cylinder_strok
     return scale * (1.0 + rise * from_centre * from_centre)
 
 
+@effect(
+    friction_scale,
+    knob=Param("strength", "1", "largest relative change of friction", 0.2, 0.0, 0.9, shown="%"),
+    shape=(
+        Param("time_constant", "s", "time in which the film follows the speed", 0.05, 1e-3, 1.0,
+              shown="ms", default=0.05, source="10 to 100 ms assumed"),
+    ),
+    states=(Quantity("speed", "m/s", "speed that the film's thickness belongs to"),),
+    source="S1 Fig. 3.9; first-order lag of the film's thickness from Tran, Hafizah and Yanada "
+           "2012; the factor is assumed, bounded so that friction never drives",
+    signature="loops of friction over velocity that grow with frequency, also in full sliding",
+    not_modelled="different lags of a growing and of a shrinking film, and at rest",
+)  # fmt: skip
+def film_lag(
+    scale: float, velocity: float, speed: float, strength: float, time_constant: float,
+    friction_transition_velocity: float,
+) -> tuple[float, float]:  # fmt: skip
+    """F = F (1 + k (|v| - v_f)/(|v| + v_f + v_t)),  dv_f/dt = (|v| - v_f)/tau.
+
+    Friction is higher while the rod speeds up than while it slows down.
+
+    The film is still thin then, and still thick afterwards; at steady speed nothing is left of it.
+    """
+    ahead = abs(velocity) - speed
+    factor = 1.0 + strength * ahead / (abs(velocity) + speed + friction_transition_velocity)
+    return scale * factor, ahead / time_constant
+
+
 EFFECTS = (
-    viscous_friction, coulomb_friction, stribeck_friction, pressure_friction, presliding,
-    friction_asymmetry, position_friction,
+    viscous_friction, coulomb_friction, stribeck_friction, pressure_friction, friction_asymmetry,
+    position_friction, film_lag,
 )  # fmt: skip
