@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from hil_emulator.config import datasheet
 from hil_emulator.config.bench import BenchSettings, described, kind_of
 from hil_emulator.config.bus import WireSettings, split
+from hil_emulator.config.derived import derived
 from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.nodes import UNCONFIGURED, NodeSettings, NodeTable, node_settings
@@ -268,7 +269,7 @@ def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
         values |= _effect_values(table, [e for e in effects if e.stage.table == name])
     values |= checked.valve.gains()
     values |= checked.cylinder.areas()
-    return values
+    return derived(checked.valve.rated_current, values) | values
 
 
 def _nodes(tables: Sequence[NodeTable], wire: WireSettings, file: Path) -> tuple[NodeSettings, ...]:

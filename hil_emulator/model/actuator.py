@@ -43,6 +43,7 @@ from hil_emulator.model.stages import (
     source_acts,
     spool,
     spool_force,
+    spool_reach,
     supply,
     tank,
     travel,
@@ -113,7 +114,7 @@ def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Move a second-order spool with unity gain (S1 eq. 3.4)."""
     current = command(par, x, dx, held.valve_current, y.supply_pressure)
     bandwidth_factor = pilot(par, x, dx, 1.0, y.supply_pressure)
-    u_v = x.spool_position
+    u_v = spool_reach(par, x, dx, x.spool_position)
     speed = x.spool_speed
     difference = y.port_pressure_a - y.port_pressure_b
     if u_v <= 0.0:
@@ -145,7 +146,7 @@ def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     p_t = y.tank_pressure
     p_a = y.port_pressure_a
     p_b = y.port_pressure_b
-    u = travel(par, x, dx, x.spool_position, y.spool_speed)
+    u = travel(par, x, dx, y.spool_position, y.spool_speed)
     opens = metering(par, x, dx, u, u)
     closes = metering(par, x, dx, -u, u)
     q_sa = edge_flow(x, dx, par, held, opens, p_s - p_a)

@@ -4,6 +4,7 @@ from typing import Any
 
 from hil_emulator.model.constants import ACTUATORS, PIECES, VELOCITY_DOUBT
 from hil_emulator.model.exchange import balances, evaluate
+from hil_emulator.model.stages import spool_reach
 
 STATE_LENGTH = 0
 """How many numbers a state holds: the module that `kernel` makes of a model has its own value."""
@@ -27,6 +28,15 @@ def advance(memory: Any, step: float) -> None:
     for i in range(n):
         slope = memory[2 * n + i] + 2.0 * (memory[3 * n + i] + memory[4 * n + i])
         memory[i] += step / 6.0 * (slope + memory[5 * n + i])
+
+
+def arrest(x: Any, dx: Any, par: Any) -> None:
+    """Leave each spool at rest where its housing stops it."""
+    for i in range(ACTUATORS):
+        reach = spool_reach(par[i], x[i], dx[i], x[i].spool_position)
+        if reach != x[i].spool_position:
+            x[i].spool_position = reach
+            x[i].spool_speed = 0.0
 
 
 def bend(first: float, second: float, third: float, fourth: float) -> float:
@@ -71,10 +81,12 @@ def integrate(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float, 
         slopes(rows, memory, par, held, y, step)
         if not unsure(rows, step):
             advance(memory, step)
+            arrest(rows[:ACTUATORS], rows[2 * ACTUATORS : 3 * ACTUATORS], par)
             continue
         for _ in range(PIECES):
             slopes(rows, memory, par, held, y, step / PIECES)
             advance(memory, step / PIECES)
+            arrest(rows[:ACTUATORS], rows[2 * ACTUATORS : 3 * ACTUATORS], par)
     # the signals of a trial state are not those of the state reached
     evaluate(rows[:ACTUATORS], rows[2 * ACTUATORS : 3 * ACTUATORS], par, held, y)
 
@@ -87,5 +99,5 @@ def finite(memory: Any) -> bool:
     return remainder == 0.0
 
 
-INTEGRATOR = (slopes, advance, bend, unsure, integrate, finite)
+INTEGRATOR = (slopes, advance, arrest, bend, unsure, integrate, finite)
 """What `kernel` compiles of this file, in the order of use."""

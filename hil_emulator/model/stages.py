@@ -88,6 +88,10 @@ spool = Stage(
     "spool", "valve", ("spool_speed", "bandwidth_factor"), "speed of the spool", "A/s", "chain",
     balances=(SPOOL,),
 )  # fmt: skip
+spool_reach = Stage(
+    "spool_reach", "valve", ("spool_position",), "position that the housing leaves the spool", "A",
+    "chain", repeated=True, balances=(SPOOL,),
+)  # fmt: skip
 travel = Stage(
     "travel", "valve", ("travel", "spool_speed"), "spool travel that the edges see", "A", "chain",
     balances=(SPOOL,),
@@ -209,8 +213,8 @@ transducer = Stage(
 
 CONTINUOUS = (
     viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates, source, relief,
-    pump_loss, capacity, return_rates, command, pilot, spool_force, spool, travel, metering,
-    discharge, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates, holding,
+    pump_loss, capacity, return_rates, command, pilot, spool_force, spool, spool_reach, travel,
+    metering, discharge, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates, holding,
     holding_rates, cross_relief, port_relief, vapour, oil, cross_leakage, outward_leakage, friction,
     dry_friction, friction_scale, stop, inertia, coupling, play, load, load_inertia,
 )  # fmt: skip

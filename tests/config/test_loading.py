@@ -55,6 +55,15 @@ def test_the_reference_machine_has_the_published_numbers() -> None:
     assert load([REFERENCE]).sensors["load_force"]["measuring_range_upper"] == 5000.0
 
 
+def test_the_spool_stops_where_the_valve_is_fully_open(layer: Layer) -> None:
+    """At the rated current, unless the configuration says another travel or none."""
+    assert load([REFERENCE]).plant["spool_stops_limit"] == pytest.approx(0.01)
+    said = layer('[valve]\nspool_stops = "11 mA"')
+    assert load([REFERENCE, said]).plant["spool_stops_limit"] == pytest.approx(0.011)
+    none = layer('[valve]\nspool_stops = "off"')
+    assert math.isinf(load([REFERENCE, none]).plant["spool_stops_limit"])
+
+
 @pytest.mark.parametrize("name", ["pressure_drop_per_edge", "pressure_drop_total"])
 def test_the_valve_gain_follows_from_either_pressure_drop(layer: Layer, name: str) -> None:
     """7.5 l/min at 10 mA: K_v = q_n / (u_n sqrt(dp_n1)), and dp_n2 = 2 dp_n1 (S1 eq. 3.7, 3.8)."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from experiment import gain, lock, record, settle
 from reference_machine import STEP, bare, pond
+from scipy.integrate import solve_ivp
 
 from hil_emulator.model.plant import Plant
 
@@ -147,24 +148,67 @@ def test_threshold_is_the_change_that_a_reversal_needs(make_plant: MakePlant) ->
     assert len(resting) * 1e-6 == pytest.approx(2e-4, rel=0.1)
 
 
-def test_hysteresis_opens_a_loop_of_the_stated_width(make_plant: MakePlant) -> None:
-    """On slow ramps the same flow needs 0.2 mA less on the way down; rate does not matter."""
+@pytest.mark.parametrize("transducer", ["spool_position", "flow_a"])
+def test_hysteresis_opens_a_loop_of_the_stated_width(
+    transducer: str, make_plant: MakePlant
+) -> None:
+    """On a slow triangle the same spool position, so the same flow, needs 0.2 mA less falling.
+
+    The loop is that of the torque motor, so a transducer of the spool shows it; rate is no matter.
+    """
     widths = []
     for steps in (10_000, 20_000):
         plant = make_plant(pond(hysteresis_width=2e-4))
         up = np.linspace(-5e-3, 5e-3, steps)
-        flow = []
+        seen = []
         for current in [*up, *up[::-1]]:
             plant.inputs.valve_current = current
             plant.step(1)
-            flow.append(float(plant.signals.flow_a))
+            seen.append(float(plant.signals[transducer]))
         at = steps * 3 // 4
-        falling = flow[steps:][::-1]
         root = math.sqrt(plant.signals.supply_pressure - plant.signals.pressure_a)
+        gain = 1.0 if transducer == "spool_position" else K_V * root
         # the spool itself trails a ramp by 2 D/w, on both branches
         trail = 2 * 0.7 / (2 * math.pi * 250) * 1e-2 / (steps * STEP)
-        widths.append((falling[at] - flow[at]) / (K_V * root) - 2 * trail)
+        widths.append((seen[steps:][::-1][at] - seen[at]) / gain - 2 * trail)
     assert widths == pytest.approx([2e-4] * 2, rel=0.03)
+
+
+def with_stops(current: float, duration: float, start: np.ndarray, limit: float) -> np.ndarray:
+    """Position and speed of S1's spool between stops, by scipy: struck, held, let go."""
+    w, damping = 2 * math.pi * 250.0, 0.7
+
+    def free(_: float, y: np.ndarray) -> list[float]:
+        return [y[1], w * w * (current - y[0]) - 2 * damping * w * y[1]]
+
+    def struck(_: float, y: np.ndarray) -> float:
+        return limit - abs(float(y[0]))
+
+    struck.terminal, struck.direction = True, -1  # type: ignore[attr-defined]
+    if abs(start[0]) >= limit and current * start[0] >= limit * limit:
+        return np.array([start[0], 0.0])
+    found = solve_ivp(free, (0.0, duration), start, events=struck, rtol=1e-10, atol=1e-12)
+    if found.status == 0:
+        return np.asarray(found.y[:, -1])
+    at_stop = np.array([math.copysign(limit, found.y[0, -1]), 0.0])
+    return with_stops(current, duration - found.t[-1], at_stop, limit)
+
+
+@pytest.mark.parametrize("top", [0.01, 0.015])
+def test_spool_stops_take_the_spool_without_rebound(top: float, make_plant: MakePlant) -> None:
+    """Driven to and beyond its stops, the spool follows an exact solution with events."""
+    plant = make_plant(bare(spool_stops_limit=0.01, end_stops_stiffness=1e8))
+    exact = np.zeros(2)
+    worst = highest = 0.0
+    for current in (top, top, top, 0.004, -top, -top, -top, 0.0, top, 0.009):
+        plant.inputs.valve_current = current
+        for _ in range(10):
+            exact = with_stops(current, 2e-4, exact, 0.01)
+            plant.step(10)
+            worst = max(worst, abs(float(plant.signals.spool_position) - exact[0]))
+            highest = max(highest, abs(float(plant.signals.spool_position)))
+    assert highest == 0.01
+    assert worst < 1e-5
 
 
 def test_gain_asymmetry_is_the_ratio_of_both_speeds(make_plant: MakePlant) -> None:

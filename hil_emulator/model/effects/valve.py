@@ -5,10 +5,19 @@ The spool position is expressed in ampere: the current that holds the spool ther
 
 import math
 
-from hil_emulator.model.constants import FASTEST_SLIP
 from hil_emulator.model.declare import Param, Quantity, effect
 from hil_emulator.model.effects.history import HISTORY, Array, past
-from hil_emulator.model.stages import command, pilot, set_point, spool, spool_force, travel
+from hil_emulator.model.stages import (
+    command,
+    pilot,
+    set_point,
+    spool,
+    spool_force,
+    spool_reach,
+)
+
+_FLUX_RATE = 1e4
+"""Rate at which the flux follows the coil's current [1/s] (assumed: eddy currents of 0.1 ms)."""
 
 
 @effect(
@@ -59,6 +68,37 @@ def driver_lag(current: float, coil_current: float, time_constant: float) -> tup
     The current lags behind its set point.
     """
     return coil_current, (current - coil_current) / time_constant
+
+
+@effect(
+    command,
+    knob=Param("width", "A", "width of the loop between current and spool",
+               2e-4, 0.0, 2e-3, shown="mA"),
+    shape=(
+        Param("transition", "A", "current within which the loop changes its side",
+              2e-4, 5e-5, 2e-3, shown="mA", default=2e-4),
+    ),
+    states=(
+        Quantity("flux", "A", "magnetisation of the torque motor, as the current it belongs to"),
+        Quantity("side", "1", "side of the loop, -1 to 1"),
+    ),
+    source="standard servo-valve specification (hysteresis, below 3 %); loop of Dahl 1968, chosen "
+           "over a play operator because it needs no event and no memory of extremes",
+    signature="slow ramps: spool, pressures and flow against current run on two branches",
+    not_modelled="minor loops of the magnetic circuit; for friction of the spool see threshold",
+)  # fmt: skip
+def hysteresis(
+    current: float, flux: float, side: float, width: float, transition: float
+) -> tuple[float, float, float]:
+    """u = i - (h/2) z,  dz/dt = (di/dt - |di/dt| z) / i_t.
+
+    The torque motor's iron remembers: the valve stands elsewhere after a rising current.
+
+    The flux follows the current as eddy currents let it, so that steps, too, have a rate.
+    """
+    rate = _FLUX_RATE * (current - flux)
+    way = max(transition, abs(current - flux))
+    return current - 0.5 * width * side, rate, (rate - abs(rate) * side) / way
 
 
 @effect(
@@ -150,7 +190,8 @@ def flow_force(
 def threshold(deviation: float, current: float) -> float:
     """e = e - max(-T, min(T, e)): dry friction holds the spool within ±T of its command.
 
-    Dry friction holds the spool.
+    Dry friction holds the spool: the loop that is the spool's own, where hysteresis is that of the
+    torque motor.
     """
     return deviation - max(-current, min(current, deviation))
 
@@ -170,32 +211,25 @@ def spool_rate_limit(spool_speed: float, bandwidth_factor: float, rate: float) -
 
 
 @effect(
-    travel,
-    knob=Param("width", "A", "width of the loop between current and flow",
-               2e-4, 0.0, 2e-3, shown="mA"),
-    shape=(
-        Param("transition", "A", "travel within which the loop changes its side",
-              2e-4, 5e-5, 2e-3, shown="mA", default=2e-4),
+    spool_reach,
+    knob=Param(
+        "limit", "A", "largest travel of the spool, as a current", 0.01, 1e-4, math.inf,
+        shown="mA", off=math.inf,
     ),
-    states=(Quantity("side", "1", "side of the loop, -1 to 1"),),
-    source="standard servo-valve specification (hysteresis, below 3 %); loop of Dahl 1968, chosen "
-           "over a play operator because it needs no event and no memory of extremes",
-    signature="slow ramps: pressures against current run on two branches",
-    not_modelled="minor loops of the magnetic circuit",
+    source="mechanical stops; a configuration that says nothing has them at the rated current, "
+           "or else at the current at which the driver saturates",
+    signature="flat tops of spool position and flow where a large step would overshoot",
+    not_modelled="rebound: the stop takes the spool's whole momentum",
 )  # fmt: skip
-def hysteresis(
-    travel: float, spool_speed: float, side: float, width: float, transition: float
-) -> tuple[float, float]:
-    """u = u_v - (h/2) z,  dz/dt = (du_v/dt - |du_v/dt| z) / u_t.
+def spool_stops(spool_position: float, limit: float) -> float:
+    """u_v = max(-u_max, min(u_max, u_v)), and du_v/dt = 0 once it is there.
 
-    The valve stands elsewhere after a rising current than after a falling one.
+    The spool strikes its stops.
     """
-    speed = abs(spool_speed)
-    way = max(transition, speed / FASTEST_SLIP)
-    return travel - 0.5 * width * side, (spool_speed - speed * side) / way
+    return max(-limit, min(limit, spool_position))
 
 
 EFFECTS = (
-    transport_delay, current_saturation, driver_lag, null_bias, null_shift, pilot_supply,
-    flow_force, threshold, spool_rate_limit, hysteresis,
+    transport_delay, current_saturation, driver_lag, hysteresis, null_bias, null_shift,
+    pilot_supply, flow_force, threshold, spool_rate_limit, spool_stops,
 )  # fmt: skip

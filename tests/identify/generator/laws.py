@@ -12,7 +12,7 @@ ATMOSPHERE = 1.01325e5
 STRIBECK_SPEED = 0.02
 """Speed over which breakaway friction fades [m/s]."""
 LOOP = 2e-4
-"""Spool travel within which a hysteresis loop changes its side [A]."""
+"""Current within which a hysteresis loop changes its side [A]."""
 MIDDLE = 0.04
 """Middle of the stroke [m]."""
 
@@ -133,10 +133,10 @@ def bias(p: Any, t: float) -> float:
 
 
 @numba.njit
-def loop(side: float, travel: float) -> float:
-    """Return the side of a hysteresis loop after some travel (Dahl), -1 to 1."""
-    end = math.copysign(1.0, travel)
-    return end + (side - end) * math.exp(-abs(travel) / LOOP)
+def loop(side: float, change: float) -> float:
+    """Return the side of a hysteresis loop after a change of current (Dahl), -1 to 1."""
+    end = math.copysign(1.0, change)
+    return end + (side - end) * math.exp(-abs(change) / LOOP)
 
 
 @numba.njit

@@ -90,16 +90,16 @@ def at_rest(p: Machine) -> tuple[np.ndarray, np.ndarray]:
     s[2] = p.alpha / (1.0 + p.alpha) * p.supply + p.gravity / p.area
     s[3] = p.supply / (1.0 + p.alpha)
     s[4] = 0.5 * p.stroke
-    return s, np.zeros(5)
+    return s, np.zeros(6)
 
 
 @numba.njit
-def rates(p, s, side, u, supply, t, out):
+def rates(p, s, u, supply, t, out):
     """Fill the rates of the states; return the force on the rod's end."""
     spool, speed, pa, pb, x, v, returned, sag, stroke = s
     out[0] = max(-FASTEST_SPOOL, min(FASTEST_SPOOL, speed))
     out[1] = p.wv**2 * (u - spool) - 2.0 * p.zv * p.wv * speed
-    travel = spool - (0.0 if p.foreign else 0.5 * p.hysteresis * side)
+    travel = spool
     if p.blocked_spool > 0.0:
         travel = min(travel, p.blocked_spool)
     source = supply + sag
@@ -145,18 +145,17 @@ def _pump(p, sag, stroke, drawn):
 def advance(p, s, memory, u, supply, t, steps):
     """Integrate one sample with the set point held; return the force on the rod's end.
 
-    `memory` holds four play elements and the side of the hysteresis loop.
+    `memory` holds four play elements, the side of the hysteresis loop and the last set point.
     """
     first, second = np.zeros(len(s)), np.zeros(len(s))
-    target = u
-    if p.foreign and p.hysteresis > 0.0:
-        target = plays(p.hysteresis, memory[:4], u)
+    memory[4], memory[5] = loop(memory[4], u - memory[5]), u
+    looped = u - 0.5 * p.hysteresis * memory[4]
+    target = plays(p.hysteresis, memory[:4], u) if p.foreign else looped
     for k in range(steps):
-        now, spool = t + k * STEP, s[0]
-        rates(p, s, memory[4], target + bias(p, now), supply, now, first)
-        rates(p, s + STEP * first, memory[4], target + bias(p, now), supply, now + STEP, second)
+        now = t + k * STEP
+        rates(p, s, target + bias(p, now), supply, now, first)
+        rates(p, s + STEP * first, target + bias(p, now), supply, now + STEP, second)
         s += 0.5 * STEP * (first + second)
         s[2], s[3] = max(s[2], 1e3), max(s[3], 1e3)
-        memory[4] = loop(memory[4], s[0] - spool)
     end = t + steps * STEP
-    return rates(p, s, memory[4], target + bias(p, end), supply, end, first)
+    return rates(p, s, target + bias(p, end), supply, end, first)
