@@ -27,12 +27,14 @@ def demo(picture: Path) -> bool:
 
 
 def _line(response: Response) -> str:
-    step = response.step
+    step, wander = response.step, response.wander
+    pressure = max(wander["pressure_a"], wander["pressure_b"])
     scale, unit = (1e3, "mm") if step.quantity == "position" else (1.0, "N")
     return (
         f"{'ok  ' if response.passed else 'BAD '} {step.quantity:<10} "
         f"{step.before * scale:>4.0f} -> {step.after * scale:>3.0f} {unit:<2}  "
-        f"settles in {response.settling * 1e3:3.0f} ms, overshoot {response.overshoot:.1%}"
+        f"settles in {response.settling * 1e3:3.0f} ms, overshoot {response.overshoot:.1%}, "
+        f"holds within {wander['position'] * 1e6:.1f} um, {pressure * 1e-5:.1f} bar rms"
     )
 
 

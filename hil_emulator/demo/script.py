@@ -1,11 +1,11 @@
 """What the demonstration does, and how well the controller did."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import load_whole
@@ -18,6 +18,8 @@ from hil_emulator.simulation.clock import LockStep
 from hil_emulator.simulation.loop import Timing, run
 from hil_emulator.simulation.reference_controller import Controller
 from hil_emulator.simulation.rig import assemble
+
+Signal = NDArray[np.float64]
 
 _CHANNEL = "hil-emulator demo"
 
@@ -48,26 +50,44 @@ LIMITS = {"position": (0.35, 0.10), "load_force": (0.35, 0.20)}
 """Settling time [s] and overshoot that count as a pass."""
 
 
+HOLDING = 0.25
+"""Time at the end of a step in which the actuator has to hold still [s]."""
+
+STILL = {"position": 20e-6, "pressure_a": 2e5, "pressure_b": 2e5}
+"""Root mean square around a straight line [m, Pa] that counts as still: six steps of the position
+sensor, twenty times the noise of the pressure sensors. A limit cycle hides in neither."""
+
+
 @dataclass(frozen=True)
 class Response:
-    """How a step went: settling time [s] (inf if never) and overshoot as share of the step."""
+    """How a step went.
+
+    Attributes:
+        step: what was asked.
+        settling: time until it stayed near its end [s]; inf if it never did.
+        overshoot: as share of the step.
+        wander: root mean square around a straight line at its end, by what has to be `STILL`.
+
+    """
 
     step: SetPointStep
     settling: float
     overshoot: float
+    wander: Mapping[str, float]
 
     @property
     def passed(self) -> bool:
-        """Whether it is within the limits."""
+        """Whether it is within the limits, and holds still."""
         settling, overshoot = LIMITS[self.step.quantity]
-        return self.settling <= settling and self.overshoot <= overshoot
+        steady = all(self.wander[name] <= most for name, most in STILL.items())
+        return self.settling <= settling and self.overshoot <= overshoot and steady
 
 
 @dataclass(frozen=True)
 class Demonstration:
     """A finished demonstration: signals, responses, what went wrong on the bus, all recorded."""
 
-    table: dict[str, np.ndarray[Any, np.dtype[np.float64]]]
+    table: dict[str, Signal]
     responses: tuple[Response, ...]
     missed: int
     emergencies: int
@@ -87,8 +107,15 @@ def set_point(time: float) -> tuple[str, float]:
     return "position", STEPS[0].before
 
 
-def respond(step: SetPointStep, time: Any, values: Any) -> Response:
-    """Measure a step response in a recording."""
+def wander(time: Signal, values: Signal) -> float:
+    """Return the root mean square of a signal around a straight line."""
+    line = np.polynomial.Polynomial.fit(time, values, 1)
+    return float(np.sqrt(np.mean((values - line(time)) ** 2)))
+
+
+def respond(step: SetPointStep, table: Mapping[str, Signal]) -> Response:
+    """Measure a step response in a recording: what the model did, not what was read of it."""
+    time, values = table["time"], table[MODEL + step.quantity]
     inside = (time >= step.start) & (time < step.end)
     height = step.after - step.before
     progress = (values[inside] - step.before) / height
@@ -96,7 +123,9 @@ def respond(step: SetPointStep, time: Any, values: Any) -> Response:
     last = outside[-1] + 1 if len(outside) else 0
     settled = last < len(progress)
     settling = float(time[inside][last] - step.start) if settled else float("inf")
-    return Response(step, settling, max(0.0, float(progress.max()) - 1.0))
+    end = inside & (time >= step.end - HOLDING)
+    still = {name: wander(time[end], table[MODEL + name][end]) for name in STILL}
+    return Response(step, settling, max(0.0, float(progress.max()) - 1.0), still)
 
 
 def perform(cache: Path, say: Callable[[str], None]) -> Demonstration:
@@ -125,7 +154,7 @@ def perform(cache: Path, say: Callable[[str], None]) -> Demonstration:
                 else:
                     controller.hold_force(target, period)
     table = recorder.table()
-    responses = tuple(respond(s, table["time"], table[MODEL + s.quantity]) for s in STEPS)
+    responses = tuple(respond(s, table) for s in STEPS)
     recording = remembered(recorder, header(config, rig.nodes))
     return Demonstration(
         table, responses, controller.missed, len(controller.emergencies), recording

@@ -15,9 +15,9 @@ _AREA_RATIO = 0.61  # of the reference machine
 _POSITION_GAIN = 0.13  # A/m
 _DAMPING = 1.2e-10  # A/Pa, on the load pressure's changes
 _LEAK = 0.05  # share of the load pressure's mean that is renewed each sample
-_FORCE_GAIN = 5e-7  # A/N
-_VELOCITY_COMPENSATION = 7e-3  # A s/m: the current that lets the valve follow the moving rod
-_SMOOTHING = 0.35  # share of the velocity estimate that is renewed each sample
+_FORCE_GAIN = 1.2e-6  # A/N
+_FORCE_DEADBAND = 20.0  # N, in which the seals hold the rod: without, it hunts
+_FORCE_BANDWIDTH = 30.0  # rad/s of each of two low passes: noise, and the oil spring at 60 Hz
 _LIMIT = 8e-3  # A
 
 
@@ -50,8 +50,7 @@ class Controller:
         self._bus = bus
         self._id = node_id
         self._mean_pressure: float | None = None
-        self._velocity = 0.0
-        self._last_position = 0.0
+        self._error = (0.0, 0.0)
         self.readings = Readings()
         self.emergencies: list[Frame] = []
         self.counter: int | None = None
@@ -79,20 +78,23 @@ class Controller:
 
     def hold_position(self, target: float) -> None:
         """Send the current that moves the rod towards `target` [m]."""
-        self._last_position = self.readings.position
+        self._error = (0.0, 0.0)
         self._send(_POSITION_GAIN * (target - self.readings.position) - self._damping())
 
     def hold_force(self, target: float, period: float) -> None:
         """Send the current that brings the load force to `target` [N].
 
-        A proportional controller with velocity compensation: the valve first follows the moving
-        rod, and only what it gives beyond that changes the force.
+        A proportional controller: the valve integrates by itself. Against a spring of k and a mass
+        m the force follows the current as K (k + m s²)/s, so that what is above the bandwidth has
+        to be left out of it.
         """
-        raw_velocity = (self.readings.position - self._last_position) / period
-        self._last_position = self.readings.position
-        self._velocity += _SMOOTHING * (raw_velocity - self._velocity)
-        error = target - self.readings.load_force
-        self._send(_FORCE_GAIN * error + _VELOCITY_COMPENSATION * self._velocity)
+        share = _FORCE_BANDWIDTH * period
+        once, twice = self._error
+        once += share * (target - self.readings.load_force - once)
+        twice += share * (once - twice)
+        self._error = once, twice
+        beyond = twice - max(-_FORCE_DEADBAND, min(_FORCE_DEADBAND, twice))
+        self._send(_FORCE_GAIN * beyond - self._damping())
 
     def _damping(self) -> float:
         """Return the current against fast changes of the load pressure: it damps the oil spring."""
