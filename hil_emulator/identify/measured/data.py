@@ -20,6 +20,9 @@ AS_LARGE_AS_THE_MACHINE = ("position", "load_force")
 SATURATED = 0.05
 """Part of the samples at one extreme value that looks like a saturated channel."""
 
+AT_SPEED = 3.0
+"""Step onto an extreme over the smallest step of a channel that cuts it off (assumed)."""
+
 IMPLAUSIBLE_SPANS = 3.0
 """Spans beyond which a reading has hardly the unit that its column states (assumed)."""
 
@@ -106,6 +109,17 @@ def _inspect(columns: dict[str, Array], notes: list[str]) -> None:
         far = np.median(np.abs(values)) > IMPLAUSIBLE_SPANS * SPANS[name]
         if far and name not in AS_LARGE_AS_THE_MACHINE:
             notes.append(f"{name}: far beyond a usual range; is its unit right?")
-        top, bottom = np.mean(values == values.max()), np.mean(values == values.min())
-        if max(top, bottom) > SATURATED and len(np.unique(values)) > 20:
-            notes.append(f"{name}: {100 * max(top, bottom):.0f} % at one extreme; saturated?")
+        share = max(_cut_off(values, values.max()), _cut_off(values, values.min()))
+        if share > SATURATED and len(np.unique(values)) > 20:
+            notes.append(f"{name}: {100 * share:.0f} % at one extreme; saturated?")
+
+
+def _cut_off(values: Array, extreme: float) -> float:
+    """Return the share of readings at an extreme that was reached at speed; else 0.
+
+    A rod that comes to rest at the end of its motion gets there by the smallest steps there are.
+    """
+    steps = np.abs(np.diff(values))
+    onto = steps[values[1:] == extreme].max(initial=0.0)
+    least = steps[steps > 0.0].min(initial=np.inf)
+    return float(np.mean(values == extreme)) if onto > AT_SPEED * least else 0.0

@@ -22,6 +22,7 @@ from hil_emulator.identify.prediction.kinematics import Motion, motion
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.records import Moments, Places
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
+from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.stages import friction, inertia, load, stop, transducer
 
 PRESLIDING = 1e-3
@@ -94,6 +95,8 @@ class StaticObserver:
             states[:, names.index(side)] = level
         states[:, names.index("position")] = position
         states[:, names.index("velocity")] = velocity
+        # what is present slides
+        states[:, names.index("seal_bend")] = SLIDING_BEND * np.sign(velocity)
         measured = experiment.matrix(self.channels)
         present = np.isfinite(states).all(axis=1) & np.isfinite(measured[:, 0])
         seen = np.isfinite(experiment.readings["position"])

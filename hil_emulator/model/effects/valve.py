@@ -94,11 +94,10 @@ def hysteresis(
 
     The torque motor's iron remembers: the valve stands elsewhere after a rising current.
 
-    The flux follows the current as eddy currents let it, so that steps, too, have a rate.
+    The flux follows the current as fast as eddy currents let it, so that steps, too, have a rate.
     """
-    rate = _FLUX_RATE * (current - flux)
-    way = max(transition, abs(current - flux))
-    return current - 0.5 * width * side, rate, (rate - abs(rate) * side) / way
+    change = _FLUX_RATE * max(-transition, min(transition, current - flux))
+    return current - 0.5 * width * side, change, (change - abs(change) * side) / transition
 
 
 @effect(

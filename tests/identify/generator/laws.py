@@ -88,13 +88,14 @@ def return_pressure(p: Any, flow: float) -> float:
 
 
 @numba.njit
-def friction(p: Any, v: float, x: float, pa: float, pb: float) -> float:
-    """Return the friction of the seals.
+def friction(p: Any, v: float, x: float, bend: float, pa: float, pb: float) -> float:
+    """Return the friction of the seals, whose bend over their shear length holds a rod at rest.
 
     Foreign: breakaway fades as a Lorentz curve, pressure acts by its difference, direction on the
     viscous part alone, position linearly from the middle.
     """
-    direction = v / math.sqrt(v * v + 1e-6)
+    pushed = bend + 1e3 * v
+    direction = pushed / math.sqrt(math.sqrt(pushed**4 + 1.0))
     place = 2.0 * x / p.stroke - 1.0
     if p.foreign:
         dry = p.coulomb + p.stribeck / (1.0 + (v / STRIBECK_SPEED) ** 2)

@@ -80,8 +80,11 @@ class Machine(NamedTuple):
 
 
 STATES = ("spool", "spool speed", "p_a", "p_b", "position", "velocity", "return flow",
-          "pump pressure", "pump flow")  # fmt: skip
+          "pump pressure", "pump flow", "bend of the seals")  # fmt: skip
 """What is integrated; the pump's pressure is counted from the set one."""
+
+SHEAR, SLIDING = 2e-5, 3.0
+"""Way over which seals bend [m], and how many times that until they slide."""
 
 
 def at_rest(p: Machine) -> tuple[np.ndarray, np.ndarray]:
@@ -96,7 +99,7 @@ def at_rest(p: Machine) -> tuple[np.ndarray, np.ndarray]:
 @numba.njit
 def rates(p, s, u, supply, t, out):
     """Fill the rates of the states; return the force on the rod's end."""
-    spool, speed, pa, pb, x, v, returned, sag, stroke = s
+    spool, speed, pa, pb, x, v, returned, sag, stroke, bend = s
     out[0] = max(-FASTEST_SPOOL, min(FASTEST_SPOOL, speed))
     out[1] = p.wv**2 * (u - spool) - 2.0 * p.zv * p.wv * speed
     travel = spool
@@ -112,12 +115,13 @@ def rates(p, s, u, supply, t, out):
     vb = p.vb + p.alpha * p.area * (p.stroke - x)
     out[2] = stiffness(p, pa) / va * (qsa - qat - leak - outside(p, pa) - p.area * v)
     out[3] = stiffness(p, pb) / vb * (qsb - qbt + leak - outside(p, pb) + p.alpha * p.area * v)
-    net = p.area * (pa - p.alpha * pb) - friction(p, v, x, pa, pb)
+    net = p.area * (pa - p.alpha * pb) - friction(p, v, x, bend, pa, pb)
     over = max(0.0, x - p.stroke) - max(0.0, -x)
     net -= 5e10 * over * abs(over)
     out[4] = v
     out[5] = (net - surroundings(p, x, v, t)) / p.mass
     out[6] = (qat + qbt - returned) / 1e-3
+    out[9] = v / SHEAR
     out[7], out[8] = _pump(p, sag, stroke, qsa + qsb)
     return net
 
@@ -157,5 +161,6 @@ def advance(p, s, memory, u, supply, t, steps):
         rates(p, s + STEP * first, target + bias(p, now), supply, now + STEP, second)
         s += 0.5 * STEP * (first + second)
         s[2], s[3] = max(s[2], 1e3), max(s[3], 1e3)
+        s[9] = min(max(s[9], -SLIDING), SLIDING)
     end = t + steps * STEP
     return rates(p, s, target + bias(p, end), supply, end, first)
