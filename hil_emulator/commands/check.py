@@ -1,6 +1,7 @@
 """`hil-emulator check`: what a configuration would do, without doing it."""
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -16,11 +17,13 @@ from hil_emulator.device.eds.report import lines
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 from hil_emulator.model.plant import longest_delay
+from hil_emulator.model.quantities import PARAMS
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.model.stability import required_step
+from hil_emulator.model.stability import Bound, required_step, step_bound
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.rig import compiled, nodes
+from hil_emulator.units import show
 
 
 def check(files: Sequence[Path]) -> None:
@@ -72,11 +75,13 @@ def _of_nodes(made: Sequence[Node], wire: WireSettings) -> Iterator[str]:
 def warnings(config: Configuration) -> Iterator[str]:
     """Yield what will run, but not as well as it should."""
     lean = acting(config)
-    step = required_step(compiled(lean.effects, cache_folder()), lean.plant)
-    if config.step > step:
+    model = compiled(lean.effects, cache_folder())
+    if config.step > required_step(model, lean.plant):
+        bound = step_bound(model, lean.plant)
         yield (
-            f"the integration step of {config.step * 1e6:.3g} us is too wide for this actuator; "
-            f"set [rig] step to {step * 1e6:.2g} us or less"
+            f"the integration step of {config.step * 1e6:.3g} us is too wide for this actuator"
+            f"{_reason(bound, config, lean.plant)}; set [rig] step to "
+            f"{widest_step(config.tick_ns, bound.step) * 1e6:.4g} us or less"
         )
     longest = longest_delay(config.tick_ns * 1e-9)
     told: Mapping[str, Mapping[str, float]] = {"plant": config.plant, **config.sensors}
@@ -89,6 +94,31 @@ def warnings(config: Configuration) -> Iterator[str]:
                         f"{place}: {effect.name} looks back {values[knob] * 1e3:g} ms, but at this "
                         f"tick no further than {longest * 1e3:g} ms"
                     )
+
+
+def widest_step(tick_ns: int, largest: float) -> float:
+    """Return the widest step [s] within `largest` that divides the tick and is a short number."""
+    fewest = math.ceil(tick_ns * 1e-9 / largest)
+    for count in range(fewest, 4 * fewest):
+        step_ns = tick_ns / count
+        if step_ns == float(f"{step_ns:.3g}"):
+            return step_ns * 1e-9
+    return tick_ns * 1e-9 / fewest
+
+
+def _reason(bound: Bound, config: Configuration, values: Mapping[str, float]) -> str:
+    """Say which state moves that fast, and which parameter makes it."""
+    reason = f": {bound.state.replace('_', ' ')} is too fast for it"
+    named = {f"{t}_{p.name}": (t, p.name, p) for t, ps in PARAMS.items() for p in ps}
+    named |= {
+        e.field_of(p): (e.stage.table, f"{e.name}.{p.name}", p)
+        for e in config.effects for p in e.params
+    }  # fmt: skip
+    if bound.parameter not in values:  # a usual actuator is no quicker
+        return reason
+    table, name, param = named[bound.parameter]
+    value = show(values[bound.parameter], param.unit, param.shown)
+    return f"{reason}, by [{table}] {name} = {value} above all"
 
 
 def _show(name: str, config: Configuration, made: Sequence[Node]) -> None:

@@ -4,11 +4,12 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.simulation.clock import Clock
 from hil_emulator.simulation.loop import Ticking, Timing, run
+from hil_emulator.simulation.rig import Rig
 from hil_emulator.wire.wire import TimedWire
 
 FOREVER = 2**62
@@ -98,10 +99,33 @@ def load(wires: Iterable[TimedWire]) -> str:
     return "".join(f"  load {wire.load:.1%}" for wire in wires)
 
 
+def departures(rigs: Mapping[str, Rig]) -> list[str]:
+    """Return which rods left their strokes, and when."""
+    return [
+        f"stroke    {name} left it at {rig.left_stroke_ns * 1e-9:.3f} s: [cylinder] end_stops are "
+        "off, and no cylinder is like that"
+        for name, rig in rigs.items()
+        if rig.left_stroke_ns is not None
+    ]
+
+
 def summary(
-    rig: Ticking, timing: Timing, buses: Sequence[Bus], wires: Iterable[TimedWire] = ()
+    rig: Ticking,
+    timing: Timing,
+    buses: Sequence[Bus],
+    wires: Iterable[TimedWire] = (),
+    remarks: Sequence[str] = (),
 ) -> str:
-    """Return how punctual a run was, what went over the buses and how loaded wires were."""
+    """Return how punctual a run was, what went over the buses and how loaded wires were.
+
+    Args:
+        rig: what ran.
+        timing: how punctual it was.
+        buses: what its frames went over.
+        wires: those of them that take time.
+        remarks: further lines.
+
+    """
     late = f"{timing.overruns} late, {behind(timing)}" if timing.overruns else "0 late"
     lines = [f"time      {rig.now_ns * 1e-9:.3f} s, {timing.ticks} ticks, {late}"]
     for name, durations in (("lateness", timing.lateness), ("execution", timing.execution)):
@@ -113,4 +137,4 @@ def summary(
     lines.append(f"frames    {traffic(buses)}")
     for wire in wires:
         lines.append(f"bus load  {wire.load:.1%} in the last second, {wire.peak:.1%} at most")
-    return "\n".join(lines)
+    return "\n".join([*lines, *remarks])

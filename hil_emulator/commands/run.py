@@ -10,7 +10,7 @@ import click
 from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
-from hil_emulator.commands.live import FOREVER, keep_running, load, summary, traffic
+from hil_emulator.commands.live import FOREVER, departures, keep_running, load, summary, traffic
 from hil_emulator.commands.recording import recorded
 from hil_emulator.commands.run_machine import run_machine
 from hil_emulator.config.load import Configuration
@@ -103,7 +103,7 @@ def _live(
             stop_when_late=config.late == "stop",
         )
     finally:
-        click.echo(summary(rig, timing, [bus], _wires(rig)))
+        click.echo(summary(rig, timing, [bus], _wires(rig), departures({"the rod": rig})))
 
 
 @contextmanager

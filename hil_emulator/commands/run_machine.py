@@ -9,7 +9,7 @@ import click
 from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
-from hil_emulator.commands.live import FOREVER, keep_running, load, summary, traffic
+from hil_emulator.commands.live import FOREVER, departures, keep_running, load, summary, traffic
 from hil_emulator.commands.recording import machine_recorded
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
@@ -69,7 +69,8 @@ def run_machine(
                 stop_when_late=any(a.config.late == "stop" for a in settings.actuators),
             )  # fmt: skip
         finally:
-            click.echo(summary(machine, timing, doors, machine.wires.values()))
+            wires, left = machine.wires.values(), departures(machine.rigs)
+            click.echo(summary(machine, timing, doors, wires, left))
 
 
 def placed(line: str, names: Sequence[str]) -> tuple[str, Fault]:

@@ -269,7 +269,9 @@ def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
         values |= _effect_values(table, [e for e in effects if e.stage.table == name])
     values |= checked.valve.gains()
     values |= checked.cylinder.areas()
-    return derived(checked.valve.rated_current, values) | values
+    if described(checked.bench).whole:
+        return derived(checked.valve.rated_current, values, checked.rig.step) | values
+    return values
 
 
 def _nodes(tables: Sequence[NodeTable], wire: WireSettings, file: Path) -> tuple[NodeSettings, ...]:

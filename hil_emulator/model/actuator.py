@@ -17,7 +17,7 @@ called here by its name. In every function:
 import math
 from typing import Any
 
-from hil_emulator.model.constants import ATMOSPHERE, SMALLEST_VOLUME
+from hil_emulator.model.constants import ATMOSPHERE
 from hil_emulator.model.mechanics import MECHANICS, move_rod
 from hil_emulator.model.ports import PORTS, deliver, fill_lines, port_pressures
 from hil_emulator.model.quantities import HELD, INPUTS, PARAMS, SIGNALS, STATES
@@ -172,13 +172,16 @@ def gas_factor(pressure: float, gas: float) -> float:
 
 
 def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b: float) -> None:
-    """Continuity in both chambers (S1 eq. 3.11-3.14), at the pressures of their states [Pa]."""
+    """Continuity in both chambers (S1 eq. 3.11-3.14), at the pressures of their states [Pa].
+
+    A piston in its stop, or beyond one that is off, leaves a chamber its dead volume.
+    """
     area_a = par.cylinder_piston_area
     area_b = par.cylinder_area_ratio * area_a
     dead_a = par.cylinder_dead_volume_a
     dead_b = par.cylinder_dead_volume_b
-    v_a = max(SMALLEST_VOLUME * dead_a, dead_a + area_a * x.position)
-    v_b = max(SMALLEST_VOLUME * dead_b, dead_b + area_b * (par.cylinder_stroke - x.position))
+    v_a = dead_a + area_a * max(0.0, x.position)
+    v_b = dead_b + area_b * max(0.0, par.cylinder_stroke - x.position)
     gas = held.gas_pressure
     q_ab = cross_leakage(par, x, dx, y.pressure_a, y.pressure_b, held.viscosity)
     q_r = cross_relief(par, x, dx, y.pressure_a, y.pressure_b)

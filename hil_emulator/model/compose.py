@@ -22,8 +22,7 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.model.constants import (
-    ACTUATORS, ATMOSPHERE, FASTEST_SLIP, LIGHTEST_ROD, PIECES, SLIDING_BEND, SMALLEST_VOLUME,
-    VELOCITY_DOUBT,
+    ACTUATORS, ATMOSPHERE, FASTEST_SLIP, LIGHTEST_ROD, PIECES, SLIDING_BEND, VELOCITY_DOUBT,
 )
 from hil_emulator.model.sensors import Transducers
 '''

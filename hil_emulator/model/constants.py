@@ -10,9 +10,6 @@ viscosity grade and where HyQ's cooler switches on (S1 3.3.2)."""
 LIGHTEST_ROD = 0.1
 """Smallest mass ahead of an elastic load cell [kg] (assumed): without any it has no dynamics."""
 
-SMALLEST_VOLUME = 0.01
-"""Part of its dead volume that a chamber keeps, wherever the rod is (assumed)."""
-
 FASTEST_SLIP = 5e4
 """Largest rate at which dry friction, bristles or magnetisation change sides [1/s] (assumed).
 

@@ -111,6 +111,17 @@ class Plant:
         self.state.pressure_b = pressure_b - (gas * gas / pressure_b if gas else 0.0)
         self.step(0)
 
+    @property
+    def has_ends(self) -> bool:
+        """Whether end stops keep the rod within its stroke."""
+        known = "end_stops_stiffness" in (self.kernel.parameters.names or ())
+        return known and self.parameters.end_stops_stiffness > 0.0
+
+    @property
+    def beyond_stroke(self) -> bool:
+        """Whether the rod is outside its stroke."""
+        return not 0.0 <= self.signals.position <= self.parameters.cylinder_stroke
+
     def culprit(self) -> str:
         """Return the name of the first state that is not finite, "" where all are."""
         names = zip(self.kernel.state.names or (), self.state_vector.tolist(), strict=True)

@@ -3,13 +3,23 @@
 import itertools
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hil_emulator.model import quantities
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import Vector, zeros
 from hil_emulator.model.plant import Plant
+
+Matrix = NDArray[np.float64]
+
+_GROWN = 0.1
+"""Relative change of a parameter for the slope of the rate by it (assumed)."""
+
+_REMARKABLE = 0.5
+"""Least part of the logarithm of a rate that is worth a parameter's name (assumed)."""
 
 REACH = 2.2
 """Largest |lambda| h of a safe step: Runge-Kutta of order 4 is stable to 2.78, and up to here a
@@ -18,8 +28,28 @@ valve stalled at the stop stays within 0.1 % of range (measured)."""
 RATED_CURRENT = 0.01
 """Spool position of the severe states where no saturation bounds it [A] (assumed)."""
 
+FASTEST_ROD = 0.5
+"""Speed of the rod in severe states, where the valve's flow allows as much [m/s] (assumed)."""
+
 _SMALL = {"Pa": 1e2, "m": 1e-8, "m/s": 1e-6, "A": 1e-7, "A/s": 1e-2, "m^3/s": 1e-9, "1": 1e-6}
 """A small deviation of a state, by unit (assumed)."""
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The largest safe step, and why it is no larger.
+
+    Attributes:
+        step: the step [s].
+        state: what moves fastest in the fastest mode.
+        parameter: field of the parameter that makes it faster than in a usual actuator; "" where
+            it is not.
+
+    """
+
+    step: float
+    state: str
+    parameter: str
 
 
 def required_step(kernel: Kernel, values: Mapping[str, float]) -> float:
@@ -35,8 +65,52 @@ def required_step(kernel: Kernel, values: Mapping[str, float]) -> float:
 
     """
     plant = Plant(kernel, values, step=1e-6)
-    fastest = max(_fastest(plant) for _ in _severe_states(plant))
-    return REACH / fastest
+    return REACH / max(_fastest(plant) for _ in _severe_states(plant))
+
+
+def step_bound(kernel: Kernel, values: Mapping[str, float]) -> Bound:
+    """Return the largest safe step as `required_step`, and what causes it."""
+    plant = Plant(kernel, values, step=1e-6)
+    fastest, severest = 0.0, plant.state_vector.copy()
+    for _ in _severe_states(plant):
+        rate = _fastest(plant)
+        if rate > fastest:
+            fastest, severest = rate, plant.state_vector.copy()
+    plant.state_vector[:] = severest
+    return Bound(REACH / fastest, _quickest_state(plant), _cause(plant, fastest))
+
+
+def _quickest_state(plant: Plant) -> str:
+    """Return the state that takes the largest part in the fastest mode (participation factor)."""
+    values, right = np.linalg.eig(_jacobian(plant))
+    mode = int(np.argmax(np.abs(values)))
+    parts = np.abs(right[:, mode] * np.linalg.pinv(right)[mode])
+    return (plant.kernel.state.names or ())[int(np.argmax(parts))]
+
+
+def _cause(plant: Plant, fastest: float) -> str:
+    """Return the parameter whose distance from its typical value speeds the fastest mode up most.
+
+    The distance is logarithmic, d(ln rate)/d(ln parameter) times ln(value/typical).
+    """
+    blame, name = _REMARKABLE, ""
+    for i, (field, typical) in enumerate(_typical(plant.kernel).items()):
+        value = float(plant.parameter_vector[i])
+        if not (0.0 < value < math.inf and 0.0 < typical < math.inf):
+            continue
+        plant.parameter_vector[i] = value * (1.0 + _GROWN)
+        share = math.log(_fastest(plant) / fastest) / math.log1p(_GROWN)
+        plant.parameter_vector[i] = value
+        if share * math.log(value / typical) > blame:
+            blame, name = share * math.log(value / typical), field
+    return name
+
+
+def _typical(kernel: Kernel) -> dict[str, float]:
+    """Return the typical value of every parameter by field name, in the order of the record."""
+    typical = {f"{t}_{p.name}": p.typical for t, ps in quantities.PARAMS.items() for p in ps}
+    typical |= {e.field_of(p): p.typical for e in kernel.effects for p in e.params}
+    return {field: typical[field] for field in kernel.parameters.names or ()}
 
 
 def _severe_states(plant: Plant) -> Iterator[None]:
@@ -47,15 +121,12 @@ def _severe_states(plant: Plant) -> Iterator[None]:
     pairs = ((p_s, p_t), (p_t, p_s), (middle, middle), (1e4, p_s), (p_s, 1e4))
     limit = _knob(plant, "current_saturation_limit", RATED_CURRENT)
     currents = (-limit, 0.0, limit)
-    stroke, area_a = float(par.cylinder_stroke), float(par.cylinder_piston_area)
-    area_b = area_a * float(par.cylinder_area_ratio)
-    places = (
-        -_depth(plant, float(par.cylinder_dead_volume_a) / area_a),
-        0.5 * stroke,
-        stroke + _depth(plant, float(par.cylinder_dead_volume_b) / area_b),
-    )
+    stroke, depth = float(par.cylinder_stroke), _depth(plant)
+    places = (-depth, 0.5 * stroke, stroke + depth)
     gap = _knob(plant, "backlash_gap", 0.0)
-    for pair, current, place, speed in itertools.product(pairs, currents, places, (0.0, 0.5)):
+    flow = float(par.valve_gain) * currents[-1] * math.sqrt(p_s)
+    speeds = (0.0, min(FASTEST_ROD, flow / float(par.cylinder_piston_area)))
+    for pair, current, place, speed in itertools.product(pairs, currents, places, speeds):
         plant.set_pressures(*pair)
         state.spool_position = current
         state.position = place
@@ -64,19 +135,11 @@ def _severe_states(plant: Plant) -> Iterator[None]:
         yield
 
 
-def _depth(plant: Plant, free: float) -> float:
-    """Return how far the rod goes beyond an end under full pressure [m].
-
-    Args:
-        plant: the actuator.
-        free: way on which the chamber behind has some volume left [m].
-
-    """
+def _depth(plant: Plant) -> float:
+    """Return how far the rod presses into a stop under full pressure [m]; 0 without stops."""
     par = plant.parameters
     stiffness = _knob(plant, "end_stops_stiffness", 0.0)
-    if stiffness == 0.0:
-        return free
-    return min(free, float(par.supply_pressure * par.cylinder_piston_area) / stiffness)
+    return float(par.supply_pressure * par.cylinder_piston_area) / stiffness if stiffness else 0.0
 
 
 def _knob(plant: Plant, field: str, otherwise: float) -> float:
@@ -93,8 +156,8 @@ def _deviations(kernel: Kernel) -> Vector:
     return np.array([_SMALL[units[name]] for name in kernel.state.names or ()])
 
 
-def _fastest(plant: Plant) -> float:
-    """Return the largest magnitude of an eigenvalue at the plant's state [1/s]."""
+def _jacobian(plant: Plant) -> Matrix:
+    """Return the rates by the states, in small deviations of each, shape (states, states)."""
     kernel = plant.kernel
     scale = _deviations(kernel)
     above, below = zeros(kernel.state), zeros(kernel.state)
@@ -107,4 +170,9 @@ def _fastest(plant: Plant) -> float:
         moved[i] -= 2.0 * size
         kernel.rate(moved, below, plant.parameter_vector, plant.input_vector, signals)
         jacobian[:, i] = (above - below) / (2.0 * scale)
-    return float(np.abs(np.linalg.eigvals(jacobian)).max())
+    return jacobian
+
+
+def _fastest(plant: Plant) -> float:
+    """Return the largest magnitude of an eigenvalue at the plant's state [1/s]."""
+    return float(np.abs(np.linalg.eigvals(_jacobian(plant))).max())

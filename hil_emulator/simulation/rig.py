@@ -57,6 +57,7 @@ class Rig:
         now_ns: emulator time at which the next tick begins [ns].
         faults: what is broken.
         slipped_ns: by how much its time has fallen behind the wall.
+        left_stroke_ns: when the rod of a cylinder without ends left its stroke; None if it did not.
         wire: the wire of its bus, where that takes time.
         supply_mates: the other rigs on its supply: what befalls that befalls all of them.
 
@@ -80,6 +81,8 @@ class Rig:
         self.tick_ns = tick_ns
         self.now_ns = 0
         self.slipped_ns = 0
+        self.left_stroke_ns: int | None = None
+        self._watched = not plant.has_ends
         self.recorder = recorder
         self.faults = Faults(plant, sensors, nodes, self.value, self._began, self._ended)
         self._steps = steps
@@ -131,6 +134,8 @@ class Rig:
             if self.wire and self.now_ns % WINDOW_NS < self.tick_ns <= self.now_ns:
                 self.recorder.event(self.now_ns, {"bus_load": self.wire.load})
         self.now_ns += self.tick_ns
+        if self._watched and self.plant.beyond_stroke:
+            self.left_stroke_ns, self._watched = self.now_ns, False
         if not finite:
             self._recover()
 

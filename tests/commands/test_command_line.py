@@ -79,7 +79,8 @@ def test_check_warns_of_what_will_not_run_well(layer: Callable[[str], Path]) -> 
     """A step too wide for the machine and a bus too slow for its PDOs are named with numbers."""
     over = layer('[rig]\ntick = "1 ms"\nstep = "100 us"\n[bus]\nbitrate = 250000')
     text = hil_emulator("check", REFERENCE, over).stdout
-    assert "step of 100 us is too wide for this actuator; set [rig] step to 24 us or less" in text
+    assert "step of 100 us is too wide for this actuator: pressure " in text
+    assert "set [rig] step to 20 us or less" in text  # of up to 24 us, the longest that fits 1 ms
     assert "more than it can carry" in text
 
 
@@ -184,6 +185,16 @@ def test_run_records_what_it_did(tmp_path: Path) -> None:
         column = header.index("pressure_a [Pa]")
         values = [float(row[column]) for row in rows]
         np.testing.assert_allclose(stored["pressure_a"], values, rtol=1e-8)
+
+
+@pytest.mark.parametrize("ends", ["off", "1e8 N/m"])
+def test_a_rod_that_leaves_its_stroke_is_told(ends: str, layer: Callable[[str], Path]) -> None:
+    """Pulled by its load a rod without stops goes on, which the summary says; stops hold it."""
+    over = layer(f'[cylinder]\nend_stops = "{ends}"\n[load]\ngravity = "-5000 N"\n'
+                 '[initial]\nposition = "79 mm"')  # fmt: skip
+    text = hil_emulator("run", REFERENCE, over, "--bus", "virtual:t", "--clock", "lockstep",
+                        "--duration", "0.2 s").stdout  # fmt: skip
+    assert ("stroke    the rod left it at 0." in text) == (ends == "off")
 
 
 def test_a_leg_of_two_actuators_runs_on_two_buses(

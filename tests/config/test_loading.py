@@ -64,6 +64,43 @@ def test_the_spool_stops_where_the_valve_is_fully_open(layer: Layer) -> None:
     assert math.isinf(load([REFERENCE, none]).plant["spool_stops_limit"])
 
 
+BARE = """
+[supply]
+pressure = "160 bar"
+[valve]
+gain = "6.68e-6 m^3/(s*A*Pa^0.5)"
+natural_frequency = "250 Hz"
+[oil]
+bulk_modulus = "1300 MPa"
+[cylinder]
+bore = "40 mm"
+rod = "28 mm"
+stroke = "200 mm"
+dead_volume_a = "20 ml"
+dead_volume_b = "20 ml"
+[load]
+mass = "50 kg"
+[initial]
+position = "100 mm"
+"""
+
+
+def test_a_cylinder_has_ends(layer: Layer) -> None:
+    """Steel of a fifth of the piston's area, as long as the stroke: k = E A/L, 2.6e8 N/m here."""
+    area = math.pi * 0.040**2 / 4
+    assert load([layer(BARE)]).plant["end_stops_stiffness"] == pytest.approx(
+        210e9 * 0.2 * area / 0.2
+    )
+    none = layer('[cylinder]\nend_stops = "off"')
+    assert load([layer(BARE), none]).plant["end_stops_stiffness"] == 0.0
+
+
+def test_a_light_mass_meets_ends_that_the_step_can_follow(layer: Layer) -> None:
+    """sqrt(k/m) h is half a radian at most: 6.25e7 N/m for 0.1 kg at 20 us."""
+    light = layer('[load]\nmass = "0.1 kg"')
+    assert load([layer(BARE), light]).plant["end_stops_stiffness"] == pytest.approx(6.25e7)
+
+
 @pytest.mark.parametrize("name", ["pressure_drop_per_edge", "pressure_drop_total"])
 def test_the_valve_gain_follows_from_either_pressure_drop(layer: Layer, name: str) -> None:
     """7.5 l/min at 10 mA: K_v = q_n / (u_n sqrt(dp_n1)), and dp_n2 = 2 dp_n1 (S1 eq. 3.7, 3.8)."""

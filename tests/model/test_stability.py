@@ -14,7 +14,7 @@ from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.quantities import PARAMS
-from hil_emulator.model.stability import REACH, required_step
+from hil_emulator.model.stability import REACH, required_step, step_bound
 
 PLANT = [e for e in CATALOGUE if e.stage.table != "sensors"]
 LARGE = 1e3
@@ -60,6 +60,37 @@ def test_a_stiff_configuration_needs_less_and_gets_along_with_it(
         return float(plant.signals.position)
 
     assert run(step) == pytest.approx(run(step / 4), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("stiff", "state"),
+    [
+        ({"valve_laminar_width": 1e3}, "pressure"),
+        ({"cylinder_dead_volume_b": 1e-7}, "pressure_b"),
+        ({"driver_lag_time_constant": 1e-6}, "driver_lag_coil_current"),
+        ({"end_stops_stiffness": 1e11, "load_mass": 0.2}, "velocity"),
+    ],
+    ids=lambda s: next(iter(s)) if isinstance(s, dict) else s,
+)
+def test_the_bound_names_what_was_made_stiff(
+    stiff: dict[str, float], state: str, model: Kernel
+) -> None:
+    """What was changed from a usual actuator is what is named, and the state that it drives."""
+    bound = step_bound(model, machine(**stiff))
+    assert bound.step == required_step(model, machine(**stiff))
+    assert bound.parameter in stiff
+    assert bound.state.startswith(state)
+
+
+@pytest.mark.parametrize(("bore", "rod"), [(0.016, 0.010), (0.040, 0.028)])
+def test_a_cylinder_without_configured_stops_needs_no_smaller_step(
+    bore: float, rod: float, model: Kernel
+) -> None:
+    """Dead volume is what is left at the ends: beta K_v u/(V sqrt delta), whatever the area is."""
+    values = machine(end_stops_stiffness=0.0, cylinder_piston_area=math.pi * bore**2 / 4,
+                     cylinder_area_ratio=1 - (rod / bore) ** 2)  # fmt: skip
+    fastest = 1.3e9 * 6.68e-6 * 0.01 / (3e-6 * math.sqrt(1e5))
+    assert required_step(model, values) == pytest.approx(REACH / fastest, rel=0.02)
 
 
 def choice(param: Param) -> st.SearchStrategy[float]:

@@ -42,12 +42,13 @@ def external_leakage(pressure: float, viscosity: float, conductance: float) -> f
 
 @effect(
     stop,
-    knob=Param("stiffness", "N/m", "stiffness of the cylinder's ends", 1e8, 0.0, 1e9),
+    knob=Param("stiffness", "N/m", "stiffness of the cylinder's ends", 1e8, 0.0, 1e12),
     shape=(
         Param("damping", "s/m", "relative growth of the force with the closing speed",
               2.0, 0.0, 50.0, default=2.0),
     ),
-    source="Hunt and Crossley 1975; stiffness assumed, between 1e7 and 1e9 N/m",
+    source="Hunt and Crossley 1975; a configuration that says nothing has stops as stiff as its "
+           "steel is long: k = E A/L, see config.derived",
     signature="the two ends of the stroke",
     not_modelled="plastic deformation",
 )  # fmt: skip
