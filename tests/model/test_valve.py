@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from experiment import gain, lock, record, settle
 from reference_machine import STEP, bare, pond
+from scipy import signal
 from scipy.integrate import solve_ivp
 
 from hil_emulator.model.plant import Plant
@@ -146,6 +147,22 @@ def test_threshold_is_the_change_that_a_reversal_needs(make_plant: MakePlant) ->
     assert ramp[900] - spool[900] == pytest.approx(1e-4, rel=0.05)
     resting = np.flatnonzero(np.abs(np.diff(spool[1000:])) < 1e-8)
     assert len(resting) * 1e-6 == pytest.approx(2e-4, rel=0.1)
+
+
+@pytest.mark.parametrize("time_constant", [1e-4, 1e-3])
+def test_pilot_lag_makes_a_valve_of_third_order(
+    time_constant: float, make_plant: MakePlant
+) -> None:
+    """A step of current: scipy's solution of the transfer function, where it rings, too."""
+    w, damping = 2 * math.pi * 250.0, 0.7
+    third = [time_constant, 1 + 2 * damping * w * time_constant, 2 * damping * w, w * w]
+    t = STEP * np.arange(501)
+    exact = signal.lsim(([w * w], third), np.full(501, 1e-3), t)[1]
+    plant = make_plant(bare(pilot_lag_time_constant=time_constant))
+    plant.inputs.valve_current = 1e-3
+    (spool,) = record(plant, 500, "spool_position")
+    assert spool == pytest.approx(exact[1:], abs=1e-3 * 1e-3)
+    assert (exact.max() > 1.3e-3) == (time_constant == 1e-3)
 
 
 @pytest.mark.parametrize("transducer", ["spool_position", "flow_a"])

@@ -196,6 +196,24 @@ def threshold(deviation: float, current: float) -> float:
 
 
 @effect(
+    spool_force,
+    knob=Param("time_constant", "s", "time constant of armature and pilot within the spool's loop",
+               2e-4, 0.0, 0.01, shown="ms"),
+    states=(Quantity("lagging", "A", "deviation that the pilot stage acts on"),),
+    source="third-order valve: a pilot within the loop that the feedback spring closes (Thayer, "
+           "Transfer functions for Moog servovalves, TB 103, 1965); size assumed",
+    signature="phase of the spool above its natural frequency; resonance where the pilot is slow",
+    not_modelled="the armature's own resonance, above 500 Hz as a rule",
+)  # fmt: skip
+def pilot_lag(deviation: float, lagging: float, time_constant: float) -> tuple[float, float]:
+    """u_v/i = w² / (tau s³ + (1 + 2 D w tau) s² + 2 D w s + w²).
+
+    Armature and pilot stage take time to answer.
+    """
+    return lagging, (deviation - lagging) / time_constant
+
+
+@effect(
     spool,
     knob=Param("rate", "A/s", "fastest motion of the spool", 3.6, 0.05, math.inf, off=math.inf),
     source="S1 3.3.1: 250 Hz at ±25 %, 100 Hz at ±100 %; this one number gives both",
@@ -230,5 +248,5 @@ def spool_stops(spool_position: float, limit: float) -> float:
 
 EFFECTS = (
     transport_delay, current_saturation, driver_lag, hysteresis, null_bias, null_shift,
-    pilot_supply, flow_force, threshold, spool_rate_limit, spool_stops,
+    pilot_supply, flow_force, threshold, pilot_lag, spool_rate_limit, spool_stops,
 )  # fmt: skip
