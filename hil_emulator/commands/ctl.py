@@ -16,7 +16,8 @@ _USAGE = """write one of
   read [SIGNAL...]                values in SI
   fault TARGET KIND [NAME=VALUE...]
   end [NUMBER]                    one fault, or all
-  set NAME VALUE                  supply_pressure "120 bar", external_force "500 N", ..."""
+  set NAME VALUE                  supply_pressure "120 bar", external_force "500 N",
+                                  wall_shift "-5 mm", ..."""
 
 
 def ctl(port: int, words: Sequence[str]) -> None:

@@ -59,6 +59,7 @@ def hold(par: Any, inputs: Any, held: Any) -> None:
     held.valve_current = inputs.valve_current
     held.external_force = inputs.external_force
     held.transverse_force = inputs.transverse_force
+    held.wall_shift = inputs.wall_shift
     held.viscosity = viscosity(par, held, held, 1.0)
     held.gas_pressure = gas_pressure(par, held, held)
 

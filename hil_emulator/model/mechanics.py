@@ -54,7 +54,7 @@ def move_rod(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     f_stop = stop(par, x, dx, position, velocity)
     x_l = position - x.stretch
     v_l = velocity - x.stretch_speed
-    f_load = load(par, x, dx, x_l, v_l) + held.external_force
+    f_load = load(par, x, dx, x_l, v_l, held.wall_shift) + held.external_force
     m_l = par.load_mass + load_inertia(par, x, dx, x_l)
     m_rod = inertia(par, x, dx, position)
     m_free = max(m_rod, LIGHTEST_ROD) if coupling_acts(par) else m_l + m_rod

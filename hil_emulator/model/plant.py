@@ -111,11 +111,14 @@ class Plant:
         self.state.pressure_b = pressure_b - (gas * gas / pressure_b if gas else 0.0)
         self.step(0)
 
+    def knows(self, parameter: str) -> bool:
+        """Whether the compiled model has a parameter of this field name."""
+        return parameter in (self.kernel.parameters.names or ())
+
     @property
     def has_ends(self) -> bool:
         """Whether end stops keep the rod within its stroke."""
-        known = "end_stops_stiffness" in (self.kernel.parameters.names or ())
-        return known and self.parameters.end_stops_stiffness > 0.0
+        return self.knows("end_stops_stiffness") and self.parameters.end_stops_stiffness > 0.0
 
     @property
     def beyond_stroke(self) -> bool:

@@ -111,6 +111,7 @@ INPUTS = (
     Quantity("valve_current", "A", "set point of the coil current"),
     Quantity("external_force", "N", "further force against the load"),
     Quantity("transverse_force", "N", "force across the load cell, seen by its cross-talk alone"),
+    Quantity("wall_shift", "m", "where the wall is told to be, over its distance"),
 )
 
 HELD = (

@@ -197,8 +197,8 @@ play = Stage(
     "play", "load", ("stretch",), "stretch that carries force", "m", "chain", balances=(LOAD,),
 )  # fmt: skip
 load = Stage(
-    "load", "load", ("position", "velocity"), "force of the surroundings against the load", "N",
-    "sum", balances=(LOAD,),
+    "load", "load", ("position", "velocity", "wall_shift"),
+    "force of the surroundings against the load", "N", "sum", balances=(LOAD,),
 )  # fmt: skip
 load_inertia = Stage(
     "load_inertia", "load", ("position",), "mass moved beside the constant one", "kg", "sum",

@@ -81,7 +81,7 @@ class SignalProfile(StrictTable):
     """A setting or a set point over time, from a CSV file: a header, then time [s], value (SI)."""
 
     signal: Literal[
-        "supply_pressure", "lines_closed", "external_force", "position", "load_force",
+        "supply_pressure", "lines_closed", "external_force", "wall_shift", "position", "load_force",
         "valve_current",
     ]  # fmt: skip
     file: str

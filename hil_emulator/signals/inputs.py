@@ -17,6 +17,7 @@ SETTINGS = {
         dataclasses.replace(_SUPPLY, name="supply_pressure"),
         dataclasses.replace(_CLOSED, name="lines_closed"),
         Param("external_force", "N", "further force against the load", 0.0, -1e6, 1e6),
+        Param("wall_shift", "m", "where [load] wall is, over its distance", 0.0, -10.0, 10.0, "mm"),
         Param("valve_current", "A", "set point of the coil current", 0.0, -10.0, 10.0, "mA"),
     )
 }

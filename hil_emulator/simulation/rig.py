@@ -202,6 +202,8 @@ class Rig:
     def _take(self, name: str, value: float) -> None:
         if name in COMMANDS:
             self._command(name, value)
+        elif name == "wall_shift" and not self.plant.knows("wall_stiffness"):
+            raise UserError('wall_shift: there is no wall to move; set [load] wall = "1e6 N/m"')
         elif name in (self.plant.kernel.inputs.names or ()):
             self.plant.command({name: value})
         else:

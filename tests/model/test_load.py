@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from experiment import crossing_frequency, record, settle
 from reference_machine import STEP, ballistic, bare
+from scipy.integrate import solve_ivp
 
 from hil_emulator.model.plant import Plant
 
@@ -47,6 +48,40 @@ def test_wall_resists_on_one_side_alone(make_plant: MakePlant) -> None:
     plant.inputs.external_force = -300.0
     settle(plant, 1.0)
     assert plant.signals.position - 0.05 == pytest.approx(300.0 / 1e6, rel=1e-3)
+
+
+def test_wall_that_comes_pushes_the_load_against_its_spring(make_plant: MakePlant) -> None:
+    """Two springs in series: advanced by s, the wall pushes with s k k_s/(k + k_s)."""
+    plant = make_plant(ballistic(wall_stiffness=1e5, wall_distance=0.04, load_spring_stiffness=5e4,
+                                 load_spring_rest_position=0.04,
+                                 load_viscous_friction_coefficient=1000.0))  # fmt: skip
+    plant.inputs.wall_shift = -0.01
+    settle(plant, 2.0)
+    force = 0.01 * 1e5 * 5e4 / 1.5e5
+    assert plant.signals.position == pytest.approx(0.04 - force / 5e4, abs=1e-7)
+    plant.inputs.wall_shift = 0.0
+    settle(plant, 3.0)
+    assert plant.signals.position == pytest.approx(0.04, abs=1e-7)
+
+
+def test_wall_that_strikes_follows_an_exact_solution(make_plant: MakePlant) -> None:
+    """A free mass hit by a wall that moves, and let go by it, as scipy integrates it."""
+    plant = make_plant(ballistic(wall_stiffness=1e6, wall_distance=0.041, wall_damping=2.0,
+                                 wall_time_constant=0.02))  # fmt: skip
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        x, v, s = y
+        speed = (-0.005 - s) / 0.02
+        depth = max(0.0, x - 0.041 - s)
+        push = max(0.0, 1e6 * depth * (1 + 2.0 * (v - speed)))
+        return [v, -push / 50.0, speed]
+
+    exact = solve_ivp(rates, (0.0, 0.1), [0.04, 0.0, 0.0], rtol=1e-10, atol=1e-12).y[:2, -1]
+    plant.inputs.wall_shift = -0.005
+    settle(plant, 0.1)
+    assert exact[1] < -0.1
+    assert plant.signals.velocity == pytest.approx(exact[1], rel=1e-4)
+    assert plant.signals.position == pytest.approx(exact[0], abs=1e-6)
 
 
 def test_harmonic_force_has_its_amplitude_and_frequency(make_plant: MakePlant) -> None:

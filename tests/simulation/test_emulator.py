@@ -1,10 +1,13 @@
 """The emulator inside a test: its time, its signals, its answers to mistakes."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from hil_emulator.config.load import load_whole
 from hil_emulator.errors import UserError
+from hil_emulator.platform.paths import shipped
 from hil_emulator.simulation.emulator import Emulator, NeverHeldError
 
 
@@ -47,6 +50,26 @@ def test_an_unknown_setting_lists_the_known_ones(emulator: Emulator) -> None:
         emulator.set("temperature", "50 degC")
     with pytest.raises(UserError, match="a pressure is wanted"):
         emulator.set("supply_pressure", "50 mm")
+
+
+def test_a_wall_that_is_not_there_is_not_moved(emulator: Emulator) -> None:
+    """The knee stands free; the message says how to give it a wall."""
+    with pytest.raises(UserError, match="there is no wall to move; set .load. wall"):
+        emulator.set("wall_shift", "-5 mm")
+
+
+@pytest.mark.slow
+def test_a_wall_comes_where_it_is_told_to(tmp_path: Path) -> None:
+    """With the valve shut, oil holds the rod against it: 1e5 N/m pushed in by 5 mm are 500 N."""
+    layer = tmp_path / "wall.toml"
+    layer.write_text('[load]\nwall = { stiffness = "1e5 N/m", distance = "40 mm" }\n')
+    with Emulator(load_whole([shipped("configs/hyq_knee.toml"), layer])) as walled:
+        walled.set("wall_shift", "-5 mm")
+        walled.run_for("300 ms")
+        moved = 0.04 - walled.signals.model.position
+        pushed = walled.signals.model.resisting_force
+        assert pushed == pytest.approx(1e5 * (5e-3 - moved), rel=1e-2)
+        assert pushed > 300.0
 
 
 @pytest.mark.emulator("configs/hyq_knee.toml", "configs/spring_load.toml", seed=7)

@@ -65,22 +65,28 @@ def load_spring(position: float, stiffness: float, rest_position: float) -> floa
               shown="mm", default=0.05),
         Param("damping", "s/m", "relative growth of the force with the closing speed",
               2.0, 0.0, 50.0, default=2.0),
+        Param("time_constant", "s", "time in which the wall follows where it is told to be",
+              0.02, 1e-3, 10.0, shown="ms", default=0.02),
     ),
-    source="Hunt and Crossley 1975; a leg that touches ground",
+    states=(Quantity("place", "m", "position of the wall over its distance"),),
+    source="Hunt and Crossley 1975; a leg that touches ground, or ground that comes up (input "
+           "wall_shift)",
     signature="load force rises steeply beyond one position",
-    not_modelled="friction along the wall",
+    not_modelled="friction along the wall; a wall that gives way to the load",
 )  # fmt: skip
 def wall(
-    position: float, velocity: float, stiffness: float, distance: float, damping: float
-) -> float:
-    """F = k d (1 + c d'), d = depth in the wall, never pulling.
+    position: float, velocity: float, wall_shift: float, place: float, stiffness: float,
+    distance: float, damping: float, time_constant: float,
+) -> tuple[float, float]:  # fmt: skip
+    """F = k d (1 + c d'), d = x - (x_w + s) in the wall, never pulling;  ds/dt = (s_set - s)/tau.
 
     The load meets an obstacle.
     """
-    depth = position - distance
+    speed = (wall_shift - place) / time_constant
+    depth = position - distance - place
     if depth <= 0.0:
-        return 0.0
-    return max(0.0, stiffness * depth * (1.0 + damping * velocity))
+        return 0.0, speed
+    return max(0.0, stiffness * depth * (1.0 + damping * (velocity - speed))), speed
 
 
 @effect(
