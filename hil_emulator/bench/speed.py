@@ -14,7 +14,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant, on_one_supply
-from hil_emulator.model.stages import transducer
+from hil_emulator.model.stages import SAMPLED
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.clock import LockStep, WallClock
@@ -140,7 +140,7 @@ class _Master:
 
 def _with_everything(config: Configuration, cache: Path) -> Plant:
     """Return the actuator with every effect of the plant at its typical value."""
-    plain = [e for e in config.effects if e.stage != transducer]
+    plain = [e for e in config.effects if e.stage not in SAMPLED]
     typical = {e.field_of(p): p.typical for e in plain for p in e.params}
     return Plant(compiled(config.effects, cache), config.plant | typical, config.step)
 

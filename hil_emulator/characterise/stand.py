@@ -76,7 +76,7 @@ class Stand:
         self.plant.inputs.valve_current = current
         self.plant.inputs.external_force = force
         self.plant.step(self._steps)
-        self.sensors.sample(self.plant.signal_vector)
+        self.sensors.sample(self.plant.signal_vector, self.plant.path)
         return self.sensors.reading
 
     def drive(self, currents: ArrayLike, forces: ArrayLike = 0.0) -> BenchRecord:

@@ -24,7 +24,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.model.actuator import PARAMS
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
-from hil_emulator.model.stages import transducer
+from hil_emulator.model.stages import SAMPLED
 
 DEFAULT_BUS = {
     "interface": "socketcand_server",
@@ -298,7 +298,7 @@ def _configuration(
 ) -> Configuration:
     rig = checked.rig
     steps = round(rig.tick / rig.step)
-    chain = [e for e in effects if e.stage == transducer]
+    chain = [e for e in effects if e.stage in SAMPLED]
     channels = type(checked.sensors).model_fields
     bus, wire = split(checked.bus)
     nodes = _nodes(checked.node, wire, origin.get(("node",), files[-1]))

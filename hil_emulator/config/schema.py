@@ -23,7 +23,7 @@ from hil_emulator.config.tables import (
 from hil_emulator.model.actuator import PARAMS
 from hil_emulator.model.declare import Effect, Param
 from hil_emulator.model.sensors import CHANNELS, Channel
-from hil_emulator.model.stages import transducer
+from hil_emulator.model.stages import SAMPLED
 
 
 def _field(param: Param) -> Any:
@@ -110,7 +110,7 @@ def _plant_table(table: str, effects: Iterable[Effect], kind: Kind) -> Any:
 
 
 def _sensors_table(effects: Iterable[Effect]) -> Any:
-    chain = [e for e in effects if e.stage == transducer]
+    chain = [e for e in effects if e.stage in SAMPLED]
     channels: dict[str, Any] = {}
     for channel in CHANNELS:
         fields = {e.name: _optional(_in_channel_unit(e, channel)) for e in chain}
@@ -121,7 +121,7 @@ def _sensors_table(effects: Iterable[Effect]) -> Any:
 
 def plant_tables(effects: Iterable[Effect]) -> list[str]:
     """Return the names of the plant's tables, in the order of the declarations."""
-    stages = [e.stage.table for e in effects if e.stage != transducer]
+    stages = [e.stage.table for e in effects if e.stage not in SAMPLED]
     return list(dict.fromkeys([*PARAMS, *stages]))
 
 

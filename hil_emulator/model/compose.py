@@ -40,7 +40,7 @@ def hold_all(parameters, inputs):
 
 
 @entry
-def tick(memory, past, par, inputs, signals, step, steps):
+def tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick, the set points delayed; tell whether the states are finite."""
     parameters = par.view(PARAMETERS)
     held = hold_all(parameters, inputs)
@@ -50,7 +50,9 @@ def tick(memory, past, par, inputs, signals, step, steps):
             held[i].valve_current = set_point(
                 parameters[i], held[i], held[i], before[i], held[i].valve_current, step * steps
             )
-    integrate(memory.view(STATE), memory, parameters, held, signals.view(SIGNALS), step, steps)
+    integrate(
+        memory.view(STATE), memory, parameters, held, signals.view(SIGNALS), path, step, steps
+    )
     return finite(memory)
 
 
@@ -63,10 +65,10 @@ def rate(state, rates, par, inputs, signals):
 
 
 @entry
-def sense(signals, par, memory, past, normal, period, reading, overrange):
+def sense(signals, path, par, memory, past, normal, period, reading, overrange):
     """Sample: `sensors.sample` on views of flat memory."""
     chain = Transducers(par.view(CHANNEL), memory.view(MEMORY), past.view(CHANNEL_PAST))
-    sample(signals, WIRING, chain, normal, period, reading, overrange)
+    sample(signals, path, WIRING, chain, normal, period, reading, overrange)
 '''
 
 
@@ -143,6 +145,15 @@ def acts_source(stage: Stage, effects: Iterable[Effect]) -> str:
     return f"def {stage.name}_acts(par):\n    return {' or '.join(asked) or 'False'}\n"
 
 
+def observe_source() -> str:
+    """Return the text of the function that collects the channels' quantities, see `sensors`."""
+    count = len(sensors.CHANNELS)
+    lines = [
+        f"        row[{count} * i + {k}] = y[i].{c.signal}" for k, c in enumerate(sensors.CHANNELS)
+    ]
+    return "\n".join(["def observe(y, row):", "    for i in range(ACTUATORS):", *lines, ""])
+
+
 def _check_names(effects: Sequence[Effect], stages: Sequence[Stage]) -> None:
     taken = {s.name for s in stages} | {f.__name__ for f in BALANCES}
     for effect in effects:
@@ -170,5 +181,6 @@ def module_source(effects: Sequence[Effect], constants: Mapping[str, float] | No
     parts = [_HEADER, *(f"{name} = {value!r}" for name, value in (constants or {}).items())]
     parts += [f"@compiled\n{stage_source(s, effects, base)}" for s in stages]
     parts += [f"@compiled\n{acts_source(a.stage, effects)}" for a in ACTS]
+    parts += [f"@compiled\n{observe_source()}"]
     parts += [f"@compiled\n{inspect.getsource(f)}" for f in BALANCES]
     return "\n\n".join([*parts, _ENTRIES])

@@ -4,6 +4,7 @@ from typing import Any
 
 from hil_emulator.model.constants import ACTUATORS, PIECES, VELOCITY_DOUBT
 from hil_emulator.model.exchange import balances, evaluate
+from hil_emulator.model.sensors import observe
 from hil_emulator.model.stages import spool_reach
 
 STATE_LENGTH = 0
@@ -11,10 +12,12 @@ STATE_LENGTH = 0
 
 
 def slopes(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float) -> None:
-    """Fill the four slopes of a classical Runge-Kutta step from row 0: rows 2 to 5."""
+    """Fill the last three of the four slopes of a classical Runge-Kutta step: rows 3 to 5.
+
+    Row 2 is the first, that of the states in row 0.
+    """
     n = STATE_LENGTH * ACTUATORS
     trial = rows[ACTUATORS : 2 * ACTUATORS]
-    balances(rows[:ACTUATORS], rows[2 * ACTUATORS : 3 * ACTUATORS], par, held, y)
     for stage in range(3):
         reach = step if stage == 2 else 0.5 * step
         for i in range(n):
@@ -60,7 +63,9 @@ def unsure(rows: Any, step: float) -> bool:
     return doubt
 
 
-def integrate(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float, steps: int) -> None:
+def integrate(
+    rows: Any, memory: Any, par: Any, held: Any, y: Any, path: Any, step: float, steps: int
+) -> None:
     """Take `steps` steps of classical Runge-Kutta with the inputs held.
 
     A step in which something hits is taken in pieces instead. The actuators of one supply take
@@ -73,22 +78,31 @@ def integrate(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float, 
         par: parameters of each actuator.
         held: inputs and what follows from parameters, constant over the call, of each.
         y: signals of each; they belong to the states reached.
+        path: what the sensors' elements meet after each step, channels of all actuators one after
+            the other, shape (steps, actuators * channels); overwritten.
         step: step width [s].
         steps: number of steps.
 
     """
-    for _ in range(steps):
+    states, rates = rows[:ACTUATORS], rows[2 * ACTUATORS : 3 * ACTUATORS]
+    for i in range(steps):
+        balances(states, rates, par, held, y)
+        if i > 0:
+            observe(y, path[i - 1])
         slopes(rows, memory, par, held, y, step)
         if not unsure(rows, step):
             advance(memory, step)
-            arrest(rows[:ACTUATORS], rows[2 * ACTUATORS : 3 * ACTUATORS], par)
+            arrest(states, rates, par)
             continue
         for _ in range(PIECES):
+            balances(states, rates, par, held, y)
             slopes(rows, memory, par, held, y, step / PIECES)
             advance(memory, step / PIECES)
-            arrest(rows[:ACTUATORS], rows[2 * ACTUATORS : 3 * ACTUATORS], par)
+            arrest(states, rates, par)
     # the signals of a trial state are not those of the state reached
-    evaluate(rows[:ACTUATORS], rows[2 * ACTUATORS : 3 * ACTUATORS], par, held, y)
+    evaluate(states, rates, par, held, y)
+    if steps > 0:
+        observe(y, path[steps - 1])
 
 
 def finite(memory: Any) -> bool:

@@ -36,12 +36,12 @@ class Kernel:
     one supply lie one after the other in each of them.
 
     Attributes:
-        tick: `tick(memory, past, par, inputs, signals, step, steps)`: one tick of all actuators on
-            a supply, see `integrator.integrate`, with the set points' delay; returns whether the
-            states are finite.
+        tick: `tick(memory, past, par, inputs, signals, path, step, steps)`: one tick of all
+            actuators on a supply, see `integrator.integrate`, with the set points' delay; returns
+            whether the states are finite.
         rate: `rate(state, rates, par, inputs, signals)`, see `exchange.evaluate`.
-        sense: `sense(signals, par, memory, past, normal, period, reading, overrange)`, see
-            `sensors.sample`.
+        sense: `sense(signals, path, par, memory, past, normal, period, reading, overrange)`,
+            see `sensors.sample`.
         parameters: the plant's parameters.
         state: what the plant integrates.
         past: what the plant remembers from tick to tick.

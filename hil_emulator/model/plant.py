@@ -13,6 +13,11 @@ from hil_emulator.model.sensors import CHANNELS
 
 __all__ = ["Plant", "Sensors", "Supply", "fill", "longest_delay", "on_one_supply"]
 
+Matrix = np.ndarray[Any, np.dtype[np.float64]]
+
+NOT_FOLLOWED: Matrix = np.empty((0, len(CHANNELS)))
+"""The path of quantities of which only the end is known."""
+
 _BLOCK = 256  # normal numbers are drawn for that many samples at once
 
 
@@ -34,6 +39,8 @@ class Supply:
         self.parameters = zeros(kernel.parameters, count)
         self.inputs = zeros(kernel.inputs, count)
         self.signals = zeros(kernel.signals, count)
+        self._path = np.empty((0, count * len(CHANNELS)))
+        self._steps = 0
 
     def step(self, steps: int) -> bool:
         """Integrate `steps` steps with the inputs held, and evaluate the signals there.
@@ -44,10 +51,19 @@ class Supply:
             Whether every state is finite.
 
         """
+        if steps > len(self._path):
+            self._path = np.empty((steps, self._path.shape[1]))
+        self._steps = steps
         return self.kernel.tick(
-            self.states, self.past, self.parameters, self.inputs, self.signals, self.step_width,
-            steps,
+            self.states, self.past, self.parameters, self.inputs, self.signals, self._path,
+            self.step_width, steps,
         )  # fmt: skip
+
+    def path(self, place: int) -> Matrix:
+        """Return what the channels of an actuator met in the last tick, see `Plant.path`."""
+        count = len(CHANNELS)
+        own = self._path[: self._steps, place * count : (place + 1) * count]
+        return np.ascontiguousarray(own)
 
 
 class Plant:
@@ -72,6 +88,7 @@ class Plant:
         self.kernel = kernel
         self.step_width = step
         self.supply = supply or Supply(kernel, step)
+        self._place = place
 
         def own(memory: Vector, layout: np.dtype[Any]) -> Vector:
             return memory[place * length(layout) : (place + 1) * length(layout)]
@@ -139,6 +156,11 @@ class Plant:
         """Move it, and with it all that are on its supply: see `Supply.step`."""
         return self.supply.step(steps)
 
+    @property
+    def path(self) -> Matrix:
+        """Each channel's quantity after every step of the last tick, shape (steps, channels)."""
+        return self.supply.path(self._place)
+
 
 def on_one_supply(
     kernel: Kernel, values: Sequence[Mapping[str, float]], step: float
@@ -195,14 +217,21 @@ class Sensors:
         self._memory[:] = math.nan
         self._past[:] = math.nan
 
-    def sample(self, signals: Vector) -> None:
-        """Fill `reading` and `overrange` from the model's signals, shape (signals,)."""
+    def sample(self, signals: Vector, path: Matrix = NOT_FOLLOWED) -> None:
+        """Fill `reading` and `overrange`.
+
+        Args:
+            signals: the model's signals, shape (signals,).
+            path: what the elements met since the last sample, see `Plant.path`; where nothing
+                followed that, their quantities went straight to their values of now.
+
+        """
         if self._next == _BLOCK:
             for channel, stream in enumerate(self._streams):
                 self._normals[:, channel] = stream.standard_normal(_BLOCK)
             self._next = 0
         self._sense(
-            signals, self.parameters, self._memory, self._past,
+            signals, path, self.parameters, self._memory, self._past,
             self._normals[self._next], self._period, self.reading, self.overrange,
         )  # fmt: skip
         self._next += 1

@@ -1,4 +1,8 @@
-"""Which quantity each sensor channel shows, and the transducer chain they share."""
+"""Which quantity each sensor channel shows, and the transducer chain they share.
+
+A channel's element follows its quantity through every step of the integrator; the chain that makes
+a reading of what the element shows runs once per sample.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hil_emulator.model.stages import transducer
+from hil_emulator.model.stages import element, element_acts, transducer
 
 
 @dataclass(frozen=True)
@@ -79,14 +83,21 @@ class Transducers(NamedTuple):
     past: Any
 
 
+def observe(y: Any, row: Any) -> None:
+    """Stand for the compiled function that fills a row with what each actuator's channels meet."""
+    raise TypeError("'observe' runs only in the module that kernel.build makes")
+
+
 def sample(
-    signals: Any, wires: Any, chain: Transducers, normal: Any, period: float, reading: Any,
-    overrange: Any,
+    signals: Any, path: Any, wires: Any, chain: Transducers, normal: Any, period: float,
+    reading: Any, overrange: Any,
 ) -> None:  # fmt: skip
     """Read every channel once.
 
     Args:
         signals: the model's signals, shape (signals,).
+        path: the channels' quantities at equal intervals since the last sample, the latest last,
+            shape (intervals, channels); without any row only their values of now are known.
         wires: see `wiring`, shape (channels, 5).
         chain: the transducers.
         normal: standard normal numbers, shape (channels,).
@@ -98,6 +109,13 @@ def sample(
     par, memory, past = chain
     for i in range(len(wires)):
         shown = signals[int(wires[i, 0])]
+        if element_acts(par[i]):
+            for row in range(len(path)):
+                shown = element(
+                    par[i], memory[i], memory[i], past[i], path[row, i], period / len(path)
+                )
+            if len(path) == 0:
+                shown = element(par[i], memory[i], memory[i], past[i], shown, period)
         neighbour = signals[int(wires[i, 2])] / wires[i, 3]
         differenced = reading[int(wires[i, 4])]
         value = transducer(

@@ -206,6 +206,11 @@ load_inertia = Stage(
 )  # fmt: skip
 
 # sensors
+element = Stage(
+    "element", "sensors", ("quantity", "interval"), "quantity that a sensing element has followed",
+    "span", "chain", balances=(),
+)  # fmt: skip
+element_acts = Acts(element)
 transducer = Stage(
     "transducer", "sensors", ("reading", "span", "neighbour", "differenced", "period", "normal"),
     "reading of one channel", "span", "chain", balances=(),
@@ -219,5 +224,5 @@ CONTINUOUS = (
     dry_friction, friction_scale, stop, inertia, coupling, play, load, load_inertia,
 )  # fmt: skip
 TICKED = (set_point,)
-SAMPLED = (transducer,)
-ACTS = (source_acts, dry_friction_acts, holding_acts, coupling_acts)
+SAMPLED = (element, transducer)
+ACTS = (source_acts, dry_friction_acts, holding_acts, coupling_acts, element_acts)

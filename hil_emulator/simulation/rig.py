@@ -272,7 +272,7 @@ class Rig:
         self.faults.act_on(self.now_ns, self.plant)
 
     def _measure(self) -> Measured:
-        self.sensors.sample(self.plant.signal_vector)
+        self.sensors.sample(self.plant.signal_vector, self.plant.path)
         sound = Measured(self.sensors.reading.tolist(), self.sensors.overrange.tolist())
         return self.faults.sensed(self.now_ns, sound)
 

@@ -121,6 +121,22 @@ def test_delays_of_a_channel_are_measured(bench: Put) -> None:
     assert measured(found, "delay of velocity") == pytest.approx(5.0, rel=0.02)
 
 
+def test_lags_shorter_than_a_tick_are_measured(bench: Put) -> None:
+    """A lag delays slow motion by its time constant, a Butterworth filter by sqrt(2)/w."""
+    honest = bench()
+    slow = {
+        "pressure_a": {"lag_time_constant": 5e-4},
+        "position": {"lag_time_constant": 2e-4, "resolution_step": 0.0},
+        "load_force": {"anti_aliasing_cut_off": 200.0, "noise_sigma": 0.0},
+    }
+    channels = {name: dict(honest.sensors.get(name, {})) | more for name, more in slow.items()}
+    found = sensors.run(replace(honest, sensors=dict(honest.sensors) | channels))
+    assert measured(found, "delay of pressure a") == pytest.approx(0.5, abs=0.02)
+    assert measured(found, "delay of position") == pytest.approx(0.2, abs=0.002)
+    late = 1e3 * math.sqrt(2.0) / (2.0 * math.pi * 200.0)
+    assert measured(found, "delay of load force") == pytest.approx(late, abs=0.005)
+
+
 @pytest.mark.parametrize("procedure", [friction, friction_steady])
 def test_another_friction_is_recovered(bench: Put, procedure: object) -> None:
     """B = 700 N s/m and F_c0 = 60 N come back from the sensors within 3 %."""

@@ -10,7 +10,7 @@ import pytest
 from hil_emulator.config.load import DEFAULT_BUS, load
 from hil_emulator.errors import UserError
 from hil_emulator.model.effects import CATALOGUE
-from hil_emulator.model.stages import transducer
+from hil_emulator.model.stages import SAMPLED
 from hil_emulator.platform.paths import shipped
 
 REFERENCE = shipped("configs/hyq_knee.toml")
@@ -139,7 +139,7 @@ def test_an_effect_can_be_switched_off(layer: Layer) -> None:
 
 def test_every_effect_of_the_catalogue_can_be_set(layer: Layer) -> None:
     """The schema knows every effect, at its table, by its knob's typical value."""
-    plain = [e for e in CATALOGUE if e.stage != transducer]
+    plain = [e for e in CATALOGUE if e.stage not in SAMPLED]
     tables: dict[str, list[str]] = {}
     for e in plain:
         unit = "" if e.knob.unit == "1" else f" {e.knob.unit}"

@@ -71,7 +71,7 @@ def recorded(
     table = np.zeros((len(time), len(readings.names)))
     keep = np.exp(-PERIOD / 4.0)
     for k in range(len(time)):
-        readings.sample(plant.signal_vector)
+        readings.sample(plant.signal_vector, plant.path)
         table[k] = readings.reading
         drift = drift * keep + 1e-5 * np.sqrt(1.0 - keep**2) * random.standard_normal()
         current[k] = current[k - 1]

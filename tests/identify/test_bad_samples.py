@@ -32,7 +32,7 @@ def stopping() -> Readings:
     sensors = Sensors(model.kernel, chain, 1e-3, np.random.default_rng(1))
     rows = []
     for k in range(4000):
-        sensors.sample(plant.signal_vector)
+        sensors.sample(plant.signal_vector, plant.path)
         rows.append(sensors.reading.copy())
         plant.command({"valve_current": 8e-3 if k % 1000 < 500 else -8e-3})
         plant.step(50)

@@ -34,7 +34,7 @@ def blocked(
         current = random.uniform(-3e-4, 3e-4, 40)[(time / 0.1).astype(int) % 40]
     table = np.zeros((len(time), len(readings.names)))
     for k, value in enumerate(current):
-        readings.sample(plant.signal_vector)
+        readings.sample(plant.signal_vector, plant.path)
         table[k] = readings.reading
         plant.command({"valve_current": value})
         plant.step(50)

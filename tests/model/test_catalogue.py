@@ -131,7 +131,7 @@ def readings(model: kernel.Kernel, values: Mapping[str, float]) -> np.ndarray:
     for i in range(40):
         plant.inputs.valve_current = 3e-3 * math.sin(i)
         plant.step(50)
-        sensors.sample(plant.signal_vector)
+        sensors.sample(plant.signal_vector, plant.path)
         rows.append(sensors.reading.copy())
     return np.array(rows)
 

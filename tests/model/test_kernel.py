@@ -47,7 +47,7 @@ def test_compiled_and_interpreted_sensors_agree(model: kernel.Kernel) -> None:
         plant.inputs.valve_current = 1e-3
         for _ in range(5):
             plant.step(50)
-            sensors.sample(plant.signal_vector)
+            sensors.sample(plant.signal_vector, plant.path)
         readings.append(sensors.reading.copy())
     assert readings[0] == pytest.approx(readings[1], rel=1e-9)
 

@@ -81,15 +81,6 @@ def test_crosstalk_adds_a_part_of_the_transverse_force(model: Kernel) -> None:
     assert bench.read("load_force", np.array([0.0]))[0] == pytest.approx(10.0)
 
 
-def test_lag_answers_a_step_exponentially(model: Kernel) -> None:
-    """After a step the reading is 1 - exp(-t/tau) at every tick; the first sample is settled."""
-    bench = Bench(model, pressure_a={"lag_time_constant": 5e-3})
-    found = bench.read("pressure_a", np.array([0.0] + [1e5] * 20))
-    t = PERIOD * np.arange(1, 21)
-    assert found[0] == 0.0
-    assert found[1:] == pytest.approx(1e5 * (1 - np.exp(-t / 5e-3)), rel=1e-12)
-
-
 def test_delay_reports_the_past(model: Kernel) -> None:
     """Two and a half ticks late: half of one old sample, half of the one before."""
     values = np.arange(10.0)

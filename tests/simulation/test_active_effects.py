@@ -27,7 +27,7 @@ def driven(config: Configuration, changes: dict[str, float]) -> np.ndarray:
             for name, value in changes.items():
                 plant.parameters[name] = value
         plant.step(config.steps)
-        sensors.sample(plant.signal_vector)
+        sensors.sample(plant.signal_vector, plant.path)
         rows.append(np.concatenate([plant.signal_vector, sensors.reading, sensors.overrange]))
     return np.array(rows)
 
@@ -75,7 +75,7 @@ def test_sensors_without_any_effect_read_the_signal() -> None:
     model = kernel.build(lean.effects, compiled=False)
     plant = Plant(model, lean.plant, lean.step)
     sensors = Sensors(model, lean.sensors, 1e-3, np.random.default_rng(1))
-    sensors.sample(plant.signal_vector)
+    sensors.sample(plant.signal_vector, plant.path)
     assert sensors.reading[0] == plant.signals.pressure_a
     assert not sensors.overrange.any()
 

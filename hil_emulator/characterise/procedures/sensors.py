@@ -66,23 +66,24 @@ def _look(channel: Channel, rest: BenchRecord, moving: BenchRecord) -> _Seen:
     )
 
 
-def expected_delay(given: Mapping[str, float], period: float) -> float:
-    """Return the delay [s] of slow signals through estimator, lag and dead time of a channel."""
+def expected_delay(given: Mapping[str, float], omega: float) -> float:
+    """Return the delay [s] of a sine through filters, estimator and dead time of a channel.
+
+    That of a filter is its phase, arg H(j omega)/omega, of 1/(1 + tau s) and of a Butterworth
+    low-pass of second order; towards slow sines tau and sqrt(2)/(2 pi f_c).
+    """
     delay = given.get("delay_time", 0.0) + 0.5 * given.get("velocity_estimator_window", 0.0)
-    tau = given.get("lag_time_constant", 0.0)
-    if tau:
-        kept = math.exp(-period / tau)
-        delay += period * kept / (1.0 - kept)
-    return delay
+    lag = math.atan(omega * given.get("lag_time_constant", 0.0))
+    w = omega / (2.0 * math.pi * given.get("anti_aliasing_cut_off", math.inf))
+    return delay + (lag + math.atan2(math.sqrt(2.0) * w, 1.0 - w * w)) / omega
 
 
-def _rows(
-    channel: Channel, given: Mapping[str, float], seen: _Seen, period: float
-) -> list[Comparison]:
+def _rows(channel: Channel, given: Mapping[str, float], seen: _Seen) -> list[Comparison]:
     """Compare one channel with its configuration."""
     factor, name = _SHOWN.get(channel.shown, 1.0), channel.name.replace("_", " ")
     sigma, step = given.get("noise_sigma", 0.0), given.get("resolution_step", 0.0)
-    noise, delay = math.hypot(sigma, step / 12**0.5), expected_delay(given, period)
+    noise = math.hypot(sigma, step / 12**0.5)
+    delay = expected_delay(given, 2.0 * math.pi * _HERTZ)
     rows = [
         (sigma, f"noise of {name}, standard deviation", channel.shown, noise * factor,
          seen.noise * factor, 0.05),
@@ -99,12 +100,8 @@ def _rows(
     ]
 
 
-def _comparisons(bench: Bench, seen: Mapping[str, _Seen], period: float) -> list[Comparison]:
-    rows = [
-        row
-        for c in CHANNELS
-        for row in _rows(c, bench.sensors.get(c.name, {}), seen[c.name], period)
-    ]
+def _comparisons(bench: Bench, seen: Mapping[str, _Seen]) -> list[Comparison]:
+    rows = [row for c in CHANNELS for row in _rows(c, bench.sensors.get(c.name, {}), seen[c.name])]
     noise = seen["load_force"].noise
     if noise:
         rows.append(Comparison(
@@ -140,7 +137,7 @@ def run(bench: Bench) -> BenchResult:
             )
             for c in CHANNELS
         },
-        comparisons=_comparisons(bench, seen, stand.period),
+        comparisons=_comparisons(bench, seen),
         notes=[
             f"{name}: gain {s.gain:.4f}, delay {s.delay * 1e3:.2f} ms at {_HERTZ:g} Hz."
             for name, s in seen.items()

@@ -101,7 +101,7 @@ class SimulatedBench:
         for k in range(count):
             # the ripple goes on within a sample: half a sample later its mean acts
             plant.signal_vector[read] += supply[2 * k] - plant.parameter_vector[self.model.supply]
-            sensors.sample(plant.signal_vector)
+            sensors.sample(plant.signal_vector, plant.path)
             table[k] = self._rounded(sensors.reading + noise[k])
             current[k] = np.clip(gain * (wanted[k] - table[k, at]) + feed[k], -top, top)
             plant.parameter_vector[self.model.supply] = supply[2 * k + 1]

@@ -122,8 +122,8 @@ def linearise(
     gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
     jacobians = Jacobians(np.zeros((count, n, n)), np.zeros((count, m, n)))
     kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
-    run = begin(tick, model, start, current[0, 0])
-    instruments = install(model, run.signals, data.period)
+    run = begin(tick, model, start, current[0])
+    instruments = install(model, run.signals, run.path, data.period)
     corrected, moved = beside(run), beside(run)
     z, cov, signals = run.z, tuning.covariance.copy(), run.signals
     present = np.ones(m, np.bool_)
@@ -141,7 +141,7 @@ def linearise(
         for j in range(n):  # Jacobian of the reading
             follow(moved, run)
             moved.z[j] += widths[j]
-            advance(tick, moved, before, 0)
+            advance(tick, moved, moved.path, before, 0)
             for i in range(m):
                 source = sources[chosen[i]]
                 reading_slope[i, j] = (moved.signals[source] - signals[source]) / widths[j]

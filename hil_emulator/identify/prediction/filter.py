@@ -40,8 +40,8 @@ def predict(
         track: predicted signals, shape (samples, signals); overwritten, unless it is one row.
 
     """
-    run = begin(tick, model, start, data.current[0, 0])
-    instruments = install(model, run.signals, data.period)
+    run = begin(tick, model, start, data.current[0])
+    instruments = install(model, run.signals, run.path, data.period)
     z, reading = run.z, instruments.reading
     current, measured, chosen = data.current, data.measured, data.chosen
     kalman, whitening = gains.kalman, gains.whitening

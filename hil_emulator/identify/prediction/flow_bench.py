@@ -18,7 +18,7 @@ from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.identify.prediction.static import MeasuredStates
-from hil_emulator.model.stages import friction, inertia, stop, transducer
+from hil_emulator.model.stages import SAMPLED, friction, inertia, stop
 
 SPOOL_STEP = 1e-4
 """Integration step [s]: the spool is all that moves (250 Hz, damped)."""
@@ -99,11 +99,12 @@ class FlowBench:
         signals = np.zeros(len(model.signal_names))
         path = np.zeros((e.samples, len(signals)))
         steps = max(1, int(np.ceil(e.period / SPOOL_STEP - 1e-9)))
+        met = np.empty((steps, len(model.names)))
         for k in range(e.samples):
             memory[self._ports] = frozen.states[k, self._ports]
             par[model.supply] = supply[k]
             inputs[0] = e.current[max(0, k - 1)]
-            tick(memory, past, par, inputs, signals, e.period / steps, steps if k else 0)
+            tick(memory, past, par, inputs, signals, met, e.period / steps, steps if k else 0)
             path[k] = signals
         return path
 
@@ -157,7 +158,7 @@ def examinable(candidate: Coordinate) -> bool:
     effect = candidate.effect
     if effect is None or candidate.channel:
         return False
-    hidden = (transducer, inertia, stop)
+    hidden = (*SAMPLED, inertia, stop)
     return all(
         law.stage not in hidden and law.stage.table != friction.table
         and law.stage.name not in UNSEEN

@@ -40,10 +40,10 @@ def run_freely(
         np.empty((len(measured), model.signals)),
     )  # fmt: skip
     one, free = errors.one, errors.free
-    run = begin(tick, model, start, current[0, 0])
-    instruments = install(model, run.signals, data.period)
+    run = begin(tick, model, start, current[0])
+    instruments = install(model, run.signals, run.path, data.period)
     loose = beside(run)
-    loose_instruments = install(model, loose.signals, data.period)
+    loose_instruments = install(model, loose.signals, loose.path, data.period)
     z = run.z
     error = np.zeros(len(chosen))
     for k in range(len(current)):

@@ -15,7 +15,7 @@ from hil_emulator.identify.prediction.plant_model import (
 )
 from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect, is_on
-from hil_emulator.model.stages import transducer
+from hil_emulator.model.stages import SAMPLED
 
 PRIORS = {
     "valve_gain": 0.10,
@@ -69,7 +69,7 @@ def ordinary(model: PlantModel, priors: Mapping[str, float] = PRIORS) -> list[Co
             )
         )
     for effect in model.effects:
-        if effect.stage == transducer or math.isinf(effect.off):
+        if effect.stage in SAMPLED or math.isinf(effect.off):
             continue
         value = model.plant_values.get(effect.field_of(effect.knob), effect.off)
         if is_on(effect, value):
@@ -90,7 +90,7 @@ def candidates(model: PlantModel, channels: tuple[str, ...]) -> list[Coordinate]
     """Return every effect that may be named and that the configuration leaves off."""
     found = []
     for effect in (e for e in model.effects if e.named):
-        if effect.stage != transducer:
+        if effect.stage not in SAMPLED:
             if not is_on(effect, model.plant_values.get(effect.field_of(effect.knob), effect.off)):
                 found.append(model.knob(effect, "", math.inf))
             continue

@@ -23,11 +23,11 @@ from hil_emulator.model.plant import Plant
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import (
     CONTINUOUS,
+    SAMPLED,
     coupling_acts,
     dry_friction_acts,
     holding_acts,
     source_acts,
-    transducer,
 )
 
 USUAL_SPEED = 0.1
@@ -147,14 +147,14 @@ class PlantModel:
     def _with_shapes(self, values: dict[str, float]) -> dict[str, float]:
         # a shape whose default is zero, as a spring's rest at the stop, is taken where it is usual
         shapes = {e.field_of(p): p.default or p.typical
-                  for e in self.effects if e.stage != transducer for p in e.shape}  # fmt: skip
+                  for e in self.effects if e.stage not in SAMPLED for p in e.shape}  # fmt: skip
         return shapes | values
 
     def _channel(self, name: str, values: dict[str, float]) -> Array:
         """Return a channel's deterministic part: a predictor knows neither noise nor steps."""
         chosen: dict[str, float] = {}
         for effect in self.effects:
-            if effect.stage != transducer:
+            if effect.stage not in SAMPLED:
                 continue
             for p in effect.shape:
                 scale = SPANS[name] if p.unit == "span" else 1.0

@@ -36,8 +36,8 @@ def probe(
     current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
     count, n, m = len(current), len(start.z), len(chosen)
     entries = Entries(np.zeros((count, n, len(probes))), np.zeros((count, m, len(probes))))
-    run = begin(tick, model, start, current[0, 0])
-    instruments = install(model, run.signals, data.period)
+    run = begin(tick, model, start, current[0])
+    instruments = install(model, run.signals, run.path, data.period)
     corrected, moved = beside(run), beside(run)
     z, par = run.z, run.par
     for k in range(count):

@@ -83,7 +83,9 @@ def sweep(
     rows = len(data.current)
     track = np.zeros((rows, model.signals))
     signals, inputs = np.zeros(model.signals), np.zeros(INPUT_COUNT)
-    instruments = install(model, signals, data.period)
+    # elements meet samples alone
+    met = np.empty((0, len(model.sources)))
+    instruments = install(model, signals, met, data.period)
     shown = np.zeros((rows, len(instruments.reading)))
     state, par = start.copy(), model.par.copy()
     rates = np.zeros(len(state))

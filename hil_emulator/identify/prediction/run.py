@@ -12,13 +12,13 @@ from hil_emulator.model.quantities import INPUTS
 INPUT_COUNT = len(INPUTS)
 """Inputs of the model; the first is the valve current."""
 
-Tick = Callable[[Array, Array, Array, Array, Array, float, int], None]
+Tick = Callable[[Array, Array, Array, Array, Array, Array, float, int], None]
 """The kernel's integration over one sample, see `Kernel.tick`."""
 
 Rate = Callable[[Array, Array, Array, Array, Array], None]
 """The kernel's derivative of the state, see `Kernel.rate`."""
 
-Sense = Callable[[Array, Array, Array, Array, Array, float, Array, Index], None]
+Sense = Callable[[Array, Array, Array, Array, Array, Array, float, Array, Index], None]
 """The kernel's sensor chain, see `Kernel.sense`."""
 
 
@@ -30,6 +30,7 @@ class Run(NamedTuple):
         memory: the integrator's memory; the state vector comes first.
         past: what the set point remembers.
         signals: the model's signals at this state.
+        path: what the sensors' elements met since the last sample, see `integrator.integrate`.
         par: the plant's parameters, in which the disturbances act.
         inputs: of the model.
         active: indices in the state vector of the states in z.
@@ -46,6 +47,7 @@ class Run(NamedTuple):
     memory: Array
     past: Array
     signals: Array
+    path: Array
     par: Array
     inputs: Array
     active: Index
@@ -62,6 +64,7 @@ class Instruments(NamedTuple):
 
     Attributes:
         signals: what they measure.
+        path: what their elements met since the last sample, shape (steps, channels).
         chan: the transducers' parameters.
         trace: what they remember.
         history: the samples that they remember.
@@ -73,6 +76,7 @@ class Instruments(NamedTuple):
     """
 
     signals: Array
+    path: Array
     chan: Array
     trace: Array
     history: Array
@@ -82,26 +86,31 @@ class Instruments(NamedTuple):
     overrange: Index
 
 
-def begin(tick: Tick, model: ParametrisedModel, start: Start, current: float) -> Run:
-    """Return a run at its start; `current` acts until the first sample."""
+def begin(tick: Tick, model: ParametrisedModel, start: Start, currents: Array) -> Run:
+    """Return a run at its start; the first of a period's currents acts until the first sample."""
     size = len(start.state)
     memory = np.zeros(6 * size)
     memory[:size] = start.state
     past = np.full(model.remembered[0], np.nan)
     run = Run(
-        start.z.copy(), memory, past, np.zeros(model.signals), model.par.copy(),
+        start.z.copy(), memory, past, np.zeros(model.signals),
+        np.zeros((len(currents) * model.steps, len(model.sources))), model.par.copy(),
         np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, model.par[model.supply],
         start.decay[0], start.decay[1], model.step,
     )  # fmt: skip
-    advance(tick, run, current, 0)
+    advance(tick, run, run.path, currents[0], 0)
+    # what it measures has been at rest
+    for i in range(len(model.sources)):
+        run.path[:, i] = run.signals[model.sources[i]]
     return run
 
 
 def beside(run: Run) -> Run:
     """Return a second run at the same state, with the same parameters."""
     return Run(
-        run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(), run.par, run.inputs,
-        run.active, run.drift, run.supply, run.nominal, run.null_decay, run.supply_decay, run.step,
+        run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(), run.path.copy(),
+        run.par, run.inputs, run.active, run.drift, run.supply, run.nominal, run.null_decay,
+        run.supply_decay, run.step,
     )  # fmt: skip
 
 
@@ -116,10 +125,11 @@ def follow(run: Run, other: Run) -> None:
         past[i] = other.past[i]
 
 
-def advance(tick: Tick, run: Run, current: float, steps: int) -> None:
+def advance(tick: Tick, run: Run, path: Array, current: float, steps: int) -> None:
     """Map z over some integration steps; memory and signals then belong to the new state.
 
-    No step at all puts z into the memory and computes the signals there.
+    The rows of `path` are what the sensors' elements meet after each step. No step at all puts z
+    into the memory and computes the signals there.
     """
     z, memory, par, inputs, active = run.z, run.memory, run.par, run.inputs, run.active
     n = len(active)
@@ -131,7 +141,7 @@ def advance(tick: Tick, run: Run, current: float, steps: int) -> None:
     inputs[0] = current
     par[run.drift] = z[n]
     par[run.supply] = run.nominal + z[n + 1]
-    tick(memory, run.past, par, inputs, run.signals, run.step, steps)
+    tick(memory, run.past, par, inputs, run.signals, path, run.step, steps)
     for i in range(n):
         z[i] = memory[active[i]]
 
@@ -139,14 +149,14 @@ def advance(tick: Tick, run: Run, current: float, steps: int) -> None:
 def elapse(tick: Tick, run: Run, currents: Array, steps: int) -> None:
     """Let a sample period pass, in which the current takes some values one after the other."""
     for i in range(len(currents)):
-        advance(tick, run, currents[i], steps)
+        advance(tick, run, run.path[i * steps : (i + 1) * steps], currents[i], steps)
 
 
-def install(model: ParametrisedModel, signals: Array, period: float) -> Instruments:
+def install(model: ParametrisedModel, signals: Array, path: Array, period: float) -> Instruments:
     """Return sensors that remember nothing yet, and are read once in a sample period [s]."""
     count = len(model.sources)
     return Instruments(
-        signals, model.chan, np.full(model.remembered[1], np.nan),
+        signals, path, model.chan, np.full(model.remembered[1], np.nan),
         np.full(model.remembered[2], np.nan), np.zeros(count), period, np.zeros(count),
         np.zeros(count, np.int64),
     )  # fmt: skip

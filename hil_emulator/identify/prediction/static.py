@@ -23,7 +23,7 @@ from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.records import Moments, Places
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.model.constants import SLIDING_BEND
-from hil_emulator.model.stages import friction, inertia, load, stop, transducer
+from hil_emulator.model.stages import SAMPLED, friction, inertia, load, stop
 
 PRESLIDING = 1e-3
 """Travel after a reversal in which seals bend before they slide [m] (assumed)."""
@@ -200,9 +200,9 @@ def examinable(candidate: Coordinate, driven: bool = False) -> bool:
     if effect is None or candidate.channel not in ("", "load_force"):
         return False
     inside = all(
-        law.stage in (stop, transducer) or law.stage.table == friction.table
+        law.stage in (stop, *SAMPLED) or law.stage.table == friction.table
         or (law.stage == load and "velocity" not in law.arguments if driven
             else law.stage == inertia)
         for law in effect.laws
     )  # fmt: skip
-    return inside and (effect.stage == transducer or not effect.states)
+    return inside and (effect.stage in SAMPLED or not effect.states)

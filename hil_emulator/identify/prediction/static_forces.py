@@ -20,7 +20,9 @@ def forces(
     rates = np.zeros(states.shape[1])
     inputs = np.zeros(INPUT_COUNT)
     signals = np.zeros(model.signals)
-    instruments = install(model, signals, period)
+    # elements meet samples alone
+    met = np.empty((0, len(model.sources)))
+    instruments = install(model, signals, met, period)
     for k in range(len(states)):
         if not moments.present[k]:
             continue

@@ -8,6 +8,7 @@ from hil_emulator.model.effects import (
     coupling,
     cylinder,
     edges,
+    element,
     friction,
     lines,
     load,
@@ -27,5 +28,6 @@ CATALOGUE: tuple[Effect, ...] = (
     *friction.EFFECTS,
     *coupling.EFFECTS,
     *load.EFFECTS,
+    *element.EFFECTS,
     *transducer.EFFECTS,
 )

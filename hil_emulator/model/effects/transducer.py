@@ -1,7 +1,7 @@
 """From the physical quantity to what a sensor reports: the one chain all channels share.
 
-These laws run once per tick. A `span` unit means the unit of the channel; its typical values and
-bounds are fractions of the channel's span.
+These laws run once per tick, on what the sensing element (`element`) shows. A `span` unit means the
+unit of the channel; its typical values and bounds are fractions of the channel's span.
 """
 
 import math
@@ -150,24 +150,6 @@ def zero_drift(
 
 @effect(
     transducer,
-    knob=Param("time_constant", "s", "time constant of the amplifier", 5e-4, 0.0, 1.0, shown="ms"),
-    states=(Quantity("memory", "span", "output of the low-pass"),),
-    source="first-order low-pass, exact for an input held during the tick",
-    signature="the channel trails its quantity",
-)
-def lag(reading: float, period: float, time_constant: float, memory: float) -> tuple[float, float]:
-    """y = y + (1 - exp(-T/tau)) (x - y).
-
-    The sensor lags behind.
-    """
-    if math.isnan(memory):
-        return reading, reading
-    filtered = memory + (1.0 - math.exp(-period / time_constant)) * (reading - memory)
-    return filtered, filtered
-
-
-@effect(
-    transducer,
     knob=Param("time", "s", "age of the reading", 1e-3, 0.0, 0.1, shown="ms"),
     states=(Quantity("history", "span", "readings of the last ticks", length=HISTORY),),
     source="conversion and digital filtering: dead time, linear between ticks",
@@ -247,5 +229,5 @@ def measuring_range(reading: float, upper: float, lower: float) -> float:
 
 EFFECTS = (
     velocity_estimator, crosstalk, nonlinearity, slope_asymmetry, gain_error, creep, offset,
-    zero_drift, lag, delay, hum, noise, resolution, measuring_range,
+    zero_drift, delay, hum, noise, resolution, measuring_range,
 )  # fmt: skip
