@@ -93,16 +93,20 @@ def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus:
 def entrained_air(
     bulk_modulus: float, pressure: float, fraction: float, polytropic_exponent: float
 ) -> float:
-    """E' = E (1 + w) / (1 + w E / (k p)), w = r (p_0/p)^(1/k).
+    """E' = E (1 + w) / (1 + w E / (k p)), w = r (p_0/p)^(1/k) exp(p/E).
 
     There is air in the oil.
 
-    From V = V_L (1 - p/E) + V_G (p_0/p)^(1/k) and E' = -V dp/dV, p absolute. E' tends to E at
-    high pressure and to k p towards vacuum, so that a pressure cannot become negative.
+    From V = V_L exp(-p/E) + V_G (p_0/p)^(1/k) and E' = -V dp/dV, p absolute: oil of constant
+    tangent modulus E, as the balances have it, and a polytropic gas; w is the volume of the gas
+    over that of the oil. V_L (1 - p/E), the other usual form, has a modulus E - p without any air.
+    E' tends to E at high pressure and to k p towards vacuum, so that a pressure cannot become
+    negative.
     """
-    # the guard only keeps the power finite; p > 0 wherever there is air
+    # the guard only keeps the logarithm finite; p > 0 wherever there is air
     p = max(pressure, 1e-9)
-    gas: float = fraction * (ATMOSPHERE / p) ** (1.0 / polytropic_exponent)
+    expansion = math.log(ATMOSPHERE / p) / polytropic_exponent
+    gas: float = fraction * math.exp(expansion + p / bulk_modulus)
     return bulk_modulus * (1.0 + gas) / (1.0 + gas * bulk_modulus / (polytropic_exponent * p))
 
 
