@@ -121,6 +121,11 @@ class Bench:
     seed: int = 1
     step: float = 2e-5
 
+    @property
+    def null_opening(self) -> float:
+        """Opening of every edge at null [A]: its underlap, and what its clearance is worth."""
+        return self.value("underlap_lap") + self.value("land_leakage_clearance")
+
     def stand(self, changes: Mapping[str, float], period: float = 1e-3) -> Stand:
         """Set the actuator up anew with some parameters changed."""
         plant = Plant(self.kernel, {**self.values, **changes}, self.step)

@@ -17,7 +17,7 @@ called here by its name. In every function:
 import math
 from typing import Any
 
-from hil_emulator.model.constants import ATMOSPHERE
+from hil_emulator.model.constants import ATMOSPHERE, DISCHARGE
 from hil_emulator.model.mechanics import MECHANICS, move_rod
 from hil_emulator.model.ports import PORTS, deliver, fill_lines, port_pressures
 from hil_emulator.model.quantities import HELD, INPUTS, PARAMS, SIGNALS, STATES
@@ -26,7 +26,6 @@ from hil_emulator.model.stages import (
     command,
     cross_leakage,
     cross_relief,
-    discharge,
     gas_pressure,
     line_flow,
     line_rates,
@@ -54,6 +53,19 @@ from hil_emulator.model.stages import (
 __all__ = ["BALANCES", "HELD", "INPUTS", "PARAMS", "SIGNALS", "STATES"]
 
 
+def transition(par: Any, viscosity: float) -> float:
+    """Return opening times root of the drop at which an edge turns turbulent [A Pa^½].
+
+    Re = D_h v/nu with D_h = 2 x, twice the slot's height, and v = C_d sqrt(2 dp/rho) (S2 eq. 5,
+    alpha_d(Re)) only holds the product of both: Re_c = 2 s u C_d sqrt(2 dp/rho)/nu.
+    """
+    nu = par.oil_kinematic_viscosity * viscosity
+    slot = 2.0 * par.valve_slot_per_ampere * DISCHARGE
+    number = par.valve_critical_reynolds_number
+    product: float = number * nu * math.sqrt(0.5 * par.oil_density) / slot
+    return product
+
+
 def hold(par: Any, inputs: Any, held: Any) -> None:
     """Fill what stays constant during a call of the integrator."""
     held.valve_current = inputs.valve_current
@@ -62,6 +74,7 @@ def hold(par: Any, inputs: Any, held: Any) -> None:
     held.wall_shift = inputs.wall_shift
     held.viscosity = viscosity(par, held, held, 1.0)
     held.gas_pressure = gas_pressure(par, held, held)
+    held.transition = transition(par, held.viscosity)
 
 
 def move(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
@@ -76,13 +89,20 @@ def move(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     move_rod(x, dx, par, held, y)
 
 
-def pressure_root(difference: float, width: float) -> float:
+def pressure_root(difference: float, laminar: float, least: float) -> float:
     """Return a square root of a pressure difference that is smooth and odd through zero [Pa^½].
 
     phi(dp) = dp / (dp² + delta²)^¼ tends to sign(dp) sqrt(|dp|) far from zero and to the line
     dp / sqrt(delta) near it, where an orifice is laminar. At |dp| = 10 delta it is 0.25 % low.
+
+    Args:
+        difference: dp [Pa].
+        laminar: what the flow makes of delta [Pa].
+        least: what the integration makes of it [Pa]; the greater of both counts.
+
     """
-    return difference / math.sqrt(math.sqrt(difference * difference + width * width))
+    square = difference * difference + laminar * laminar + least * least
+    return difference / math.sqrt(math.sqrt(square))
 
 
 def chamber_pressure(state: float, gas: float) -> float:
@@ -130,14 +150,17 @@ def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     y.spool_speed = dx.spool_position
 
 
-def edge_flow(x: Any, dx: Any, par: Any, held: Any, opening: float, drop: float) -> float:
-    """Flow through one metering edge (S1 eq. 3.6), in either direction [m³/s]."""
+def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
+    """Flow through one metering edge (S1 eq. 3.6), in either direction [m³/s].
+
+    Laminar, q ~ u² dp, below a Reynolds number; turbulent, q = K_v u sqrt(dp), above it.
+    """
     if opening <= 0.0:
         return 0.0
-    # an orifice turns laminar at a Reynolds number, so at a drop that grows as viscosity squared
-    width = par.valve_laminar_width * held.viscosity * held.viscosity
-    coefficient = discharge(par, x, dx, 1.0, opening, drop, held.viscosity)
-    flow: float = coefficient * par.valve_gain * opening * pressure_root(drop, width)
+    root = held.transition / opening
+    flow: float = (
+        par.valve_gain * opening * pressure_root(drop, root * root, par.valve_laminar_width)
+    )
     return flow
 
 
@@ -150,10 +173,10 @@ def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     u = travel(par, x, dx, y.spool_position, y.spool_speed)
     opens = metering(par, x, dx, u, u)
     closes = metering(par, x, dx, -u, u)
-    q_sa = edge_flow(x, dx, par, held, opens, p_s - p_a)
-    q_bt = edge_flow(x, dx, par, held, opens, p_b - p_t)
-    q_sb = edge_flow(x, dx, par, held, closes, p_s - p_b)
-    q_at = edge_flow(x, dx, par, held, closes, p_a - p_t)
+    q_sa = edge_flow(par, held, opens, p_s - p_a)
+    q_bt = edge_flow(par, held, opens, p_b - p_t)
+    q_sb = edge_flow(par, held, closes, p_s - p_b)
+    q_at = edge_flow(par, held, closes, p_a - p_t)
     q_st = pilot_flow(par, x, dx, p_s, p_t)
     y.port_flow_a = q_sa - q_at
     y.port_flow_b = q_bt - q_sb
@@ -258,7 +281,7 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 
 BALANCES = (
-    hold, pressure_root, chamber_pressure, gas_factor, ports, *PORTS, move_spool, edge_flow, meter,
-    fill_chambers, *MECHANICS, move, feed, account,
+    transition, hold, pressure_root, chamber_pressure, gas_factor, ports, *PORTS, move_spool,
+    edge_flow, meter, fill_chambers, *MECHANICS, move, feed, account,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.model.constants import (
-    ACTUATORS, ATMOSPHERE, FASTEST_SLIP, LIGHTEST_ROD, PIECES, SLIDING_BEND, VELOCITY_DOUBT,
+    ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, LIGHTEST_ROD, PIECES, SLIDING_BEND,
+    VELOCITY_DOUBT,
 )
 from hil_emulator.model.sensors import Transducers
 '''

@@ -7,6 +7,9 @@ REFERENCE_TEMPERATURE = 313.15
 """Oil temperature at which every parameter is stated [K]: 40 °C, where ISO 3448 defines a
 viscosity grade and where HyQ's cooler switches on (S1 3.3.2)."""
 
+DISCHARGE = 0.6
+"""Discharge coefficient of a turbulent metering edge (S1 3.3.2)."""
+
 LIGHTEST_ROD = 0.1
 """Smallest mass ahead of an elastic load cell [kg] (assumed): without any it has no dynamics."""
 

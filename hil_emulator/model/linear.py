@@ -35,7 +35,7 @@ class LinearisedMachine:
     gain: float
     """Valve gain [K_v]."""
     underlap: float
-    """Opening of every edge at null [u_0]; S1 has zero lap."""
+    """Opening of every edge at null [u_0], underlap or clearance; S1 has zero lap."""
     supply_pressure: float
     tank_pressure: float
     area: float
@@ -63,7 +63,7 @@ class LinearisedMachine:
         known = {name: p.default for name, p in fields if p.default is not None} | dict(values)
         return cls(
             gain=known["valve_gain"],
-            underlap=known.get("underlap_lap", 0.0),
+            underlap=known.get("underlap_lap", 0.0) + known.get("land_leakage_clearance", 0.0),
             supply_pressure=known["supply_pressure"],
             tank_pressure=known["tank_pressure"],
             area=known["cylinder_piston_area"],

@@ -21,8 +21,16 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               source="S1 3.3.1"),
         Param("damping_ratio", "1", "damping ratio of the spool", 0.7, 0.1, 3.0, default=0.7,
               source="0.5 to 0.9 in public HyQ scripts; 0.7 puts -3 dB at the natural frequency"),
-        Param("laminar_width", "Pa", "pressure difference below which an edge is laminar",
-              1e5, 1e3, 20e5, "bar", default=1e5),
+        Param("critical_reynolds_number", "1", "Reynolds number at which an edge would pass as "
+              "much by its laminar as by its turbulent flow; 0: turbulent at any", 14.7, 0.0,
+              1000.0, default=14.7,
+              source="sharp edge: creeping flow through a slit (Wuest 1954, in Merritt 1967) has "
+                     "C_d² = (pi/128) Re, which is 0.6² there"),
+        Param("slot_per_ampere", "m/A", "height of an edge's slot per ampere of spool travel",
+              0.025, 1e-4, 1.0, default=0.025, source="0.25 mm at 10 mA, assumed"),
+        Param("laminar_width", "Pa", "least pressure difference below which the integration takes "
+              "an edge for laminar, whatever its Reynolds number", 1e5, 1e3, 20e5, "bar",
+              default=1e5, source="exact to 0.1 % at 20 us behind a wide edge"),
     ),
     "lines": (
         Param("closed", "1", "what shut-off valves are told: 0 open, 1 closed", 0.0, 0.0, 1.0,
@@ -118,6 +126,7 @@ HELD = (
     *INPUTS,
     Quantity("viscosity", "1", "viscosity over that at the reference temperature"),
     Quantity("gas_pressure", "Pa", "pressure below which gas governs a chamber's stiffness"),
+    Quantity("transition", "A*Pa^0.5", "opening times root of drop where an edge turns turbulent"),
 )
 """What stays constant during a call of the integrator."""
 

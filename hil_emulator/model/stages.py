@@ -100,11 +100,6 @@ metering = Stage(
     "metering", "valve", ("opening", "travel"), "opening of one metering edge", "A", "chain",
     repeated=True, balances=(SPOOL, *FLOWS),
 )  # fmt: skip
-discharge = Stage(
-    "discharge", "valve", ("coefficient", "opening", "drop", "viscosity"),
-    "discharge coefficient of one edge over its turbulent value", "1", "chain", repeated=True,
-    balances=FLOWS,
-)  # fmt: skip
 
 # between valve and cylinder
 line_a = Stage(
@@ -219,9 +214,9 @@ transducer = Stage(
 CONTINUOUS = (
     viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates, source, relief,
     pump_loss, capacity, return_rates, command, pilot, spool_force, spool, spool_reach, travel,
-    metering, discharge, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates, holding,
-    holding_rates, cross_relief, port_relief, vapour, oil, cross_leakage, outward_leakage, friction,
-    dry_friction, friction_scale, stop, inertia, coupling, play, load, load_inertia,
+    metering, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates, holding, holding_rates,
+    cross_relief, port_relief, vapour, oil, cross_leakage, outward_leakage, friction, dry_friction,
+    friction_scale, stop, inertia, coupling, play, load, load_inertia,
 )  # fmt: skip
 TICKED = (set_point,)
 SAMPLED = (element, transducer)

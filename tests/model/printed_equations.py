@@ -27,6 +27,10 @@ class Machine:
     rate: float = 3.6
     i_max: float = 0.01
     delta: float = 1 * BAR
+    re_c: float = 14.7
+    slot: float = 0.025
+    nu: float = 46e-6
+    rho: float = 850.0
     u_0: float = 0.0
     a_p: float = 2.0106e-4
     alpha: float = 0.61
@@ -48,9 +52,13 @@ class Machine:
     force: float = 0.0
     x_0: float = 0.04
 
-    def root(self, dp: float) -> float:
-        """Square root of a pressure difference, laminar below delta."""
-        return dp / (dp**2 + self.delta**2) ** 0.25
+    def flow(self, u: float, dp: float) -> float:
+        """Flow over K_v through an edge: S1 eq. 3.6, laminar below a Reynolds number or delta."""
+        if u == 0.0:
+            return 0.0
+        diameter = 2 * self.slot * u
+        laminar = self.rho / 2 * (self.re_c * self.nu / (0.6 * diameter)) ** 2
+        return u * dp / (dp**2 + laminar**2 + self.delta**2) ** 0.25
 
     def modulus(self, p: float) -> float:
         """S2 eq. 1, corrected."""
@@ -63,8 +71,8 @@ class Machine:
     def flows(self, u: float, p_a: float, p_b: float) -> tuple[float, float]:
         """S1 eq. 3.9, 3.10 with an opening u_0 of every edge at null."""
         plus, minus = max(0.0, u + self.u_0), max(0.0, -u + self.u_0)
-        q_a = plus * self.root(self.p_s - p_a) - minus * self.root(p_a - self.p_t)
-        q_b = plus * self.root(p_b - self.p_t) - minus * self.root(self.p_s - p_b)
+        q_a = self.flow(plus, self.p_s - p_a) - self.flow(minus, p_a - self.p_t)
+        q_b = self.flow(plus, p_b - self.p_t) - self.flow(minus, self.p_s - p_b)
         return self.k_v * q_a, self.k_v * q_b
 
     def friction(self, v: float, z: float) -> float:

@@ -80,7 +80,7 @@ def test_load_force_derivative_follows_the_printed_equation(
     current: float, make_plant: MakePlant
 ) -> None:
     """S1 eq. 3.20, one branch for each direction of the spool, holds along a trajectory."""
-    values = machine(**OIL_ALONE, valve_laminar_width=1e3)
+    values = machine(**OIL_ALONE, valve_laminar_width=1e3, valve_critical_reynolds_number=0.0)
     plant = make_plant(values)
     plant.inputs.valve_current = current
     plant.step(round(2e-3 / STEP))
@@ -100,7 +100,11 @@ def test_load_force_derivative_follows_the_printed_equation(
 
 def test_energy_is_neither_made_nor_lost(make_plant: MakePlant) -> None:
     """Supply energy = heat in valve and friction + load's work + kinetic + compression."""
-    plant = make_plant(machine(entrained_air_fraction=0.0, valve_laminar_width=1e3))
+    plant = make_plant(
+        machine(
+            entrained_air_fraction=0.0, valve_laminar_width=1e3, valve_critical_reynolds_number=0.0
+        )
+    )
     plant.inputs.valve_current = 3e-3
     names = (
         "supply_flow", "tank_flow", "valve_loss", "pressure_a", "pressure_b", "position",

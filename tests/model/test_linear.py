@@ -15,11 +15,12 @@ POSITIONS = (0.005, 0.02, 0.04, 0.06, 0.075)
 OPENINGS = (-2e-3, 1e-3, 5e-3)
 
 # The machine of the document's root locus: 16/10/80 mm, 160 bar, 1300 MPa, 50 kg, no dry friction,
-# zero lap, no air, tank at vacuum as S1 has it.
+# zero lap, turbulent edges, no air, tank at vacuum as S1 has it.
 MACHINE = {
     f"{table}_{p.name}": p.typical for table, params in actuator.PARAMS.items() for p in params
 } | {
     "tank_pressure": 0.0,
+    "valve_critical_reynolds_number": 0.0,
     "viscous_friction_coefficient": 1000.0,
     "load_viscous_friction_coefficient": 500.0,
 }

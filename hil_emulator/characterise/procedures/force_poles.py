@@ -27,13 +27,20 @@ _COMPARED = (0, 4, 9, 14, 18)  # five of them
 
 
 _FORMS = ("exact", "as configured", "complete", "S1 eq. 3.38")
-S1_EFFECTS = ("underlap", "viscous_friction", "load_viscous_friction")
-"""The effects that S1's linear model has."""
-TABLES = ("supply", "tank", "valve", "oil", "cylinder", "friction", "load")
-"""Configuration tables of effects that it may not have."""
+_S1_EFFECTS = ("viscous_friction", "load_viscous_friction")
+_TABLES = ("supply", "tank", "valve", "oil", "cylinder", "friction", "load")
 _NONE = complex(math.nan, math.nan)
 
 Poles = NDArray[np.complex128]
+
+
+def s1_values(bench: Bench) -> dict[str, float]:
+    """Return the parameters with the effects of S1's linear model alone.
+
+    Its edges are turbulent, and open at null as sharp ones are.
+    """
+    edges = {"underlap_lap": bench.null_opening, "valve_critical_reynolds_number": 0.0}
+    return {**bench.values, **bench.off(*_TABLES, keep=_S1_EFFECTS), **edges}
 
 
 def rest_point(rest: linearise.Linearisation) -> linear.OperatingPoint:
@@ -107,7 +114,7 @@ def _comparisons(found: Mapping[str, Poles], position: Series, worst: float) -> 
 
 def run(bench: Bench) -> BenchResult:
     """Linearise at rest along the stroke."""
-    values = {**bench.values, **bench.off(*TABLES, keep=S1_EFFECTS)}
+    values = s1_values(bench)
     machine = linear.LinearisedMachine.of(values)
     found = _along_the_stroke(bench, values)
     position = _PARTS * machine.stroke

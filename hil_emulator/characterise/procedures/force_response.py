@@ -1,8 +1,9 @@
 """Frequency response of hydraulic force and load force about rest (S1 eq. 3.38, 3.40).
 
-Small sines of the current, much smaller than the underlap, about the current that holds the rod;
-f_h from the pressure sensors, f from the load cell. Dry friction is switched off, as in the linear
-model. Beside them stand both transfer functions of S1 and the exact linearisation of the model.
+Small sines of the current, much smaller than the opening at null, about the current that holds the
+rod; f_h from the pressure sensors, f from the load cell. Dry friction is switched off, as in the
+linear model. Beside them stand both transfer functions of S1, whose edges are turbulent, and the
+exact linearisation of the model.
 """
 
 import math

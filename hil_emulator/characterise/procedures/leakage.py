@@ -2,7 +2,9 @@
 
 The current goes step by step through null, so that both chambers go from tank to supply pressure.
 The flow meters in supply and tank line show the valve's leakage: at null both ports sit at half the
-pressure and two lands pass K_v u_0 sqrt((p_s - p_t)/2) each. What flows into chamber a leaves it
+pressure and two lands pass C_d/0.6 K_v u_0 sqrt((p_s - p_t)/2) each, with the discharge coefficient
+at the Reynolds number there. Beyond null what passes the closed lands is left, 1/(1 + 2 z/u_c) of
+laminar flow past an overlap z. What flows into chamber a leaves it
 past the piston and outwards: q_a = C_i (p_a - p_b) + C_e (p_a - p_atm).
 """
 
@@ -13,13 +15,14 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
+from hil_emulator.characterise.procedures.discharge import TURBULENT, coefficient
 from hil_emulator.characterise.procedures.pressure_gain import find_null
 from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model.constants import ATMOSPHERE
 from hil_emulator.pages.palette import BLUE, VERMILION
 
-_STEPS = np.linspace(-3.0, 3.0, 41)  # currents around null, in underlaps
+_STEPS = np.linspace(-3.0, 3.0, 41)  # currents around null, in openings there
 _HELD, _AVERAGED = 1.5, 0.3  # each step, and its end that counts [s]
 _TO_LITRES = 6e4  # m³/s -> l/min
 
@@ -52,19 +55,41 @@ def _laminar(bench: Bench, effect: str) -> float:
     return bench.value(f"{effect}_conductance") / bench.relative_viscosity
 
 
+def _edge(bench: Bench, opening: float, drop: float) -> float:
+    """Return the flow through an edge at an opening [A] and a drop [Pa]."""
+    part = coefficient(bench, opening, drop) / TURBULENT
+    return part * bench.value("valve_gain") * opening * math.sqrt(drop)
+
+
+def _foot(bench: Bench, drop: float) -> float:
+    """Return the flow past closed lands at the ends of the sweep [m³/s], 0 where none is known.
+
+    Blocked between an open and a closed edge, a port splits the drop as the squares of both.
+    """
+    clearance = bench.value("land_leakage_clearance")
+    if clearance < bench.null_opening or bench.value("internal_leakage_conductance") > 0.0:
+        return 0.0
+    z = float(_STEPS[-1])
+    opens, closes = clearance * (1.0 + z), clearance / math.sqrt(1.0 + 2.0 * z)
+    return 2.0 * _edge(bench, closes, drop * opens**2 / (opens**2 + closes**2))
+
+
 def run(bench: Bench) -> BenchResult:
     """Measure leakage with flow meters in supply line, tank line and port a."""
-    lap, gain = bench.value("underlap_lap"), bench.value("valve_gain")
+    lap = bench.null_opening
     null = find_null(bench)
     current = null + _STEPS * (lap or 1e-3 * bench.rated_current)
     p_a, p_b, flow_a, through = _steady(bench, current)
     inner, outer = _conductances(p_a, p_b, flow_a)
     drop = bench.value("supply_pressure") - bench.value("tank_pressure")
     at_null = float(np.interp(0.0, p_a - p_b, through))
-    lands = 2.0 * gain * lap * math.sqrt(drop / 2.0)
+    lands = 2.0 * _edge(bench, lap, drop / 2.0) if lap else 0.0
+    ends = 0.5 * float(through[0] + through[-1])
     expected = [
-        ("valve leakage at null", "l/min", lands * _TO_LITRES, "2 K_v u_0 √((p_s - p_t)/2)",
+        ("valve leakage at null", "l/min", lands * _TO_LITRES, "2 C_d/0.6 K_v u_0 √((p_s - p_t)/2)",
          at_null * _TO_LITRES, 0.02, Agreement.DERIVED),
+        (f"valve leakage {_STEPS[-1]:.0f} u_c from null", "l/min", _foot(bench, drop) * _TO_LITRES,
+         "1/(1 + 2 z/u_c) of laminar flow", ends * _TO_LITRES, 0.02, Agreement.DERIVED),
         ("conductance past the piston", "m³/(s Pa)", _laminar(bench, "internal_leakage"),
          "configured; HyQ scripts: 1.7e-13", inner, 0.02, Agreement.CONFIGURED),
         ("conductance outwards", "m³/(s Pa)", _laminar(bench, "external_leakage"),

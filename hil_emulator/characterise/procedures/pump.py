@@ -57,7 +57,9 @@ def _hold(stand: Stand, current: float) -> Series:
 def _sweep(bench: Bench, changes: dict[str, float], currents: Series) -> Series:
     """Return rows of pressure, pump power, valve power, relief flow; shape (4, currents)."""
     circuit = (
-        bench.off("supply", "tank", "valve", keep=("underlap",)) | bench.joined() | _SHORT_PIPES
+        bench.off("supply", "tank", "valve", keep=("underlap", "land_leakage"))
+        | bench.joined()
+        | _SHORT_PIPES
     )
     stand = bench.stand(circuit | changes)
     return np.array([_hold(stand, float(u)) for u in currents]).T
@@ -66,7 +68,7 @@ def _sweep(bench: Bench, changes: dict[str, float], currents: Series) -> Series:
 def _current_for(bench: Bench, flow: float, pressure: float) -> float:
     """Return the spool position that passes a flow through both edges at a pressure [A]."""
     drop = 0.5 * (pressure - bench.value("tank_pressure"))
-    return flow / (bench.value("valve_gain") * math.sqrt(drop)) - bench.value("underlap_lap")
+    return flow / (bench.value("valve_gain") * math.sqrt(drop)) - bench.null_opening
 
 
 def run(bench: Bench) -> BenchResult:

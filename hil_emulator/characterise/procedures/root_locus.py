@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
-from hil_emulator.characterise.procedures.force_poles import S1_EFFECTS, TABLES, Poles, rest_point
+from hil_emulator.characterise.procedures.force_poles import Poles, rest_point, s1_values
 from hil_emulator.characterise.procedures.force_zeros import DOCUMENT_ZEROS
 from hil_emulator.characterise.result import (
     Agreement,
@@ -93,7 +93,7 @@ def _columns(force: str, exact: Poles) -> Mapping[str, Column]:
 
 def run(bench: Bench) -> BenchResult:
     """Close the loop over both forces at rest at mid-stroke."""
-    values = {**bench.values, **bench.off(*TABLES, keep=S1_EFFECTS)}
+    values = s1_values(bench)
     machine = linear.LinearisedMachine.of(values)
     rest = linearise.rest(bench.kernel, values, 0.5 * machine.stroke)
     analytic = linear.complete(machine, rest_point(rest))

@@ -67,7 +67,7 @@ def run(bench: Bench) -> BenchResult:
                        "configured; S1 3.3, HyQ bench scripts", nominal * _TO_LITRES, 0.01,
                        Agreement.CONFIGURED),
         ],
-        notes=["The underlap adds its share to the flow: 0.3 % at the rated current."],
+        notes=["The opening at null adds its share to the flow: 0.3 % at the rated current."],
     )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """An actuator in its position loop, of which the reference was recorded and no current.
 
-The recordings follow from equations of their own: orifices without a laminar part, two chambers, a
+The recordings follow from equations of their own: orifices that creep where narrow, two chambers, a
 mass with viscous friction, a spool of second order, integrated by Euler's method in 4 us steps.
 """
 
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.identify.benches.asked import asked, bench, names, recorded
-from tests.identify.benches.valve import GAIN, Array, noisy
+from tests.identify.benches.valve import CREEPING, GAIN, Array, noisy
 
 LOOP = bench("closed_loop")
 PROPORTIONAL = 0.2
@@ -22,7 +22,10 @@ PERIOD = 1e-3
 @numba.njit
 def orifice(opening: float, drop: float) -> float:
     """Return the flow through an edge [m^3/s]."""
-    return GAIN * max(opening, 0.0) * np.sign(drop) * np.sqrt(abs(drop))
+    if opening <= 0.0 or drop == 0.0:
+        return 0.0
+    turbulent, creeping = GAIN * opening * np.sqrt(abs(drop)), CREEPING * opening**2 * abs(drop)
+    return np.sign(drop) * turbulent * creeping / (turbulent**4 + creeping**4) ** 0.25
 
 
 @numba.njit

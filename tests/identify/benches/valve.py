@@ -21,10 +21,24 @@ def triangle(duration: float, rate: float, top: float, cycles: int) -> tuple[Arr
     return time, 2.0 * top / np.pi * np.arcsin(np.sin(2.0 * np.pi * cycles * time / duration))
 
 
+SLOT, C_D, DENSITY, VISCOSITY = 0.025, 0.6, 850.0, 46e-6 * 850.0
+"""Height of the slots [m/A], turbulent discharge coefficient, and the oil."""
+CREEPING = np.pi / 32.0 * SLOT * GAIN * np.sqrt(0.5 * DENSITY) / (C_D * VISCOSITY)
+"""Flow that creeps through a slit, pi x² w dp/(32 mu), over u² dp; w from C_d x w = K u."""
+
+
+def metered(opening: Array, drop: Array) -> Array:
+    """Return the flow through edges: turbulent K u sqrt(dp), or creeping where that is less."""
+    turbulent, creeping = GAIN * opening * np.sqrt(drop), CREEPING * opening**2 * drop
+    both = np.maximum(turbulent**4 + creeping**4, 1e-300)
+    return turbulent * creeping / both**0.25
+
+
 def open_port(spool: Array, pressure: Array, lap: float) -> Array:
-    """Return the flow out of port a at a given pressure: q = K (u -+ lap) sqrt(dp)."""
-    opened = np.sign(spool) * np.maximum(np.abs(spool) - lap, 0.0)
-    return GAIN * opened * np.sqrt(np.where(opened > 0.0, SUPPLY - pressure, pressure - TANK))
+    """Return the flow out of port a at a given pressure through edges that overlap by a lap."""
+    opened = np.maximum(np.abs(spool) - lap, 0.0)
+    drop = np.where(spool > 0.0, SUPPLY - pressure, pressure - TANK)
+    return np.sign(spool) * metered(opened, drop)
 
 
 def blocked_ports(spool: Array, underlap: float) -> tuple[Array, Array, Array]:
@@ -37,7 +51,7 @@ def blocked_ports(spool: Array, underlap: float) -> tuple[Array, Array, Array]:
     a = (SUPPLY * opens**2 + TANK * closes**2) / total
     b = (SUPPLY * closes**2 + TANK * opens**2) / total
     drops = np.maximum(SUPPLY - a, 0.0), np.maximum(SUPPLY - b, 0.0)
-    return a, b, GAIN * (opens * np.sqrt(drops[0]) + closes * np.sqrt(drops[1]))
+    return a, b, metered(opens, drops[0]) + metered(closes, drops[1])
 
 
 def noisy(values: Array, spread: float, file: Path) -> Array:

@@ -18,14 +18,14 @@ from tests.identify.generator.plant import Machine
 KNEE = {
     "supply": 160e5, "tank": 1e5, "kv": 6.681e-6, "wv": 2 * np.pi * 250.0, "zv": 0.7,
     "area": 2.0106e-4, "alpha": 0.61, "stroke": 0.08, "va": 3e-6, "vb": 3e-6, "beta": 1.3e9,
-    "mass": 50.0, "viscous": 1000.0, "coulomb": 100.0, "load_viscous": 500.0, "underlap": 28e-6,
+    "mass": 50.0, "viscous": 1000.0, "coulomb": 100.0, "load_viscous": 500.0, "clearance": 28e-6,
     "air": 0.001,
 }  # fmt: skip
 """What the configuration states about the machine."""
 
 SPREAD = {
     "kv": 0.1, "wv": 0.1, "zv": 0.15, "va": 0.1, "vb": 0.1, "beta": 0.15, "mass": 0.02,
-    "viscous": 0.4, "coulomb": 0.4, "load_viscous": 0.4, "underlap": 0.3, "air": 0.3,
+    "viscous": 0.4, "coulomb": 0.4, "load_viscous": 0.4, "clearance": 0.3, "air": 0.3,
 }  # fmt: skip
 """Relative deviation of a real machine from its data sheet, one standard deviation."""
 

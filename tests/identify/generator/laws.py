@@ -1,6 +1,7 @@
 """Laws of the blind plant: each hidden effect as text books print it, and in a foreign form.
 
-Friction is regularised by a root, orifices by a cubic blend. `p` is a `plant.Machine` everywhere.
+Friction is regularised by a root, orifices by a cubic blend; narrow ones creep. `p` is a
+`plant.Machine` everywhere.
 """
 
 import math
@@ -27,6 +28,22 @@ def orifice(drop: float) -> float:
     return math.sqrt(1e5) * r * (1.25 - 0.25 * r * r)
 
 
+SLOT, DISCHARGE, DENSITY, VISCOSITY = 0.025, 0.6, 850.0, 46e-6 * 850.0
+"""Height of the edges' slots [m/A], turbulent discharge coefficient, and the oil."""
+CREEPING = math.pi / 32.0 * SLOT / VISCOSITY * math.sqrt(0.5 * DENSITY) / DISCHARGE
+"""Flow that creeps through a slit, pi x² w dp/(32 mu), over K_v u² dp [1/(A Pa^0.5)]."""
+
+
+@numba.njit
+def metered(p: Any, opening: float, drop: float) -> float:
+    """Return the flow through an edge: the creeping or the turbulent one, whichever is less."""
+    turbulent = opening * orifice(drop)
+    if turbulent == 0.0:
+        return 0.0
+    share = turbulent / (CREEPING * opening * opening * drop)
+    return p.kv * turbulent / (1.0 + share**4) ** 0.25
+
+
 @numba.njit
 def edge(p: Any, travel: float, sense: float) -> float:
     """Return the opening of a metering edge.
@@ -40,11 +57,14 @@ def edge(p: Any, travel: float, sense: float) -> float:
 
     """
     side = p.gain_asymmetry * (abs(travel) / 1.5e-3 if p.foreign else 1.0)
-    opening = travel * (1.0 + side * sense) - p.overlap + p.underlap
+    opening = travel * (1.0 + side * sense) - p.overlap
     if p.foreign and p.overlap > 0.0:
         width = 0.5 * p.overlap
-        opening = width * math.log1p(math.exp(min(opening / width, 500.0)))
-    opening = max(0.0, opening)
+        opening = width * math.log1p(math.exp(min((opening + p.clearance) / width, 500.0)))
+    elif opening > 0.0:
+        opening += p.clearance
+    else:  # creeping past closed lands falls as 1/(way + clearance/2)
+        opening = p.clearance * math.sqrt(p.clearance / (p.clearance - 2.0 * opening))
     if p.flow_saturation == 0.0:
         return opening
     ratio = opening * p.flow_saturation

@@ -11,7 +11,7 @@ from tests.identify.generator.laws import (
     edge,
     friction,
     loop,
-    orifice,
+    metered,
     outside,
     past_piston,
     plays,
@@ -51,7 +51,7 @@ class Machine(NamedTuple):
     viscous: float
     coulomb: float
     load_viscous: float
-    underlap: float
+    clearance: float
     air: float
     ripple: float
     foreign: bool
@@ -108,8 +108,8 @@ def rates(p, s, u, supply, t, out):
     source = supply + sag
     tank = return_pressure(p, returned)
     opens, closes = _edges(p, travel)
-    qsa, qbt = p.kv * opens * orifice(source - pa), p.kv * opens * orifice(pb - tank)
-    qsb, qat = p.kv * closes * orifice(source - pb), p.kv * closes * orifice(pa - tank)
+    qsa, qbt = metered(p, opens, source - pa), metered(p, opens, pb - tank)
+    qsb, qat = metered(p, closes, source - pb), metered(p, closes, pa - tank)
     leak = past_piston(p, pa - pb, x)
     va = p.va + p.area * x
     vb = p.vb + p.alpha * p.area * (p.stroke - x)
