@@ -17,6 +17,15 @@ _NODE = """    [[node]]
     eds = "hydraulic_actuator.eds"      # a path from the configuration's file"""
 
 
+_GONE = {
+    ("valve", "reynolds_discharge"): (
+        "every edge is laminar below a Reynolds number now; for its flow number lambda_c give "
+        "critical_reynolds_number = 0.3 lambda_c"
+    ),
+}
+"""Keys that were known once, and what to write instead."""
+
+
 def describe(
     error: ValidationError,
     model: type[StrictTable],
@@ -60,6 +69,8 @@ def _reason(
 ) -> str:
     kind = mistake["type"]
     if kind == "extra_forbidden":
+        if names in _GONE:
+            return _GONE[names]
         known = _keys(model, names[:-1])
         near = difflib.get_close_matches(names[-1], known, n=1)
         return (
