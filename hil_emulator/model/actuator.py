@@ -27,6 +27,7 @@ from hil_emulator.model.stages import (
     cross_leakage,
     cross_relief,
     gas_pressure,
+    heat,
     line_flow,
     line_rates,
     metering,
@@ -45,6 +46,7 @@ from hil_emulator.model.stages import (
     spool_reach,
     supply,
     tank,
+    temperature,
     travel,
     vapour,
     viscosity,
@@ -66,13 +68,14 @@ def transition(par: Any, viscosity: float) -> float:
     return product
 
 
-def hold(par: Any, inputs: Any, held: Any) -> None:
+def hold(x: Any, par: Any, inputs: Any, held: Any) -> None:
     """Fill what stays constant during a call of the integrator."""
     held.valve_current = inputs.valve_current
     held.external_force = inputs.external_force
     held.transverse_force = inputs.transverse_force
     held.wall_shift = inputs.wall_shift
-    held.viscosity = viscosity(par, held, held, 1.0)
+    held.temperature = temperature(par, x, held, par.oil_temperature)
+    held.viscosity = viscosity(par, held, held, 1.0, held.temperature)
     held.gas_pressure = gas_pressure(par, held, held)
     held.transition = transition(par, held.viscosity)
 
@@ -98,7 +101,9 @@ def pressure_root(difference: float, laminar: float, least: float) -> float:
     Args:
         difference: dp [Pa].
         laminar: what the flow makes of delta [Pa].
-        least: what the integration makes of it [Pa]; the greater of both counts.
+        least: what the integration makes of it [Pa]; the greater of both counts. Fully open, a
+            sharp edge of the reference machine is laminar below 0.02 bar alone: a chamber stalled
+            behind it would ask for steps of 4 us, as they shrink with the root of it.
 
     """
     square = difference * difference + laminar * laminar + least * least
@@ -213,8 +218,8 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     q_tb = port_relief(par, x, dx, y.pressure_b, y.tank_pressure)
     q_ea = outward_leakage(par, x, dx, y.pressure_a, held.viscosity)
     q_eb = outward_leakage(par, x, dx, y.pressure_b, held.viscosity)
-    beta_a = oil(par, x, dx, par.oil_bulk_modulus, p_a, v_a)
-    beta_b = oil(par, x, dx, par.oil_bulk_modulus, p_b, v_b)
+    beta_a = oil(par, x, dx, par.oil_bulk_modulus, p_a, v_a, held.temperature)
+    beta_b = oil(par, x, dx, par.oil_bulk_modulus, p_b, v_b, held.temperature)
     y.pressure_rate_a = beta_a / v_a * (y.flow_a - q_ab - q_ea - area_a * x.velocity - q_r - q_ta)
     y.pressure_rate_b = beta_b / v_b * (q_ab - y.flow_b - q_eb + area_b * x.velocity + q_r - q_tb)
     dx.pressure_a = y.pressure_rate_a * gas_factor(p_a, gas)
@@ -239,7 +244,7 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
 
 
 def feed(x: Any, dx: Any, par: Any, held: Any, y: Any, drawn: float, returned: float) -> None:
-    """Continuity at the pump, and the rates of the lines.
+    """Continuity at the pump, the rates of the lines, and what warms the oil.
 
     What the valves on them draw and return [m³/s] is that of all actuators on one supply.
     """
@@ -260,6 +265,8 @@ def feed(x: Any, dx: Any, par: Any, held: Any, y: Any, drawn: float, returned: f
         y.relief_flow = 0.0
     y.pump_leakage_flow = leakage
     y.return_flow = returned + y.relief_flow + leakage
+    lost = y.valve_loss + y.leakage_loss + y.relief_loss
+    heat(par, x, dx, lost + (leakage + y.relief_flow) * p_pump)
 
 
 def account(x: Any, par: Any, held: Any, y: Any) -> None:
@@ -275,6 +282,7 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
     y.efficiency = 0.0
     if y.load_power > 0.0 and y.pump_power > y.load_power:
         y.efficiency = y.load_power / y.pump_power
+    y.oil_temperature = temperature(par, x, held, par.oil_temperature)
     y.viscosity = par.oil_kinematic_viscosity * held.viscosity
     y.gas_pressure = held.gas_pressure
     y.transverse_force = held.transverse_force

@@ -31,12 +31,12 @@ from hil_emulator.model.sensors import Transducers
 # Plain float arrays cross the border from Python: records would cost microseconds to unpack there.
 # They hold one record for each of the actuators on a supply.
 _ENTRIES = '''@compiled
-def hold_all(parameters, inputs):
+def hold_all(memory, parameters, inputs):
     """Return what stays constant during a call of the integrator."""
     held = np.empty(HELD_LENGTH * ACTUATORS).view(HELD)
-    given = inputs.view(INPUTS)
+    states, given = memory.view(STATE), inputs.view(INPUTS)
     for i in range(ACTUATORS):
-        hold(parameters[i], given[i], held[i])
+        hold(states[i], parameters[i], given[i], held[i])
     return held
 
 
@@ -44,7 +44,7 @@ def hold_all(parameters, inputs):
 def tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick, the set points delayed; tell whether the states are finite."""
     parameters = par.view(PARAMETERS)
-    held = hold_all(parameters, inputs)
+    held = hold_all(memory, parameters, inputs)
     if steps > 0:
         before = past.view(PAST)
         for i in range(ACTUATORS):
@@ -61,7 +61,7 @@ def tick(memory, past, par, inputs, signals, path, step, steps):
 def rate(state, rates, par, inputs, signals):
     """Evaluate every balance and every signal of one actuator that is alone on its supply."""
     parameters = par.view(PARAMETERS)
-    held = hold_all(parameters, inputs)
+    held = hold_all(state, parameters, inputs)
     evaluate(state.view(STATE), rates.view(STATE), parameters, held, signals.view(SIGNALS))
 
 

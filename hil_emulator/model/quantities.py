@@ -124,6 +124,7 @@ INPUTS = (
 
 HELD = (
     *INPUTS,
+    Quantity("temperature", "K", "temperature of the oil"),
     Quantity("viscosity", "1", "viscosity over that at the reference temperature"),
     Quantity("gas_pressure", "Pa", "pressure below which gas governs a chamber's stiffness"),
     Quantity("transition", "A*Pa^0.5", "opening times root of drop where an edge turns turbulent"),
@@ -191,6 +192,7 @@ SIGNALS = (
     Quantity("friction_loss", "W", "power turned into heat by friction"),
     Quantity("efficiency", "1", "load power over pump power while both are positive, else 0"),
     Quantity("viscosity", "m^2/s", "kinematic viscosity of the oil"),
+    Quantity("oil_temperature", "K", "temperature of the oil"),
     Quantity("rod_mass", "kg", "mass that moves ahead of the load cell"),
     Quantity("gas_pressure", "Pa", "pressure below which gas governs a chamber's stiffness"),
 )

@@ -31,7 +31,9 @@ RATED_CURRENT = 0.01
 FASTEST_ROD = 0.5
 """Speed of the rod in severe states, where the valve's flow allows as much [m/s] (assumed)."""
 
-_SMALL = {"Pa": 1e2, "m": 1e-8, "m/s": 1e-6, "A": 1e-7, "A/s": 1e-2, "m^3/s": 1e-9, "1": 1e-6}
+_SMALL = {
+    "Pa": 1e2, "m": 1e-8, "m/s": 1e-6, "A": 1e-7, "A/s": 1e-2, "m^3/s": 1e-9, "1": 1e-6, "K": 1e-3,
+}  # fmt: skip
 """A small deviation of a state, by unit (assumed)."""
 
 

@@ -19,9 +19,12 @@ set_point = Stage(
     "chain", balances=(SPOOL,),
 )  # fmt: skip
 # once per call of the integrator
+temperature = Stage(
+    "temperature", "oil", ("temperature",), "temperature of the oil", "K", "chain", balances=(),
+)  # fmt: skip
 viscosity = Stage(
-    "viscosity", "oil", ("viscosity",), "viscosity over that at the reference temperature", "1",
-    "chain", balances=(),
+    "viscosity", "oil", ("viscosity", "temperature"),
+    "viscosity over that at the reference temperature", "1", "chain", balances=(),
 )  # fmt: skip
 gas_pressure = Stage(
     "gas_pressure", "oil", (), "pressure below which gas makes a chamber softer than oil does",
@@ -149,8 +152,11 @@ vapour = Stage(
     balances=FLOWS,
 )  # fmt: skip
 oil = Stage(
-    "oil", "oil", ("bulk_modulus", "pressure", "volume"), "effective bulk modulus in a chamber",
-    "Pa", "chain", repeated=True, balances=FLOWS,
+    "oil", "oil", ("bulk_modulus", "pressure", "volume", "temperature"),
+    "effective bulk modulus in a chamber", "Pa", "chain", repeated=True, balances=FLOWS,
+)  # fmt: skip
+heat = Stage(
+    "heat", "oil", ("loss",), "rates of the oil's temperature", "", "rates", balances=(),
 )  # fmt: skip
 cross_leakage = Stage(
     "cross_leakage", "cylinder", ("pressure_a", "pressure_b", "viscosity"),
@@ -212,11 +218,11 @@ transducer = Stage(
 )  # fmt: skip
 
 CONTINUOUS = (
-    viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates, source, relief,
-    pump_loss, capacity, return_rates, command, pilot, spool_force, spool, spool_reach, travel,
-    metering, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates, holding, holding_rates,
-    cross_relief, port_relief, vapour, oil, cross_leakage, outward_leakage, friction, dry_friction,
-    friction_scale, stop, inertia, coupling, play, load, load_inertia,
+    temperature, viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates, source,
+    relief, pump_loss, capacity, return_rates, command, pilot, spool_force, spool, spool_reach,
+    travel, metering, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates, holding,
+    holding_rates, cross_relief, port_relief, vapour, oil, heat, cross_leakage, outward_leakage,
+    friction, dry_friction, friction_scale, stop, inertia, coupling, play, load, load_inertia,
 )  # fmt: skip
 TICKED = (set_point,)
 SAMPLED = (element, transducer)

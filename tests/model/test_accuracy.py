@@ -26,6 +26,11 @@ CASES: dict[str, tuple[dict[str, float], dict[str, float], list[float]]] = {
         {"initial_position": 0.0799},
         [8e-3] * 8,
     ),
+    "creeping through edges that are open at null": (
+        {"u_0": 28e-6, "f_c": 0.0},
+        {"underlap_lap": 28e-6, "coulomb_friction_force": 0.0},
+        [2e-5, -4e-5, 1e-4, 0.0, -2e-4, 0.0, 0.0, 5e-5],
+    ),
     "impact on the end stop": (
         {"x_0": 0.07},
         {"initial_position": 0.07},

@@ -23,6 +23,7 @@ NO_STOP = {"initial_position": 0.01, "coulomb_friction_force": 0.0}
 
 AROUND: Mapping[str, Mapping[str, float]] = {
     # what must be there for an effect to have something to act on
+    "oil_heating": {"viscosity_temperature_slope": 3.68},
     "accumulator": {"variable_pump_flow": 1e-4},
     "pump_leakage": {"fixed_pump_flow": 10e-3 / 60},
     "friction_asymmetry": {"coulomb_friction_force": 100.0},

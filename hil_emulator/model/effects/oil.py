@@ -17,10 +17,10 @@ a small value keeps the chamber's state close to its pressure."""
                source="46 mm²/s at 40 °C (ISO 3448) and 6.8 mm²/s at 100 °C, viscosity index 100"),
     source="Walther's equation (ASTM D341) through the viscosity at 40 °C",
     signature="damping, leakage and laminar flow move together with temperature",
-    not_modelled="viscosity under pressure; heating by losses",
+    not_modelled="viscosity under pressure",
 )  # fmt: skip
 def viscosity_temperature(
-    viscosity: float, slope: float, oil_temperature: float, oil_kinematic_viscosity: float
+    viscosity: float, temperature: float, slope: float, oil_kinematic_viscosity: float
 ) -> float:
     """log10 log10(nu + 0.7) = Z_40 - m log10(T / 313.15 K), nu in mm²/s.
 
@@ -28,7 +28,7 @@ def viscosity_temperature(
     """
     at_reference = 1e6 * oil_kinematic_viscosity
     level = math.log10(math.log10(at_reference + 0.7))
-    level -= slope * math.log10(oil_temperature / REFERENCE_TEMPERATURE)
+    level -= slope * math.log10(temperature / REFERENCE_TEMPERATURE)
     # the equation holds above 0.21 mm²/s; no oil that flows is thinner
     nu: float = max(0.21, 10.0 ** (10.0**level) - 0.7)
     return viscosity * nu / at_reference
@@ -55,12 +55,12 @@ def modulus_pressure(bulk_modulus: float, pressure: float, rise: float) -> float
     source="mineral oil: 0.3 to 0.6 % per kelvin; assumed",
     signature="pressure rates fall as the oil warms",
 )  # fmt: skip
-def modulus_temperature(bulk_modulus: float, fall: float, oil_temperature: float) -> float:
+def modulus_temperature(bulk_modulus: float, temperature: float, fall: float) -> float:
     """E = E (1 - n (T - 40 °C)).
 
     The oil is softer when it is warm.
     """
-    return bulk_modulus * (1.0 - fall * (oil_temperature - REFERENCE_TEMPERATURE))
+    return bulk_modulus * (1.0 - fall * (temperature - REFERENCE_TEMPERATURE))
 
 
 def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus: float) -> float:
