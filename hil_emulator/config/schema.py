@@ -12,6 +12,7 @@ from hil_emulator.config.bus import BusTable
 from hil_emulator.config.nodes import NodeTable
 from hil_emulator.config.table import QuantityReader, StrictTable
 from hil_emulator.config.tables import (
+    ChannelTable,
     CylinderAside,
     CylinderDatasheet,
     ModelTable,
@@ -114,7 +115,7 @@ def _sensors_table(effects: Iterable[Effect]) -> Any:
     channels: dict[str, Any] = {}
     for channel in CHANNELS:
         fields = {e.name: _optional(_in_channel_unit(e, channel)) for e in chain}
-        model = create_model(channel.name, __base__=StrictTable, **fields)
+        model = create_model(channel.name, __base__=ChannelTable, **fields)
         channels[channel.name] = (model, model())
     return create_model("sensors", __base__=StrictTable, **channels)
 

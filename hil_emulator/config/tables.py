@@ -6,8 +6,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from hil_emulator.config import datasheet
-from hil_emulator.config.table import DescribedTable, QuantityReader, TableOfWays
+from hil_emulator.config.table import DescribedTable, QuantityReader, StrictTable, TableOfWays
 from hil_emulator.model.declare import Param
+from hil_emulator.model.effects import element
 from hil_emulator.units import show
 
 
@@ -136,3 +137,19 @@ class ValveAside(ValveDatasheet):
     """A valve on a bench that does not ask for one."""
 
     ways: ClassVar = ValveDatasheet.ways | {(0, 0, 0)}
+
+
+class ChannelTable(StrictTable):
+    """A sensor channel."""
+
+    @model_validator(mode="after")
+    def _whose_filter(self) -> "ChannelTable":
+        if getattr(self, "velocity_estimator", None) is None:
+            return self
+        for effect in element.EFFECTS:
+            if getattr(self, effect.name, None) is not None:
+                raise ValueError(
+                    f"{effect.name} filters a quantity, and this velocity is formed from readings "
+                    "of the position: set it at sensors.position"
+                )
+        return self

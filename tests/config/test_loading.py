@@ -186,6 +186,10 @@ def test_all_mistakes_are_reported_at_once_each_with_its_remedy(layer: Layer) ->
         ('[[node]]\nid = 3\neds = "x"\n[[node]]\nid = 3\neds = "x"', "two nodes have the ID 3"),
         ("[frction]\n", 'frction: unknown key; did you mean "friction"?'),
         ("[valve]\nreynolds_discharge = 200", "give critical_reynolds_number = 0.3 lambda_c"),
+        (
+            '[sensors.velocity]\nvelocity_estimator = "10 ms"\nlag = "1 ms"',
+            "set it at sensors.position",
+        ),
         ("[valve\n", "not valid TOML"),
         ('[node]\nid = 3\neds = "x"', "node: is a list of tables: write [[node]], in double"),
         (
