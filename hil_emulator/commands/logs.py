@@ -1,7 +1,7 @@
 """Recorded data of every kind as experiments: tables, the emulator's journals, CAN captures."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hil_emulator.captures import by_database, by_dictionary, capture
@@ -14,7 +14,7 @@ from hil_emulator.identify.measured import formats
 from hil_emulator.identify.measured.data import experiments as experiments_of
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
-from hil_emulator.identify.measured.reading import digest_of, read, recording
+from hil_emulator.identify.measured.reading import MeasuredFile, digest_of, read, recording
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.recording import SUFFIX, journal
 from hil_emulator.simulation.rig import nodes
@@ -66,7 +66,7 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
             table = capture.read(file, carriers, sync_id, meaning.rated_current)
             found += experiments_of(recording(file, table, digest))
         elif ending == SUFFIX:
-            found += experiments_of(recording(file, _journal(file, config), digest_of(file)))
+            found += experiments_of(_journal(file, config))
         elif ending in formats.ENDINGS:
             found += experiments_of(read(file, meaning.names, meaning.headings))
         else:
@@ -109,17 +109,24 @@ def _carriers(
     return found, sync_id
 
 
-def _journal(file: Path, config: Configuration) -> LogTable:
+def _journal(file: Path, config: Configuration) -> MeasuredFile:
     """Read a journal; refuse a model that would feed one actuator what a pump gave to several."""
     kept = journal.read(file)
-    mates = kept.header.get("supply_mates")
-    if mates and (told := supply_effects(config)):
-        raise UserError(
-            f"{file}: was recorded on a supply shared with {', '.join(mates)}, whose flow is not "
-            f"in it: leave {', '.join(told)} out of the configuration; what the pump did is in "
-            "the measured supply_pressure"
-        )
     columns = (
         LogColumn(name, kept.units[name] or "1", values) for name, values in kept.table().items()
     )
-    return LogTable(tuple(columns), set_point_first=True)
+    measured = recording(file, LogTable(tuple(columns), set_point_first=True), digest_of(file))
+    mates = ", ".join(kept.header.get("supply_mates", ()))
+    if not mates:
+        return measured
+    if told := supply_effects(config):
+        raise UserError(
+            f"{file}: was recorded on a supply shared with {mates}, whose flow is not in it: leave "
+            f"{', '.join(told)} out of the configuration; what the pump did is in the measured "
+            "supply_pressure"
+        )
+    note = (
+        f"supply shared with {mates}, whose flow is not known: an effect of supply or tank that is "
+        "named has the size that fits this actuator's flow alone"
+    )
+    return replace(measured, notes=(*measured.notes, note))

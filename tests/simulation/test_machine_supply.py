@@ -176,7 +176,7 @@ def test_every_clock_gives_the_same_bits(write: Write, assembled: Assembled) -> 
 def test_a_recording_says_with_whom_its_supply_was_shared(
     write: Write, assembled: Assembled, tmp_path: Path
 ) -> None:
-    """Replay refuses it; identification takes it with the measured pressure, and no pump."""
+    """Replay refuses it; identification takes it without a pump, and says what it lacks."""
     file = write()
     machine, peers = assembled(file)
     knee = load_machine([file]).actuators[1].config
@@ -190,6 +190,7 @@ def test_a_recording_says_with_whom_its_supply_was_shared(
         experiments([journal], load([KNEE, tmp_path / "pump.toml"]), Meaning())
     (experiment,) = experiments([journal], load([KNEE]), Meaning())
     assert np.nanmin(experiment.readings["supply_pressure"]) < 150e5
+    assert any("supply shared with hip" in note for note in experiment.notes)
 
 
 def test_an_actuator_may_keep_a_supply_of_its_own(write: Write, assembled: Assembled) -> None:
