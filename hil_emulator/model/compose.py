@@ -4,13 +4,13 @@ import inspect
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from hil_emulator.model import actuator, exchange, integrator, sensors
+from hil_emulator.model import actuator, exchange, integrator, leg, sensors
 from hil_emulator.model.declare import Argument, DeclarationError, Effect, Law, Stage
 from hil_emulator.model.layout import base_fields
 from hil_emulator.model.stages import ACTS, CONTINUOUS, SAMPLED, TICKED
 
 BALANCES = (
-    *actuator.BALANCES, *exchange.EXCHANGE, *integrator.INTEGRATOR, sensors.sample,
+    *actuator.BALANCES, *leg.LEG, *exchange.EXCHANGE, *integrator.INTEGRATOR, sensors.sample,
 )  # fmt: skip
 
 _HEADER = '''"""Stages, balances and sensor chain, composed by hil_emulator.model.compose."""
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.model.constants import (
-    ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, LIGHTEST_ROD, PIECES, SLIDING_BEND,
+    ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, GRAVITY, LIGHTEST_ROD, PIECES, SLIDING_BEND,
     VELOCITY_DOUBT,
 )
 from hil_emulator.model.sensors import Transducers

@@ -3,6 +3,9 @@
 ATMOSPHERE = 101_325.0
 """Standard atmosphere [Pa] (ISO 2533)."""
 
+GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s²] (ISO 80000-3)."""
+
 REFERENCE_TEMPERATURE = 313.15
 """Oil temperature at which every parameter is stated [K]: 40 °C, where ISO 3448 defines a
 viscosity grade and where HyQ's cooler switches on (S1 3.3.2)."""

@@ -1,5 +1,7 @@
 """Actuators on one supply: each moves by itself, then all feed on the sum of their flows.
 
+Where the load of one carries that of the next, both are the joints of a leg, see `leg`.
+
 Every actuator carries the equations and states of pump, accumulator and lines. Those on one supply
 have equal parameters of it and are handed the same flows, so their copies of its states agree to
 the last bit; one actuator alone is the sum of one.
@@ -9,6 +11,8 @@ from typing import Any
 
 from hil_emulator.model.actuator import account, feed, move
 from hil_emulator.model.constants import ACTUATORS
+from hil_emulator.model.leg import swing
+from hil_emulator.model.stages import joint_carries
 
 
 def balances(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
@@ -19,6 +23,9 @@ def balances(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
         move(x[i], dx[i], par[i], held[i], y[i])
         drawn += y[i].supply_flow
         returned += y[i].tank_flow
+    for i in range(ACTUATORS - 1):
+        if joint_carries(par[i], x[i], dx[i]) != 0.0:
+            swing(x[i], dx[i], par[i], y[i], x[i + 1], dx[i + 1], par[i + 1], y[i + 1])
     for i in range(ACTUATORS):
         feed(x[i], dx[i], par[i], held[i], y[i], drawn, returned)
 

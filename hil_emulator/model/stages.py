@@ -206,6 +206,29 @@ load_inertia = Stage(
     balances=(LOAD,),
 )  # fmt: skip
 
+# joints that the load turns about
+joint_angle = Stage(
+    "joint_angle", "load", ("position",), "angle of a joint", "rad", "sum", balances=(),
+)  # fmt: skip
+joint_lever = Stage(
+    "joint_lever", "load", ("position",), "way of the rod per angle", "m", "sum", balances=(),
+)  # fmt: skip
+joint_lever_slope = Stage(
+    "joint_lever_slope", "load", ("position",), "change of the lever per way of the rod", "1",
+    "sum", balances=(),
+)  # fmt: skip
+joint_inertia = Stage(
+    "joint_inertia", "load", (), "moment of inertia about a joint", "kg*m^2", "sum", balances=(),
+)  # fmt: skip
+joint_mass_moment = Stage(
+    "joint_mass_moment", "load", (), "mass times distance from a joint", "kg*m", "sum",
+    balances=(),
+)  # fmt: skip
+joint_carries = Stage(
+    "joint_carries", "load", (), "distance to a joint that the load carries", "m", "sum",
+    balances=(),
+)  # fmt: skip
+
 # sensors
 element = Stage(
     "element", "sensors", ("quantity", "interval"), "quantity that a sensing element has followed",
@@ -223,6 +246,7 @@ CONTINUOUS = (
     travel, metering, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates, holding,
     holding_rates, cross_relief, port_relief, vapour, oil, heat, cross_leakage, outward_leakage,
     friction, dry_friction, friction_scale, stop, inertia, coupling, play, load, load_inertia,
+    joint_angle, joint_lever, joint_lever_slope, joint_inertia, joint_mass_moment, joint_carries,
 )  # fmt: skip
 TICKED = (set_point,)
 SAMPLED = (element, transducer)

@@ -1,8 +1,6 @@
 """Several actuators on one pump, relief valve, accumulator and pair of lines."""
 
-import tempfile
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +9,6 @@ from reference_machine import STEP, machine
 from scipy.integrate import solve_ivp
 
 from hil_emulator.model import kernel
-from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.plant import Plant, on_one_supply
 
 FIVE_LITRES = 5e-3 / 60.0
@@ -20,11 +17,6 @@ PUMP = {
     "accumulator_gas_volume": 4e-5, "accumulator_precharge": 100e5, "accumulator_exponent": 1.4,
 }  # fmt: skip
 LINES = {"supply_line_length": 2.0, "back_pressure_resistance": 3.2e13}
-USED = {
-    "fixed_pump", "accumulator", "supply_line", "back_pressure", "viscous_friction",
-    "coulomb_friction", "load_viscous_friction", "entrained_air", "end_stops", "spool_rate_limit",
-    "current_saturation",
-}  # fmt: skip
 TICK = 5e-3
 CHANNELS = ("spool_position", "spool_speed", "pressure_a", "pressure_b", "position", "velocity")
 
@@ -33,19 +25,13 @@ MakePlant = Callable[..., Plant]
 Supplied = Callable[..., list[Plant]]
 
 
-@pytest.fixture(scope="module")
-def supplied() -> Supplied:
-    """Return a function that puts two of the reference machine's actuators on one supply.
-
-    Only what these tests use is compiled; the machine code outlives the session.
-    """
-    effects = tuple(e for e in CATALOGUE if e.name in USED)
-    folder = Path(tempfile.gettempdir()) / "hil_emulator_test_kernels"
-    two = kernel.build(effects, folder, actuators=2)
+@pytest.fixture
+def supplied(two_actuators: kernel.Kernel) -> Supplied:
+    """Return a function that puts two of the reference machine's actuators on one supply."""
 
     def supplied(second: Mapping[str, float] = {}, **changes: float) -> list[Plant]:
         first = machine(**(PUMP | changes))
-        return on_one_supply(two, [first, first | dict(second)], STEP)
+        return on_one_supply(two_actuators, [first, first | dict(second)], STEP)
 
     return supplied
 

@@ -1,11 +1,22 @@
 """What pushes against the load beyond its inertia."""
 
 import math
+from typing import NamedTuple
 
 from numba.extending import register_jitable
 
+from hil_emulator.model.constants import GRAVITY
 from hil_emulator.model.declare import Param, Quantity, effect
-from hil_emulator.model.stages import load, load_inertia
+from hil_emulator.model.stages import (
+    joint_angle,
+    joint_carries,
+    joint_inertia,
+    joint_lever,
+    joint_lever_slope,
+    joint_mass_moment,
+    load,
+    load_inertia,
+)
 
 
 @effect(
@@ -105,28 +116,84 @@ def harmonic_force(phase: float, amplitude: float, frequency: float) -> tuple[fl
     return amplitude * math.sin(phase), 2.0 * math.pi * frequency
 
 
+class Triangle(NamedTuple):
+    """Joint, cylinder's base and rod's end, see `rotary_joint`."""
+
+    retracted_length: float
+    base_distance: float
+    crank: float
+
+
+class Weight(NamedTuple):
+    """What turns with the joint, see `rotary_joint`."""
+
+    mass_moment: float
+    elevation: float
+    sense: float
+
+
 @register_jitable
-def _lever_squared(
-    position: float, retracted_length: float, base_distance: float, crank: float
-) -> tuple[float, float]:
+def _lever_squared(position: float, triangle: Triangle) -> tuple[float, float]:
     """Return squared lever arm [m²] and its slope along the rod [m], joint in a triangle.
 
     With c = c_0 + x and k = (a² + b² - c²)/2 = a b cos(theta): l = a b sin(theta)/c, so
     l² = (a² b² - k²)/c². Kept above a tenth of the crank, where the triangle would fold.
     """
-    c = max(0.1 * crank, retracted_length + position)
-    k = 0.5 * (base_distance * base_distance + crank * crank - c * c)
-    squared = (base_distance * base_distance * crank * crank - k * k) / (c * c)
-    if squared < 0.01 * crank * crank:
-        return 0.01 * crank * crank, 0.0
+    a, b = triangle.base_distance, triangle.crank
+    c = max(0.1 * b, triangle.retracted_length + position)
+    k = 0.5 * (a * a + b * b - c * c)
+    squared = (a * a * b * b - k * k) / (c * c)
+    if squared < 0.01 * b * b:
+        return 0.01 * b * b, 0.0
     return squared, 2.0 * (k - squared) / c
 
 
-def _reflected_mass(
-    position: float, inertia: float, retracted_length: float, base_distance: float, crank: float
-) -> float:
+@register_jitable
+def _angle(position: float, triangle: Triangle) -> float:
+    """Return the angle theta between base and crank [rad]."""
+    a, b = triangle.base_distance, triangle.crank
+    c = triangle.retracted_length + position
+    return math.acos(max(-1.0, min(1.0, (a * a + b * b - c * c) / (2.0 * a * b))))
+
+
+@register_jitable
+def _elevation(position: float, triangle: Triangle, weight: Weight) -> float:
+    """Return phi, the angle of the line from joint to centre of mass over the horizontal [rad]."""
+    turned = _angle(position, triangle) - _angle(0.0, triangle)
+    return weight.elevation + math.copysign(1.0, weight.sense) * turned
+
+
+@register_jitable
+def _lever(position: float, triangle: Triangle, sense: float) -> float:
+    """Return dx/dphi [m]."""
+    squared, _ = _lever_squared(position, triangle)
+    return math.copysign(math.sqrt(squared), sense)
+
+
+def _lever_slope(position: float, triangle: Triangle, sense: float) -> float:
+    """Return d²x/(dphi dx), the change of the lever along the rod."""
+    squared, slope = _lever_squared(position, triangle)
+    return 0.5 * slope / math.copysign(math.sqrt(squared), sense)
+
+
+def _mass_moment(mass_moment: float) -> float:
+    """m c."""
+    return mass_moment
+
+
+def _inertia(inertia: float) -> float:
+    """J."""
+    return inertia
+
+
+def _link_length(link_length: float) -> float:
+    """Where the next joint is."""
+    return link_length
+
+
+def _reflected_mass(position: float, inertia: float, triangle: Triangle) -> float:
     """J / l(x)²."""
-    squared, _ = _lever_squared(position, retracted_length, base_distance, crank)
+    squared, _ = _lever_squared(position, triangle)
     return inertia / squared
 
 
@@ -143,23 +210,41 @@ def _reflected_mass(
               default=0.045, source="public HyQ bench script"),
         Param("torque", "N*m", "torque about the joint against extension", 0.0, -1e3, 1e3,
               default=0.0),
+        Param("mass_moment", "kg*m", "mass times distance of its centre from the joint", 0.1, 0.0,
+              1e4, default=0.0, source="0.807 kg (public HyQ model) at 0.125 m (assumed)"),
+        Param("elevation", "rad", "angle of that centre over the horizontal at x = 0", 0.0,
+              -2.0 * math.pi, 2.0 * math.pi, shown="deg", default=0.0),
+        Param("sense", "1", "1 where extension adds to this angle, -1 where it takes from it", 1.0,
+              -1.0, 1.0, default=1.0),
+        Param("link_length", "m", "distance to the joint of the actuator that this one carries, "
+              "which is the next on its supply; 0 carries none", 0.35, 0.0, 10.0, shown="mm",
+              default=0.0, source="upper leg; assumed"),
     ),
     source="Lagrange's equation of one joint driven by a cylinder in a triangle",
-    signature="reflected mass changes along the stroke: 10.8 kg at a lever of 45 mm",
-    not_modelled="further joints of the leg; a torque that turns with gravity",
-    also=((load_inertia, _reflected_mass),),
+    signature="reflected mass changes along the stroke: 10.8 kg at a lever of 45 mm; force of "
+              "gravity with it",
+    not_modelled="more than two joints; a leg that leaves its plane",
+    also=(
+        (load_inertia, _reflected_mass), (joint_angle, _elevation), (joint_lever, _lever),
+        (joint_lever_slope, _lever_slope), (joint_mass_moment, _mass_moment),
+        (joint_inertia, _inertia), (joint_carries, _link_length),
+    ),
 )  # fmt: skip
 def rotary_joint(
-    position: float, velocity: float, inertia: float, retracted_length: float,
-    base_distance: float, crank: float, torque: float,
+    position: float, velocity: float, inertia: float, torque: float, triangle: Triangle,
+    weight: Weight,
 ) -> float:  # fmt: skip
-    """F = tau/l + M'(x) v²/2,  M = J/l²,  l = a b sin(theta)/c.
+    """F = (tau + s m c g cos(phi))/l + M'(x) v²/2,  M = J/l²,  l = a b sin(theta)/c.
 
     The load turns about a joint.
     """
-    squared, slope = _lever_squared(position, retracted_length, base_distance, crank)
+    squared, slope = _lever_squared(position, triangle)
     mass_slope = -inertia * slope / (squared * squared)
-    return torque / math.sqrt(squared) + 0.5 * mass_slope * velocity * velocity
+    force = torque / math.sqrt(squared) + 0.5 * mass_slope * velocity * velocity
+    if weight.mass_moment != 0.0:
+        weighs = weight.mass_moment * GRAVITY * math.cos(_elevation(position, triangle, weight))
+        force += weighs / _lever(position, triangle, weight.sense)
+    return force
 
 
 EFFECTS = (
