@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hil_emulator.bus.bus import Bus
+from hil_emulator.config.actuators import ActuatorSettings
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.config.load import Configuration, load
-from hil_emulator.config.machine import ActuatorSettings, MachineSettings
+from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import shipped
 from hil_emulator.simulation.machine import Machine, assemble_machine

@@ -13,6 +13,8 @@ files = ["hyq_knee.toml"]
 bus = "left"
 node_offset = 10        # added to every node-ID in its files
 supply = "pump"         # without it, the one in its files is its own
+
+An actuator that says `carries = "lf_knee"` moves the link at whose end the knee's joint is.
 """
 
 import dataclasses
@@ -23,8 +25,10 @@ from typing import Any
 
 from pydantic import Field, ValidationError
 
+from hil_emulator.config.actuators import ActuatorSettings
 from hil_emulator.config.bus import BusTable, WireSettings, split
-from hil_emulator.config.load import Configuration, load_rig
+from hil_emulator.config.legs import with_legs
+from hil_emulator.config.load import load_rig
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.nodes import UNCONFIGURED
 from hil_emulator.config.one_supply import on_one_supply
@@ -37,7 +41,7 @@ ONLY_BUS = "bus"
 
 
 class ActuatorTable(DescribedTable):
-    """One actuator: its configuration files, bus and supply, and where its node-IDs begin."""
+    """One actuator: its files, bus and supply, what it carries, and where its node-IDs begin."""
 
     name: str = Field(min_length=1)
     """what recordings and faults call it"""
@@ -49,6 +53,8 @@ class ActuatorTable(DescribedTable):
     """added to every node-ID in its files"""
     supply: str | None = None
     """name of one of [supplies], where it shares that with others"""
+    carries: str | None = None
+    """name of the actuator whose joint is at the end of the link that this one moves"""
 
 
 class SupplyTable(DescribedTable):
@@ -64,19 +70,6 @@ class MachineTable(StrictTable):
     buses: dict[str, BusTable] = Field(min_length=1)
     supplies: dict[str, SupplyTable] = Field(default_factory=dict)
     actuator: tuple[ActuatorTable, ...] = Field(min_length=1)
-
-
-@dataclass(frozen=True)
-class ActuatorSettings:
-    """One actuator of a machine: its name, its configuration, the names of its bus and its supply.
-
-    Without the name of a supply it has one of its own.
-    """
-
-    name: str
-    config: Configuration
-    bus: str
-    supply: str | None = None
 
 
 @dataclass(frozen=True)
@@ -115,7 +108,7 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
         for i, a in enumerate(table.actuator)
     )
     _check_together(file, table, actuators)
-    actuators = _sharing(file, table, actuators)
+    actuators = with_legs(str(file), _sharing(file, table, actuators))
     made = {name: split(bus) for name, bus in table.buses.items()}
     buses = {name: arguments for name, (arguments, _) in made.items()}
     return MachineSettings(actuators, buses, {name: wire for name, (_, wire) in made.items()})
@@ -178,7 +171,7 @@ def _actuator(
         for n in config.nodes
     )
     config = dataclasses.replace(config, nodes=nodes, seed=config.seed + position)
-    return ActuatorSettings(table.name, config, table.bus, table.supply)
+    return ActuatorSettings(table.name, config, table.bus, table.supply, table.carries)
 
 
 def _offset(number: int, offset: int) -> int:
