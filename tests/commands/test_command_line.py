@@ -234,7 +234,9 @@ def test_each_actuator_of_a_machine_is_recorded_and_can_break(
     So it is where each has its own supply.
     """
     text = re.sub(
-        r"\[supplies.*\n.*\n|supply = .*", "", shipped("configs/hyq_leg.toml").read_text()
+        r"\[supplies.*\n.*\n|(?:supply|carries) = .*",
+        "",
+        shipped("configs/hyq_leg.toml").read_text(),
     )
     leg = layer(
         re.sub(r"port = \d+", "port = 0", text).replace('"hyq_', f'"{REFERENCE.parent}/hyq_')
