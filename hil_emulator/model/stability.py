@@ -36,6 +36,9 @@ _SMALL = {
 }  # fmt: skip
 """A small deviation of a state, by unit (assumed)."""
 
+_POPPETS = frozenset({"pilot_check_valves_open_a", "pilot_check_valves_open_b"})
+"""Valves that are stiffest when they are open."""
+
 
 @dataclass(frozen=True)
 class Bound:
@@ -134,6 +137,8 @@ def _severe_states(plant: Plant) -> Iterator[None]:
         state.position = place
         state.velocity = speed
         state.stretch = gap + 1e-6
+        for valve in _POPPETS.intersection(plant.kernel.state.names or ()):
+            state[valve] = 1.0
         yield
 
 

@@ -14,11 +14,18 @@ from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.near_rivals import near_rivals
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
+from hil_emulator.model.effects import lines
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}
 FLOW = 20e-3 / 60.0
 """Of the machine's pump, whose stroke is controlled [m^3/s]."""
+
+
+def test_what_everyone_knows_of_a_machine_is_no_candidate() -> None:
+    """Nobody overlooks a valve between valve and cylinder; a pump's limit is another matter."""
+    assert not {effect.name for effect in lines.EFFECTS} & set(COORDINATES)
+    assert "fixed_pump" in COORDINATES
 
 
 @pytest.fixture(scope="module")

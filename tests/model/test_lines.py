@@ -177,6 +177,19 @@ def test_cylinder_lines_ring_at_their_quarter_wave(make_plant: MakePlant) -> Non
         assert crossing_frequency(pressure, STEP) == pytest.approx(1237.0 / 4.0, rel=5e-3)
 
 
+def test_cylinder_lines_surge_when_the_flow_stops(make_plant: MakePlant) -> None:
+    """A single mode of impedance √(L/C) surges by pi/2 rho c v, where Joukowsky has rho c v."""
+    plant = make_plant(pond(cylinder_lines_length=1.0, valve_natural_frequency=1000.0,
+                            oil_kinematic_viscosity=1e-6))  # fmt: skip
+    plant.inputs.valve_current = 1e-3
+    settle(plant, 0.5)
+    flow, before = float(plant.signals.flow_a), float(plant.signals.port_pressure_a)
+    plant.state.spool_position = plant.inputs.valve_current = 0.0
+    (pressure,) = record(plant, 200, "port_pressure_a")
+    joukowsky = 850.0 * 1237.0 * flow / (math.pi / 4.0 * 6e-3**2)
+    assert before - pressure.min() == pytest.approx(0.5 * math.pi * joukowsky, rel=0.02)
+
+
 @pytest.mark.parametrize(("current", "diameter"), [(1e-3, 6e-3), (1e-2, 4e-3)])
 def test_cylinder_lines_lose_pressure_as_pipes_do(
     make_plant: MakePlant, current: float, diameter: float
