@@ -16,15 +16,17 @@ from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant, Sensors
 
 _CLAMPED = {"load_mass": 1e12}  # the largest force moves it by less than 1 um in a minute
-_NO_CYLINDER = {
+SMALL_CHAMBERS = {
     "cylinder_piston_area": 1e-6,
     "cylinder_area_ratio": 1.0,
     "cylinder_dead_volume_a": 1e-6,
     "cylinder_dead_volume_b": 1e-6,
 }
+"""A cylinder that is no more than 1 ml behind each port."""
 
-_METER_CONDUCTANCE = 1e-7  # 0.01 bar at the nominal flow [m³/(s Pa)]
-_PIPE_VOLUME = 1e-2  # [m³]
+_METER_CONDUCTANCE = 1e-7  # 0.01 bar at the nominal flow of the reference machine [m³/(s Pa)]
+_PIPE_VOLUME = 1e-2  # beside that meter [m³]
+_REFERENCE_OPENING = 6.68e-8  # its gain times its rated current [m³/(s √Pa)]
 
 RATED_CURRENT = 0.01
 """Rated current where the configuration limits none [A] (Moog E024 in public HyQ scripts)."""
@@ -146,7 +148,7 @@ class Bench:
 
     def blocked(self) -> dict[str, float]:
         """Return the changes that close both ports of the valve, behind 1 ml of drillings each."""
-        return self.clamped() | _NO_CYLINDER
+        return self.clamped() | SMALL_CHAMBERS
 
     def joined(self) -> dict[str, float]:
         """Return the changes that join ports a and b through pipe and flow meter.
@@ -154,12 +156,30 @@ class Bench:
         The meter shows as leakage past the piston. Wide pipes keep it slow enough for the
         integration step; between equal edges their pressure is the steady one from the start.
         """
+        size = self.valve_size
         return self.clamped() | {
             "cylinder_area_ratio": 1.0,
-            "cylinder_dead_volume_a": _PIPE_VOLUME,
-            "cylinder_dead_volume_b": _PIPE_VOLUME,
-            "internal_leakage_conductance": _METER_CONDUCTANCE,
+            "cylinder_dead_volume_a": size * _PIPE_VOLUME,
+            "cylinder_dead_volume_b": size * _PIPE_VOLUME,
+            "internal_leakage_conductance": size * _METER_CONDUCTANCE,
         }
+
+    def smooth(self) -> dict[str, float]:
+        """Return the changes that switch off what no linear model has: dry friction, hysteresis.
+
+        The spool's threshold is its dry friction.
+        """
+        dry = self.off("friction", keep=("viscous_friction",))
+        return dry | {"threshold_current": 0.0, "hysteresis_width": 0.0}
+
+    @property
+    def valve_size(self) -> float:
+        """The valve's flow over that of the reference machine's, to two digits."""
+        return float(f"{self.value('valve_gain') * self.rated_current / _REFERENCE_OPENING:.2g}")
+
+    def period(self, seconds: float) -> float:
+        """Return the whole number of integration steps that is nearest to a time [s]."""
+        return max(1, round(seconds / self.step)) * self.step
 
     @property
     def viscosity(self) -> float:

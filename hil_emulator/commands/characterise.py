@@ -30,6 +30,7 @@ def run(test: str, files: Sequence[Path], out: Path, seed: int | None) -> None:
         config.seed if seed is None else seed,
         effects=config.effects,
         cache=cache_folder(),
+        step=config.step,
         progress=lambda text: click.echo(text, err=True),
     )
     for group in grouped(results):

@@ -55,6 +55,12 @@ def dead_volume(answers: Answers, ratio: float) -> Typical:
     )
 
 
+def laminar_width(answers: Answers) -> Typical:
+    """Return the pressure difference below which an edge is laminar [Pa]."""
+    width = number(answers, "supply_pressure") / 160.0
+    return Typical(width, "assumed: 1 bar of 160 bar; keeps the square root finite at zero")
+
+
 def coulomb_friction(answers: Answers) -> Typical:
     """Return the dry friction of seals and guides [N]."""
     push = number(answers, "supply_pressure") * piston_area(answers)

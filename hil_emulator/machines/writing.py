@@ -137,7 +137,8 @@ def _valve(answers: Answers) -> Iterator[Assignment]:
     yield Assignment("natural_frequency", _shown(hertz, "Hz"), why)
     ratio, why = sheet.damping_ratio
     yield Assignment("damping_ratio", f"{ratio:.2g}", why)
-    yield Assignment("laminar_width", '"1 bar"', "assumed; keeps the square root finite at zero")
+    width = sizing.laminar_width(answers)
+    yield _typical("laminar_width", width, "Pa", "bar")
     rated = sheet.get("rated_current")
     yield Assignment("current_saturation", _shown(rated, "A", "mA"), "the driver gives no more")
     if step := sheet.get("step_time"):

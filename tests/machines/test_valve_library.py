@@ -1,7 +1,6 @@
 """The library of valves: what their sheets print is what the model does."""
 
 import math
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,17 +10,10 @@ from hil_emulator.config.load import load
 from hil_emulator.machines.questions import QUESTIONS, Answers, Inquiry, answered, valve
 from hil_emulator.machines.valve_sheet import LIBRARY, ORIGINS, PRINTED, ValveSheet, library
 from hil_emulator.machines.writing import configuration
-from hil_emulator.model import kernel
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant
 
 VALVES = library()
-
-
-@pytest.fixture(scope="session")
-def model() -> Kernel:
-    """Return the compiled catalogue."""
-    return kernel.build(cache=Path(tempfile.gettempdir()) / "hil_emulator_test_kernels")
 
 
 def usual(question: Inquiry, answers: Answers) -> float | str:

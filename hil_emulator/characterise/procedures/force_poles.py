@@ -77,7 +77,7 @@ def _resonance(poles: Poles) -> complex:
 def _along_the_stroke(bench: Bench, values: Mapping[str, float]) -> dict[str, Poles]:
     """Return the resonance of every form at rest at each position."""
     machine = linear.LinearisedMachine.of(values)
-    wet = {**bench.values, **bench.off("friction", keep=("viscous_friction",))}
+    wet = {**bench.values, **bench.smooth()}
     found: dict[str, list[complex]] = {form: [] for form in _FORMS}
     for position in _PARTS * machine.stroke:
         rest = linearise.rest(bench.kernel, values, position)
@@ -104,11 +104,14 @@ def _comparisons(found: Mapping[str, Poles], position: Series, worst: float) -> 
     rows += [
         ("decay of the resonance at mid-stroke", "1/s", -complete[middle].real,
          -exact[middle].real),
-        ("exact over analytic pole, worst of 5 positions x 3 openings", "1", 1.0, 1.0 + worst),
     ]  # fmt: skip
+    name = "exact over analytic pole, worst of 5 positions x 3 openings"
     return [
-        Comparison(q, unit, float(e), source, float(m), 0.01, Agreement.DERIVED)
-        for q, unit, e, m in rows
+        *(
+            Comparison(q, unit, float(e), source, float(m), 0.01, Agreement.DERIVED)
+            for q, unit, e, m in rows
+        ),
+        Comparison(name, "1", 1.0, source, 1.0 + worst, 0.02, Agreement.DERIVED),
     ]
 
 

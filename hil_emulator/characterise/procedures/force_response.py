@@ -17,13 +17,14 @@ from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.procedures.force_poles import rest_point
 from hil_emulator.characterise.result import Agreement, BenchResult, Column, Comparison, column
 from hil_emulator.characterise.sine import fundamental
+from hil_emulator.characterise.size import quickness
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model import linear, linearise
 from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 
 Response = NDArray[np.complex128]
 
-_HERTZ = np.geomspace(10.0, 200.0, 37)
+_HERTZ = np.geomspace(10.0, 200.0, 37)  # of the reference machine; others by their resonance
 _AMPLITUDE = 1e-3  # of the sines, part of the rated current
 _FORCES = {"f_h": "hydraulic_force", "f": "load_force"}
 _PERIOD = 2e-4  # of the signal generator [s]
@@ -33,13 +34,15 @@ _SETTLING, _MEASURED = 0.4, 0.8  # [s]
 def _responses(bench: Bench, hertz: float, rest: linearise.Linearisation) -> list[complex]:
     """Return hydraulic force and load force over current at one frequency [N/A]."""
     stroke, omega = bench.value("cylinder_stroke"), 2.0 * math.pi * hertz
-    dry = bench.off("friction", keep=("viscous_friction",))
-    stand = bench.stand(dry | {"initial_position": 0.5 * stroke}, _PERIOD)
+    quick = quickness(bench)
+    period = bench.period(_PERIOD / quick)
+    stand = bench.stand(bench.smooth() | {"initial_position": 0.5 * stroke}, period)
     for name, value in rest.equilibrium.items():
         stand.plant.state[name] = value
-    middle = _PERIOD * (np.arange(round((_SETTLING + _MEASURED) / _PERIOD)) + 0.5)
+    middle = period * (np.arange(round((_SETTLING + _MEASURED) / quick / period)) + 0.5)
     amplitude = _AMPLITUDE * bench.rated_current
-    seen = stand.drive(rest.current + amplitude * np.sin(omega * middle)).after(_SETTLING)
+    seen = stand.drive(rest.current + amplitude * np.sin(omega * middle))
+    seen = seen.after(_SETTLING / quick)
     area, alpha = bench.value("cylinder_piston_area"), bench.value("cylinder_area_ratio")
     hydraulic = area * (seen.readings["pressure_a"] - alpha * seen.readings["pressure_b"])
     forces = (hydraulic, seen.readings["load_force"])
@@ -53,11 +56,13 @@ def _columns(force: str, response: str, values: Response) -> dict[str, Column]:
     }
 
 
-def _comparisons(force: str, measured: Response, exact: Response) -> list[Comparison]:
+def _comparisons(
+    force: str, hertz: NDArray[np.float64], measured: Response, exact: Response
+) -> list[Comparison]:
     peak = int(np.argmax(np.abs(measured)))
     deviation = float(np.median(np.abs(measured / exact)))
     return [
-        Comparison(f"gain {force}/u at {_HERTZ[peak]:.0f} Hz", "N/mA",
+        Comparison(f"gain {force}/u at {hertz[peak]:.0f} Hz", "N/mA",
                    float(abs(exact[peak])) * 1e-3, "exact linearisation",
                    float(abs(measured[peak])) * 1e-3, 0.05, Agreement.DERIVED),
         Comparison(f"gain {force}/u over exact one, median", "1", 1.0, "exact linearisation",
@@ -68,19 +73,20 @@ def _comparisons(force: str, measured: Response, exact: Response) -> list[Compar
 def run(bench: Bench) -> BenchResult:
     """Measure both Bode plots and compare them with both linear models."""
     position = 0.5 * bench.value("cylinder_stroke")
-    values = {**bench.values, **bench.off("friction", keep=("viscous_friction",))}
+    values = {**bench.values, **bench.smooth()}
     rest = linearise.rest(bench.kernel, values, position)
     analytic = linear.reduced(linear.LinearisedMachine.of(values), rest_point(rest))
-    seen = np.array([_responses(bench, f, rest) for f in _HERTZ]).T
-    omega = 2.0 * math.pi * _HERTZ
-    columns, comparisons = {"frequency": column("Hz", _HERTZ)}, []
+    hertz = quickness(bench) * _HERTZ
+    seen = np.array([_responses(bench, f, rest) for f in hertz]).T
+    omega = 2.0 * math.pi * hertz
+    columns, comparisons = {"frequency": column("Hz", hertz)}, []
     for measured, (symbol, name) in zip(seen, _FORCES.items(), strict=True):
         exact = rest.response("valve_current", name, omega)
         printed = getattr(analytic, name).freqresp(omega)[1]
         for kind, response in (("sensors", measured), ("S1", printed), ("exact", exact)):
             columns |= _columns(symbol, kind, response)
         if np.all(exact != 0.0):
-            comparisons += _comparisons(symbol, measured, exact)
+            comparisons += _comparisons(symbol, hertz, measured, exact)
     return BenchResult(
         name=TEST.name,
         title=TEST.title,

@@ -18,6 +18,7 @@ from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
 from hil_emulator.characterise.sine import fundamental
+from hil_emulator.characterise.size import fastest
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 
@@ -32,10 +33,9 @@ _SECONDS = 8.0  # measured for each sine, after one second
 def _ratio(bench: Bench, hertz: float) -> complex:
     """Return load force over hydraulic force at one frequency, from the sensors."""
     stroke, omega = bench.value("cylinder_stroke"), 2.0 * math.pi * hertz
-    dry = bench.off("friction", keep=("viscous_friction",))
-    stand = bench.stand(dry | {"initial_position": 0.5 * stroke})
+    stand = bench.stand(bench.smooth() | {"initial_position": 0.5 * stroke})
     path = sine(
-        0.5 * stroke, min(_PART * stroke, _SPEED / omega), hertz, stand.period,
+        0.5 * stroke, min(_PART * stroke, min(_SPEED, fastest(bench)) / omega), hertz, stand.period,
         hertz * (_SECONDS + 1.0),
     )  # fmt: skip
     seen = Mover(bench, stand).follow(path).after(1.0)
@@ -60,15 +60,16 @@ def fit_zeros(omega: Series, ratio: Series) -> tuple[float, float]:
 
 def run(bench: Bench) -> BenchResult:
     """Measure the ratio of both forces and its zero and pole."""
-    ratio = np.array([_ratio(bench, f) for f in _HERTZ])
-    omega = 2.0 * math.pi * _HERTZ
-    found = fit_zeros(omega, ratio)
     mass = bench.value("load_mass")
     b_l, b = (
         bench.value("load_viscous_friction_coefficient"),
         bench.value("viscous_friction_coefficient"),
     )
     formula = (-b_l / mass, -(b_l + b) / (mass + bench.value("rod_mass_mass")))
+    hertz = _HERTZ * max(1.0, formula[1] / DOCUMENT_ZEROS[1])
+    ratio = np.array([_ratio(bench, f) for f in hertz])
+    omega = 2.0 * math.pi * hertz
+    found = fit_zeros(omega, ratio)
     names = ("zero of the load force f", "zero of the hydraulic force f_h")
     s = 1j * omega
     model = (s - formula[0]) * mass / (mass + bench.value("rod_mass_mass")) / (s - formula[1])
@@ -76,11 +77,12 @@ def run(bench: Bench) -> BenchResult:
         name=TEST.name,
         title=TEST.title,
         procedure=(
-            "Sines of the position at 0.8 to 9.6 Hz, dry friction switched off; load cell over "
+            f"Sines of the position at {hertz[0]:.2g} to {hertz[-1]:.2g} Hz, dry friction switched "
+            "off; load cell over "
             "pressure force at each frequency, and the first-order filter through them."
         ),
         columns={
-            "frequency": column("Hz", _HERTZ),
+            "frequency": column("Hz", hertz),
             "gain f/f_h": column("1", np.abs(ratio)),
             "phase f/f_h": column("degree", np.degrees(np.angle(ratio))),
             "gain, linear model": column("1", np.abs(model)),

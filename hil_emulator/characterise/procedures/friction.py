@@ -1,5 +1,7 @@
 """Friction under sines of several speeds, as S1 Fig. 3.9."""
 
+import math
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -16,6 +18,7 @@ from hil_emulator.characterise.friction_force import (
 from hil_emulator.characterise.motion import Mover, sine
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult, DocumentFigure, column
+from hil_emulator.characterise.size import fastest
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.pages.palette import BLACK, BLUE, GREEN, PINK, SKY, VERMILION
 
@@ -31,7 +34,8 @@ def run(bench: Bench) -> BenchResult:
     parts, speeds, forces = [], [], []
     for hertz in _HERTZ:
         stand = bench.stand({"initial_position": centre})
-        seen = Mover(bench, stand).follow(sine(centre, _PART * stroke, hertz, stand.period, 3.0))
+        reach = min(_PART * stroke, fastest(bench) / (2.0 * math.pi * hertz))
+        seen = Mover(bench, stand).follow(sine(centre, reach, hertz, stand.period, 3.0))
         velocity, force = speed_and_friction(bench, seen.after(1.0 / hertz))
         keep = np.linspace(0, len(velocity) - 1, 4000).astype(int)  # the same weight for each sine
         speeds.append(velocity[keep])
@@ -44,7 +48,8 @@ def run(bench: Bench) -> BenchResult:
         name=TEST.name,
         title=TEST.title,
         procedure=(
-            "Sines of ±30 % of the stroke about its middle at 0.1 to 2 Hz. Friction is the force "
+            "Sines of ±30 % of the stroke about its middle at 0.1 to 2 Hz, of less where 40 % "
+            "of the no-load speed would be passed. Friction is the force "
             "of both pressure sensors minus the load cell, velocity the mean difference of the "
             "position sensor over 10 ms; S1 eq. 3.18 is fitted above 3 mm/s."
         ),

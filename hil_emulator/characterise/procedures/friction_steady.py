@@ -18,6 +18,7 @@ from hil_emulator.characterise.friction_force import (
 from hil_emulator.characterise.motion import Mover, stroke
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult
+from hil_emulator.characterise.size import fastest
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.pages.palette import BLACK, VERMILION
 
@@ -39,7 +40,9 @@ def _one_speed(bench: Bench, velocity: float) -> tuple[float, float]:
 
 def run(bench: Bench) -> BenchResult:
     """Move the rod at constant speeds in both directions."""
-    points = [_one_speed(bench, sign * speed) for sign in (-1.0, 1.0) for speed in _SPEEDS]
+    share = min(1.0, fastest(bench) / _SPEEDS[-1])
+    speeds = [max(_SPEEDS[0], share * speed) for speed in _SPEEDS]
+    points = [_one_speed(bench, sign * speed) for sign in (-1.0, 1.0) for speed in speeds]
     v, f = np.array(sorted(points)).T
     found = fit(v, f, has_excess(bench))
     return BenchResult(

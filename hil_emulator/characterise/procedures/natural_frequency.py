@@ -20,14 +20,16 @@ from hil_emulator.characterise import figure as look
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.procedures.bulk_modulus import mixture
 from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
+from hil_emulator.characterise.size import quickness
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.pages.palette import BLACK, VERMILION
 
 _PARTS = np.linspace(0.1, 0.9, 9)  # positions, parts of the stroke
 _COMPARED = (0, 4, 8)  # three of them
 _BLOW = 0.1  # of the piston area times supply pressure
-_STRUCK, _DURATION = 5e-3, 1.0  # [s]
-_RINGING, _QUIET = slice(6, 206), slice(-300, None)  # ticks of 1 ms after the blow; before the end
+_STRUCK, _DURATION = 5e-3, 1.0  # at the reference machine's resonance [s]
+_PERIOD = 1e-3  # of the readings, likewise [s]
+_RINGING, _QUIET = slice(6, 206), slice(-300, None)  # readings after the blow; before the end
 
 
 @dataclass(frozen=True)
@@ -72,14 +74,16 @@ def _ring(bench: Bench, position: float) -> Ringing:
     """Strike the rod at rest at a position [m], and listen."""
     closed = bench.off("valve", "supply", "tank", "cylinder", "friction", "load",
                        keep=("viscous_friction", "load_viscous_friction"))  # fmt: skip
-    stand = bench.stand(closed | {"valve_gain": 1e-30, "initial_position": position})
+    quick = quickness(bench)
+    period = bench.period(_PERIOD / quick)
+    stand = bench.stand(closed | {"valve_gain": 1e-30, "initial_position": position}, period)
     area, alpha = bench.value("cylinder_piston_area"), bench.value("cylinder_area_ratio")
     supply = bench.value("supply_pressure")
     # at rest p_a = alpha p_b; S1 takes p_a + p_b = p_s
     stand.plant.state["pressure_b"] = supply / (1.0 + alpha)
     stand.plant.state["pressure_a"] = alpha * supply / (1.0 + alpha)
-    time = np.arange(0.0, _DURATION, stand.period)
-    seen = stand.drive(0.0, np.where(time < _STRUCK, _BLOW * area * supply, 0.0)).readings
+    time = np.arange(0.0, _DURATION / quick, stand.period)
+    seen = stand.drive(0.0, np.where(time < _STRUCK / quick, _BLOW * area * supply, 0.0)).readings
     force = area * (seen["pressure_a"] - alpha * seen["pressure_b"])
     pole = ringing_pole((force - np.mean(force[_QUIET]))[_RINGING], stand.period)
     position, p_a, p_b = (

@@ -31,11 +31,6 @@ _ROUNDING = 1e-3  # of an efficiency said in whole percent: a tenth of the small
 _SET_HIGH = 280e5  # set pressure of the variable pump: at full stroke up to 270 bar [Pa]
 _PARTS = np.linspace(0.0, 1.0, 21)  # openings of the valve, parts of the one for the pump's flow
 _HELD = 1.0  # each opening [s]
-_SHORT_PIPES = {  # steady long before that
-    "cylinder_dead_volume_a": 1e-3,
-    "cylinder_dead_volume_b": 1e-3,
-    "internal_leakage_conductance": 1e-8,
-}
 _TO_LITRES = 6e4  # m³/s -> l/min
 
 
@@ -54,12 +49,22 @@ def _hold(stand: Stand, current: float) -> Series:
     return np.array([float(np.mean(signals[name][late])) for name in names])
 
 
+def _short_pipes(bench: Bench) -> dict[str, float]:
+    """Return pipes and a meter that are steady long before that."""
+    size = bench.valve_size
+    return {
+        "cylinder_dead_volume_a": size * 1e-3,
+        "cylinder_dead_volume_b": size * 1e-3,
+        "internal_leakage_conductance": size * 1e-8,
+    }
+
+
 def _sweep(bench: Bench, changes: dict[str, float], currents: Series) -> Series:
     """Return rows of pressure, pump power, valve power, relief flow; shape (4, currents)."""
     circuit = (
         bench.off("supply", "tank", "valve", keep=("underlap", "land_leakage"))
         | bench.joined()
-        | _SHORT_PIPES
+        | _short_pipes(bench)
     )
     stand = bench.stand(circuit | changes)
     return np.array([_hold(stand, float(u)) for u in currents]).T

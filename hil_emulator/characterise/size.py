@@ -1,0 +1,46 @@
+"""How large and how quick a machine is, from which amplitudes and times of the tests follow.
+
+The tests were written for the documents' machine, HyQ's knee: a scale of 1 is that machine.
+"""
+
+import math
+
+from hil_emulator.characterise.stand import Bench
+
+REFERENCE_RESONANCE = 60.5
+"""Natural frequency of HyQ's knee on its oil at mid-stroke [Hz]: 50 kg on two chambers of 3 ml."""
+
+_DOCUMENTS = {"cylinder_piston_area": 2.0106e-4, "cylinder_stroke": 0.08, "valve_gain": 6.68e-6}
+_LIKENESS = 0.05
+"""Piston, stroke and valve of the documents' machine, and how near to them a machine has to be
+for their figures to be said of it (assumed)."""
+
+_SHARE = 0.4
+"""Of the no-load speed, which a test may ask a machine for (assumed)."""
+
+
+def of_documents(bench: Bench) -> bool:
+    """Tell whether a machine is the one whose figures stand in the documents."""
+    return all(abs(bench.value(n) / v - 1.0) <= _LIKENESS for n, v in _DOCUMENTS.items())
+
+
+def fastest(bench: Bench) -> float:
+    """Return the largest speed that a test may ask for [m/s]."""
+    alpha, drop = bench.value("cylinder_area_ratio"), bench.value("supply_pressure")
+    flow = bench.value("valve_gain") * bench.rated_current * math.sqrt(drop / (1.0 + alpha**3))
+    return _SHARE * flow / bench.value("cylinder_piston_area")
+
+
+def resonance(bench: Bench) -> float:
+    """Return the natural frequency of the mass on its oil at mid-stroke [Hz]."""
+    area, half = bench.value("cylinder_piston_area"), 0.5 * bench.value("cylinder_stroke")
+    stiffness = 0.0
+    for side, a in (("a", area), ("b", area * bench.value("cylinder_area_ratio"))):
+        volume = bench.value(f"cylinder_dead_volume_{side}") + a * half
+        stiffness += bench.value("oil_bulk_modulus") * a**2 / volume
+    return math.sqrt(stiffness / bench.value("load_mass")) / (2.0 * math.pi)
+
+
+def quickness(bench: Bench) -> float:
+    """Return the machine's natural frequency over that of HyQ's knee, to two digits."""
+    return float(f"{resonance(bench) / REFERENCE_RESONANCE:.2g}")
