@@ -98,6 +98,10 @@ def _banner(
             lines.append(
                 f"node      {node.id} on {actuator.bus}  {actuator.name}  {near(node.eds)}"
             )
+    for supply in dict.fromkeys(a.supply for a in settings.actuators if a.supply):
+        on_it = ", ".join(a.name for a in settings.actuators if a.supply == supply)
+        lines.append(f"supply    {supply}: {on_it}")
+    lines += [f"leg       {a.name} carries {a.carries}" for a in settings.actuators if a.carries]
     for name, bus in buses.items():
         lines.append(f"bus       {name}: {bus.description}")
         lines.append(f"connect   {bus.client_command}")

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from hil_emulator.config.nodes import UNCONFIGURED, NodeSettings, NodeTable, nod
 from hil_emulator.config.schema import plant_tables, schema
 from hil_emulator.config.table import StrictTable
 from hil_emulator.config.toml_file import parse_toml, read_text
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, brief
 from hil_emulator.model.actuator import PARAMS
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
@@ -126,6 +126,7 @@ def load_texts(
     origin: dict[tuple[str, ...], Path] = {}
     for file, layer in layers:
         _lay_over(merged, _with_knobs(layer, effects), file, origin)
+    _refuse_machine(merged, origin)
     kind = kind_of(merged)
     model = schema(effects, kind, on_bus=on_bus and kind.whole)
     try:
@@ -133,6 +134,21 @@ def load_texts(
     except ValidationError as error:
         raise UserError(describe(error, model, merged, origin, files)) from None
     return _configuration(checked, merged, effects, origin, files, texts)
+
+
+def _refuse_machine(merged: Mapping[str, Any], origin: Mapping[tuple[str, ...], Path]) -> None:
+    """Say which files describe one actuator where a machine of several was given."""
+    if "actuator" not in merged:
+        return
+    given = merged["actuator"]
+    first = given[0] if isinstance(given, list) and given else {}
+    files = first.get("files") if isinstance(first, dict) else None
+    named = " ".join(map(str, files)) if isinstance(files, list) else "knee.toml"
+    raise UserError(
+        f"{origin[('actuator',)]}: describes a machine of several actuators, this command takes "
+        f"one: name its files, such as {brief(named)}; followed by those of a supply that it "
+        "shares, they describe it alone on that"
+    )
 
 
 def load_whole(files: Sequence[Path]) -> Configuration:

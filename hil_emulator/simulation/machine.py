@@ -4,6 +4,8 @@ import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Supply
@@ -120,7 +122,10 @@ class Machine:
         for rig in self.rigs.values():
             if rig.plant.supply not in finite:
                 finite[rig.plant.supply] = rig.move()
-        for name, rig in self.rigs.items():
+        rigs = list(self.rigs.items())
+        if not all(finite.values()):  # who has lost most has lost it first
+            rigs.sort(key=lambda named: int(np.isfinite(named[1].plant.state_vector).sum()))
+        for name, rig in rigs:
             try:
                 rig.tell(finite[rig.plant.supply])
             except NotFiniteError as error:

@@ -122,11 +122,13 @@ class Rig:
     def tell(self, finite: bool) -> None:
         """End a tick: the sensors sample, the nodes publish, the recorder takes the row.
 
+        Args:
+            finite: whether every state is, of all plants on its supply.
+
         Raises:
             NotFiniteError: see `step`.
 
         """
-        finite = finite or not self.plant.culprit()  # it may be that of another on its supply
         self._measured = self._measure() if finite else self._fail()
         self._publish()
         if self.recorder:

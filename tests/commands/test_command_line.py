@@ -220,6 +220,8 @@ def test_a_leg_of_two_actuators_runs_on_two_buses(
     assert "shared with hip" in refused("replay", tmp_path / "leg_knee.rec")
     assert "node      5 on hip" in result.stdout
     assert "node      12 on knee" in result.stdout
+    assert "supply    pump: hip, knee" in result.stdout
+    assert "leg       hip carries knee" in result.stdout
     assert "500 ticks" in result.stdout
     assert "40 out" in result.stdout
     assert "for one actuator" in refused("run", leg, "--control", "0")

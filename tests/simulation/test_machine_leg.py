@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from hil_emulator.bus.bus import Bus
+from hil_emulator.config.load import load
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import cache_folder, shipped
@@ -79,3 +80,10 @@ def test_a_link_is_not_lighter_than_what_it_carries(write: Write, tmp_path: Path
     text = LEG.replace('/hyq_upper_leg.toml"', '/hyq_upper_leg.toml", "light.toml"')
     with pytest.raises(UserError, match=r"lacks the mass of what it carries: add the mass of knee"):
         load_machine([write(text)])
+
+
+@pytest.mark.parametrize("said", [LEG, "actuator = 1", "actuator = []", "[actuator]"])
+def test_a_command_for_one_actuator_says_which_files_those_are(write: Write, said: str) -> None:
+    """A machine of several is no configuration; each of its actuators' files together are."""
+    with pytest.raises(UserError, match=r"takes one: name its files, such as .*knee\.toml"):
+        load([write(said)])

@@ -67,6 +67,7 @@ def write(tmp_path: Path) -> Write:
 
     def write(text: str = PAIR, pump: str = PUMP) -> Path:
         (tmp_path / "pump.toml").write_text(pump)
+        (tmp_path / "reset.toml").write_text('[rig]\nnot_finite = "reset"')
         file = tmp_path / "machine.toml"
         file.write_text(text)
         return file
@@ -154,6 +155,21 @@ def test_a_pump_that_fails_for_one_fails_for_all_until_it_ends(
     running.end()
     assert not hip.faults.injected
     assert move(machine, peers, 300) == pytest.approx([160e5] * 2, rel=5e-3)
+
+
+def test_actuators_on_one_supply_begin_again_together(
+    write: Write, assembled: Assembled, caplog: pytest.LogCaptureFixture
+) -> None:
+    """One has lost its state: all are at rest again in the same tick, and see one pump."""
+    machine, peers = assembled(write(PAIR.replace(str(KNEE) + '"', f'{KNEE}", "reset.toml"')))
+    move(machine, peers, 50, "hip")
+    hip, knee = machine.rigs.values()
+    knee.plant.state.pressure_a = np.nan
+    machine.step()
+    assert "pressure_a" in caplog.records[0].message
+    found = [rig.plant.state_vector.tolist() for rig in (hip, knee)]
+    assert found[0] == found[1]
+    assert move(machine, peers, 10) == pytest.approx([160e5] * 2, rel=5e-3)
 
 
 def test_every_clock_gives_the_same_bits(write: Write, assembled: Assembled) -> None:
