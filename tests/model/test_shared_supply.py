@@ -50,11 +50,11 @@ class CommonSupply:
 
     def rates(self, z: np.ndarray, currents: tuple[float, float]) -> list[float]:
         """Continuity at the pump (S1 3.2) with what both valves draw from it."""
-        p = z[12]
+        p = z[14]
         drawn, rates = 0.0, []
         for i, m in enumerate(self.machines):
             m.p_s = p
-            y = z[6 * i : 6 * i + 6]
+            y = z[7 * i : 7 * i + 7]
             plus, minus = max(0.0, y[0] + m.u_0), max(0.0, -y[0] + m.u_0)
             drawn += m.k_v * (plus * m.root(p - y[2]) + minus * m.root(p - y[3]))
             rates += m.rates(y, currents[i])
@@ -63,8 +63,8 @@ class CommonSupply:
         return [*rates, (FIVE_LITRES - relieved - drawn) / (1e-4 / 1.3e9 + gas)]
 
     def after(self, currents: list[tuple[float, float]]) -> np.ndarray:
-        """Integrate with LSODA at rtol 1e-10; return the state after each tick, shape (n, 13)."""
-        scale = np.array([1e-2, 10.0, 1e7, 1e7, 0.1, 1.0] * 2 + [1e7])
+        """Integrate with LSODA at rtol 1e-10; return the state after each tick, shape (n, 15)."""
+        scale = np.array([1e-2, 10.0, 1e7, 1e7, 0.1, 1.0, 1.0] * 2 + [1e7])
         z = np.array([*self.machines[0].start(), *self.machines[1].start(), self.p_set]) / scale
         rows = []
         for both in currents:
@@ -93,8 +93,8 @@ def test_two_actuators_and_their_supply_are_exact_to_a_ten_thousandth_of_the_ran
         for i, plant in enumerate(plants):
             state = np.array([plant.signals[name] for name in CHANNELS])
             supply = float(plant.signals.supply_pressure)
-            errors = np.abs(state - exact[6 * i : 6 * i + 6]) / RANGES
-            worst = max(worst, *errors, abs(supply - exact[12]) / 160e5)
+            errors = np.abs(state - exact[7 * i : 7 * i + 6]) / RANGES[:6]
+            worst = max(worst, *errors, abs(supply - exact[14]) / 160e5)
             lowest = min(lowest, supply)
     print(f"worst {worst:.1e} of range, supply down to {lowest / 1e5:.0f} bar")
     assert lowest < 140e5
