@@ -1,5 +1,6 @@
 """The configuration of a machine as commented TOML: every number says where it comes from."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -14,11 +15,17 @@ from hil_emulator.machines.questions import (
     valve,
 )
 from hil_emulator.machines.valve_sheet import GIVEN, PRINTED, ValveSheet
+from hil_emulator.model.constants import DISCHARGE
+from hil_emulator.model.effects.edges import land_leakage
+from hil_emulator.model.quantities import PARAMS
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.units import show
 
 BULK_MODULUS = 1.3e9
 """Effective modulus of mineral oil with hoses and cylinder walls [Pa] (S1 3.1.1: measured)."""
+
+SLOT = 0.25e-3
+"""Height of an edge's slot at the rated current [m] (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -140,6 +147,7 @@ def _valve(answers: Answers) -> Iterator[Assignment]:
     width = sizing.laminar_width(answers)
     yield _typical("laminar_width", width, "Pa", "bar")
     rated = sheet.get("rated_current")
+    yield Assignment("slot_per_ampere", _shown(SLOT / rated, "m/A"), "0.25 mm open, assumed")
     yield Assignment("current_saturation", _shown(rated, "A", "mA"), "the driver gives no more")
     if step := sheet.get("step_time"):
         why = f"0 to 100 % in {show(step, 's', 'ms')}: {sheet.origins['step_time']}"
@@ -154,23 +162,31 @@ def _null(sheet: ValveSheet) -> Iterator[Assignment]:
         yield Assignment("hysteresis", _shown(part * rated, "A", "mA"), _part(sheet, "hysteresis"))
     if part := sheet.get("threshold"):
         yield Assignment("threshold", _shown(part * rated, "A", "uA"), _part(sheet, "threshold"))
-    lap = underlap(sheet)
-    if lap > 0.0:
-        yield Assignment("underlap", _shown(lap, "A", "uA"), _leak(sheet, "null_leakage"))
+    opening = clearance(sheet)
+    if opening > 0.0:
+        leak = _leak(sheet, "null_leakage")
+        yield Assignment("land_leakage", _shown(opening, "A", "uA"), leak)
 
 
-def underlap(sheet: ValveSheet) -> float:
+def clearance(sheet: ValveSheet) -> float:
     """Return the opening of the edges at null that passes what leaks there [A].
 
-    Two edges in parallel paths, each at half the pressure: q = 2 K_v u_0 sqrt(p/2), less the
-    pilot stage; K_v sqrt(p/2) is the nominal flow over the rated current, taken to that pressure.
+    Two edges in parallel paths, each at half the pressure, pass half of it, less the pilot stage:
+    q = K_v u sqrt(p/2) (1 + (Re_c/Re)⁴)^-¼, Re of turbulent flow there. That is solved for q of the
+    turbulent flow; K_v sqrt(p/2) is the nominal flow over the rated current at that pressure.
     """
-    leak = sheet.get("null_leakage") - sheet.get("pilot_leakage")
-    half = 0.5 * sheet.get("leakage_pressure")
+    leak = 0.5 * (sheet.get("null_leakage") - sheet.get("pilot_leakage"))
+    half, rated = 0.5 * sheet.get("leakage_pressure"), sheet.get("rated_current")
     if leak <= 0.0 or half <= 0.0:
         return 0.0
-    per_ampere = sheet.flow(half) / sheet.get("rated_current")
-    return min(1e-3, 0.5 * leak / per_ampere)
+    usual = {p.name: p.default or 0.0 for table in ("valve", "oil") for p in PARAMS[table]}
+    speed = DISCHARGE * math.sqrt(2.0 * half / usual["density"])
+    reynolds = 2.0 * SLOT * speed / usual["kinematic_viscosity"]
+    # what passes at the critical Reynolds number, were it turbulent
+    critical = sheet.flow(half) * usual["critical_reynolds_number"] / reynolds
+    fourth = 0.5 * (leak**4 + leak**2 * math.sqrt(leak**4 + 4.0 * critical**4))
+    turbulent = math.sqrt(math.sqrt(fourth))
+    return min(land_leakage.knob.high, turbulent / sheet.flow(half) * rated)
 
 
 def _part(sheet: ValveSheet, name: str) -> str:

@@ -43,7 +43,7 @@ def test_the_printed_flow_passes_at_the_printed_drop(
     """Both edges pass the nominal flow at rated current; twice of it at four times the drop."""
     sheet = VALVES[name]
     given = {"valve": name, "supply_pressure": "200 bar"}
-    exact = {"underlap_lap": 0.0, "hysteresis_width": 0.0, "valve_laminar_width": 1e3}
+    exact = {"land_leakage_clearance": 0.0, "hysteresis_width": 0.0, "valve_laminar_width": 1e3}
     plant = Plant(model, {**plant_values(tmp_path, given), **exact}, 1e-6)
     edge = sheet.values[sheet.drop] / (2.0 if sheet.drop.endswith("total") else 1.0)
     for factor in (1.0, 2.0):
@@ -62,10 +62,8 @@ def test_the_printed_leakage_passes_at_null(name: str, model: Kernel, tmp_path: 
     exact = {"supply_pressure": tank + pressure, "valve_laminar_width": 1e3}
     plant = Plant(model, {**values, **exact, "hysteresis_width": 0.0}, 1e-6)
     plant.set_pressures(tank + pressure / 2, tank + pressure / 2)
-    limit = 1e-3 * sheet.flow(pressure / 2) / sheet.values["rated_current"] * 2
-    edges = sheet.values["null_leakage"] - sheet.get("pilot_leakage")
-    expected = min(limit, edges) + sheet.get("pilot_leakage")
-    assert plant.signals.supply_flow == pytest.approx(expected, rel=5e-3)
+    # the clearance is written in three digits, and what creeps grows as its square
+    assert plant.signals.supply_flow == pytest.approx(sheet.values["null_leakage"], rel=1.5e-2)
 
 
 @pytest.mark.parametrize(("name", "sheet"), VALVES.items())

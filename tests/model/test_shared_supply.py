@@ -56,7 +56,7 @@ class CommonSupply:
             m.p_s = p
             y = z[7 * i : 7 * i + 7]
             plus, minus = max(0.0, y[0] + m.u_0), max(0.0, -y[0] + m.u_0)
-            drawn += m.k_v * (plus * m.root(p - y[2]) + minus * m.root(p - y[3]))
+            drawn += m.k_v * (m.flow(plus, p - y[2]) + m.flow(minus, p - y[3]))
             rates += m.rates(y, currents[i])
         relieved = FIVE_LITRES * max(0.0, 1.0 + (p - self.p_set) / 10e5)
         gas = 4e-5 * (100e5 / p) ** (1 / 1.4) / (1.4 * p) if p > 100e5 else 0.0

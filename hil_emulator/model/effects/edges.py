@@ -53,7 +53,7 @@ def underlap(opening: float, lap: float) -> float:
 @effect(
     metering,
     knob=Param("clearance", "A", "opening that the clearance of each land is worth at null",
-               28e-6, 0.0, 1e-3, shown="uA",
+               28e-6, 0.0, 1e-2, shown="uA",
                source="S1 3.5.1: K_p = p_s/u_c = 5.7e11 Pa/A at 160 bar"),
     source="shape: Eryilmaz & Wilson 2006, falling as 1/(z + l) past an overlap z; here l = u_c/2, "
            "so that opening and closing edges have one slope at null and K_p = p_s/u_c",
