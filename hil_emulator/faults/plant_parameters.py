@@ -2,7 +2,13 @@
 
 from collections.abc import Collection, Mapping
 
+from hil_emulator.errors import UserError
+from hil_emulator.model.declare import is_on
+from hil_emulator.model.effects.lines import shut_off_valves
 from hil_emulator.model.plant import Plant
+
+NEEDED = {"lines_closed": shut_off_valves}
+"""Effects without which a parameter has nothing to act on."""
 
 
 class PlantParameters:
@@ -17,8 +23,31 @@ class PlantParameters:
         """Return the value a parameter has without faults."""
         return self._sound.get(name, float(self._vector[self._index[name]]))
 
+    def require(self, name: str) -> None:
+        """Make sure that a parameter acts on something.
+
+        Raises:
+            UserError: if the machine lacks what it acts on.
+
+        """
+        effect = NEEDED.get(name)
+        if effect is None:
+            return
+        index = self._index.get(effect.field_of(effect.knob))
+        if index is None or not is_on(effect, float(self._vector[index])):
+            raise UserError(
+                f"{name}: the machine has no {effect.name}; give it some in the table "
+                f"[{effect.stage.table}] of its configuration"
+            )
+
     def set_sound(self, name: str, value: float) -> None:
-        """Set the value a parameter has without faults."""
+        """Set the value a parameter has without faults.
+
+        Raises:
+            UserError: if the machine lacks what it acts on.
+
+        """
+        self.require(name)
         if name in self._sound:
             self._sound[name] = value
         else:

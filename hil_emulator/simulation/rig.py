@@ -20,7 +20,7 @@ from hil_emulator.faults.active import Faults, Running
 from hil_emulator.faults.fault import Fault, fault
 from hil_emulator.faults.frames import BusFaultKind
 from hil_emulator.faults.objects import ObjectFaultKind
-from hil_emulator.faults.plant import SUPPLY
+from hil_emulator.faults.plant import SUPPLY, PlantFaultKind
 from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
@@ -183,6 +183,8 @@ class Rig:
                 f"fault {chosen.kind.name}: this bus takes no time; give it "
                 '[bus] timing = "modelled" and bit_rate = "500 kbit/s"'
             )
+        if isinstance(chosen.kind, PlantFaultKind):
+            self.faults.parameters.require(chosen.kind.parameter)
         if isinstance(chosen.kind, ObjectFaultKind) and not self.faults.befallen(chosen):
             raise UserError(f"fault {chosen.target}: no node has such an object that is a number")
         mates = self.supply_mates if chosen.target == SUPPLY else ()

@@ -9,6 +9,8 @@ import pytest
 from rigs import START, Bench, bench, reference, set_point
 from runs import BEGIN, END, Run, codes, run, sound, values
 
+from hil_emulator.errors import UserError
+
 
 @pytest.fixture
 def b() -> Iterator[Bench]:
@@ -176,6 +178,14 @@ def test_shut_off_valves_that_close_hold_the_rod() -> None:
         b.rig.set("lines_closed", 1.0)
         b.ticks(50, set_point(0.5))
         assert abs(speed(b, 0.5, 50)) < 1e-4
+
+
+def test_what_is_not_there_cannot_be_shut(b: Bench) -> None:
+    """A machine without shut-off valves is told so, for the fault and for the setting."""
+    with pytest.raises(UserError, match=r"no shut_off_valves; .* \[lines\]"):
+        b.rig.fault("lines", "shut")
+    with pytest.raises(UserError, match="no shut_off_valves"):
+        b.rig.set("lines_closed", 1.0)
 
 
 def test_a_weak_driver_limits_the_speed(b: Bench) -> None:
