@@ -7,9 +7,11 @@ sensor, as a controller on a real bench would.
 import math
 from collections.abc import Iterator
 
+from hil_emulator.characterise.size import quickness
 from hil_emulator.characterise.stand import Bench, BenchRecord, Stand
 
-_BANDWIDTH = 20.0  # of the position loop [rad/s], far below the hydraulic resonance (assumed)
+_BANDWIDTH = 20.0
+"""Of the position loop [rad/s], far below the resonance of the reference machine (assumed)."""
 
 
 class Mover:
@@ -25,6 +27,7 @@ class Mover:
         par = stand.plant.parameters
         drop = 0.5 * float(par.supply_pressure - par.tank_pressure)
         area = float(par.cylinder_piston_area)
+        self._bandwidth = _BANDWIDTH * min(1.0, quickness(bench))
         self._speed_gain = bench.value("valve_gain") * math.sqrt(drop) / area
         self._stand = stand
         self._position = stand.sensors.names.index("position")
@@ -35,7 +38,7 @@ class Mover:
         reading, rows = stand.tick(0.0), []
         for position, velocity in path:
             error = position - reading[self._position]
-            current = (velocity + _BANDWIDTH * error) / self._speed_gain
+            current = (velocity + self._bandwidth * error) / self._speed_gain
             rows.append(stand.row(current))
             reading = stand.sensors.reading
         return stand.recording(rows)

@@ -27,18 +27,26 @@ DOCUMENT_ZEROS = (-10.0, -30.0)
 _HERTZ = np.array([0.8, 1.2, 1.6, 2.4, 3.2, 4.8, 6.4, 9.6])
 _SPEED = 0.25  # largest speed of the sines [m/s]
 _PART = 0.3  # largest amplitude, part of the stroke
+_SLOWEST = 0.2  # of the frequencies' scale: below, a test would take too long (assumed)
 _SECONDS = 8.0  # measured for each sine, after one second
 
 
-def _ratio(bench: Bench, hertz: float) -> complex:
-    """Return load force over hydraulic force at one frequency, from the sensors."""
+def _ratio(bench: Bench, hertz: float, slow: float) -> complex:
+    """Return load force over hydraulic force at one frequency, from the sensors.
+
+    Args:
+        bench: the machine.
+        hertz: the frequency.
+        slow: how much slower all goes than on the documents' machine.
+
+    """
     stroke, omega = bench.value("cylinder_stroke"), 2.0 * math.pi * hertz
     stand = bench.stand(bench.smooth() | {"initial_position": 0.5 * stroke})
     path = sine(
         0.5 * stroke, min(_PART * stroke, min(_SPEED, fastest(bench)) / omega), hertz, stand.period,
-        hertz * (_SECONDS + 1.0),
+        hertz * (_SECONDS + 1.0) / slow,
     )  # fmt: skip
-    seen = Mover(bench, stand).follow(path).after(1.0)
+    seen = Mover(bench, stand).follow(path).after(1.0 / slow)
     area, alpha = bench.value("cylinder_piston_area"), bench.value("cylinder_area_ratio")
     hydraulic = area * (seen.readings["pressure_a"] - alpha * seen.readings["pressure_b"])
     load = fundamental(seen.time, seen.readings["load_force"], omega)
@@ -66,10 +74,13 @@ def run(bench: Bench) -> BenchResult:
         bench.value("viscous_friction_coefficient"),
     )
     formula = (-b_l / mass, -(b_l + b) / (mass + bench.value("rod_mass_mass")))
-    hertz = _HERTZ * max(1.0, formula[1] / DOCUMENT_ZEROS[1])
-    ratio = np.array([_ratio(bench, f) for f in hertz])
+    scale = max(_SLOWEST, formula[1] / DOCUMENT_ZEROS[1])
+    hertz = _HERTZ * scale
+    ratio = np.array([_ratio(bench, f, min(1.0, scale)) for f in hertz])
     omega = 2.0 * math.pi * hertz
     found = fit_zeros(omega, ratio)
+    # zeros far below the slowest sine show as differences of nearly equal numbers
+    tolerance = 0.01 * max(1.0, 3.0 * omega[0] / abs(formula[1]))
     names = ("zero of the load force f", "zero of the hydraulic force f_h")
     s = 1j * omega
     model = (s - formula[0]) * mass / (mass + bench.value("rod_mass_mass")) / (s - formula[1])
@@ -89,7 +100,7 @@ def run(bench: Bench) -> BenchResult:
             "phase, linear model": column("degree", np.degrees(np.angle(model))),
         },
         comparisons=[
-            Comparison(f"{name}, {what}", "rad/s", expected, source, value, 0.01, kind)
+            Comparison(f"{name}, {what}", "rad/s", expected, source, value, tolerance, kind)
             for what, source, pair, kind in (
                 ("S1", "S1 Fig. 3.14", DOCUMENT_ZEROS, Agreement.DOCUMENT),
                 (

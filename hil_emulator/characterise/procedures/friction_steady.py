@@ -18,7 +18,7 @@ from hil_emulator.characterise.friction_force import (
 from hil_emulator.characterise.motion import Mover, stroke
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import BenchResult
-from hil_emulator.characterise.size import fastest
+from hil_emulator.characterise.size import fastest, quickness
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.pages.palette import BLACK, VERMILION
 
@@ -31,7 +31,8 @@ def _one_speed(bench: Bench, velocity: float) -> tuple[float, float]:
     """Return mean velocity and friction over the second half of one stroke."""
     whole = bench.value("cylinder_stroke")
     start = whole * (_FROM if velocity > 0.0 else 1.0 - _FROM)
-    length = min(_LENGTH * whole, _LONGEST * abs(velocity))
+    longest = _LONGEST / min(1.0, quickness(bench))
+    length = min(_LENGTH * whole, longest * abs(velocity))
     stand = bench.stand({"initial_position": start})
     seen = Mover(bench, stand).follow(stroke(start, velocity, length, stand.period))
     v, force = speed_and_friction(bench, seen.after(0.5 * seen.time[-1]))
