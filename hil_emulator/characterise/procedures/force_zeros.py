@@ -80,7 +80,7 @@ def run(bench: Bench) -> BenchResult:
     omega = 2.0 * math.pi * hertz
     found = fit_zeros(omega, ratio)
     # zeros far below the slowest sine show as differences of nearly equal numbers
-    tolerance = 0.01 * max(1.0, 3.0 * omega[0] / abs(formula[1]))
+    tolerance = 0.01 * max(1.0, 3.0 * float(omega[0]) / abs(formula[1]))
     names = ("zero of the load force f", "zero of the hydraulic force f_h")
     s = 1j * omega
     model = (s - formula[0]) * mass / (mass + bench.value("rod_mass_mass")) / (s - formula[1])
