@@ -7,7 +7,7 @@ import dataclasses
 import functools
 import importlib
 import pkgutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from hil_emulator.characterise import procedures
@@ -18,10 +18,7 @@ from hil_emulator.characterise.size import of_documents
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.characterise.writing import write_result
 from hil_emulator.errors import UserError
-from hil_emulator.model.declare import Effect
-from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.equilibrium import NoEquilibriumError
-from hil_emulator.model.kernel import build
 
 LONGEST_STEP = 2e-5
 """Integration step of the tests where the machine needs no shorter one [s]."""
@@ -54,17 +51,9 @@ def chosen(names: Sequence[str]) -> tuple[Procedure, ...]:
 
 
 def characterise(
-    names: Sequence[str],
-    values: Mapping[str, float],
-    sensors: Mapping[str, Mapping[str, float]],
-    out: Path,
-    seed: int,
-    *,
-    effects: Sequence[Effect] = CATALOGUE,
-    cache: Path | None = None,
-    step: float = LONGEST_STEP,
+    names: Sequence[str], bench: Bench, out: Path,
     progress: Callable[[str], None] = lambda text: None,
-) -> list[BenchResult]:
+) -> list[BenchResult]:  # fmt: skip
     """Perform bench tests on an emulated actuator and write what they find.
 
     For each test a table (CSV), everything (JSON) and a picture (PNG); for all of them together
@@ -72,13 +61,8 @@ def characterise(
 
     Args:
         names: the tests, or "all".
-        values: parameters by field name, SI.
-        sensors: transducer parameters by channel and field, SI.
+        bench: the actuator; its integration step at most `LONGEST_STEP`.
         out: folder to write into; made where it is missing.
-        seed: of the sensors' noise.
-        effects: the effects the model knows.
-        cache: folder that keeps the compiled model.
-        step: integration step of the machine [s]; the tests take no longer one than `LONGEST_STEP`.
         progress: told one line before each test.
 
     Raises:
@@ -87,7 +71,6 @@ def characterise(
 
     """
     tests = chosen(names)
-    bench = Bench(build(effects, cache), values, sensors, seed, min(step, LONGEST_STEP))
     results, left_out = [], []
     for i, test in enumerate(tests, start=1):
         progress(f"{i}/{len(tests)}  {test.title}")

@@ -35,6 +35,10 @@ def _check_name(name: str) -> None:
         raise DeclarationError(f"'{name}' cannot name a field: numpy records use it themselves")
 
 
+PARTS = ("lines",)
+"""Tables of what is a part that a machine has or has not, and no effect that hides in one."""
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A named value of the model.
@@ -196,8 +200,6 @@ class Effect:
         signature: which channel shows it, and where in the state space.
         not_modelled: where its validity ends.
         also: functions of the same effect at further stages.
-        named: whether identification may name it; not a part of which everyone knows whether a
-            machine has it.
 
     """
 
@@ -211,7 +213,6 @@ class Effect:
     signature: str
     not_modelled: str = ""
     also: tuple[tuple[Stage, Callable[..., Any]], ...] = ()
-    named: bool = True
 
     def __post_init__(self) -> None:
         own = [p.name for p in (*self.params, *self.states)]
@@ -233,6 +234,11 @@ class Effect:
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Evaluate the law in plain Python."""
         return self.law(*args, **kwargs)
+
+    @property
+    def named(self) -> bool:
+        """Whether identification may name it: everyone knows which parts a machine has."""
+        return self.stage.table not in PARTS
 
     @property
     def off(self) -> float:
@@ -281,7 +287,6 @@ def effect(
     states: Sequence[Quantity] = (),
     not_modelled: str = "",
     also: Sequence[tuple[Stage, Callable[..., Any]]] = (),
-    named: bool = True,
 ) -> Callable[[Callable[..., Any]], Effect]:
     """Declare the decorated function as the law of an effect.
 
@@ -300,7 +305,7 @@ def effect(
             raise DeclarationError(f"effect '{law.__name__}' has no docstring with its equation")
         return Effect(
             law.__name__, stage, knob, tuple(shape), tuple(states), law,
-            source, signature, not_modelled, tuple(also), named,
+            source, signature, not_modelled, tuple(also),
         )  # fmt: skip
 
     return declare

@@ -3,16 +3,24 @@
 import csv
 import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
 from hil_emulator.characterise.registry import characterise, chosen, known
 from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, grouped
+from hil_emulator.characterise.stand import Bench
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
+from hil_emulator.model.kernel import build
 
 QUICK = ("bulk-modulus", "force-poles")
+
+
+def at_bench(config: Configuration, cache: Path, values: Mapping[str, float], seed: int) -> Bench:
+    """Return the reference machine's model with some values, at the test bench."""
+    return Bench(build(config.effects, cache), values, config.sensors, seed)
 
 
 @pytest.fixture(scope="module")
@@ -20,10 +28,7 @@ def folder(reference: Configuration, cache: Path, tmp_path_factory: pytest.TempP
     """Return a folder with the files of two quick tests."""
     out = tmp_path_factory.mktemp("bench") / "made" / "by it"
     told: list[str] = []
-    results = characterise(
-        QUICK, reference.plant, reference.sensors, out, 1,
-        effects=reference.effects, cache=cache, progress=told.append,
-    )  # fmt: skip
+    results = characterise(QUICK, at_bench(reference, cache, reference.plant, 1), out, told.append)
     assert [r.name for r in results] == list(QUICK)
     assert [line.split()[0] for line in told] == ["1/2", "2/2"]
     return out
@@ -113,10 +118,7 @@ def test_a_folder_that_cannot_be_written_is_said(
     taken = tmp_path / "taken"
     taken.write_text("")
     with pytest.raises(UserError, match="cannot write"):
-        characterise(
-            ["force-poles"], reference.plant, reference.sensors, taken, 1,
-            effects=reference.effects, cache=cache,
-        )  # fmt: skip
+        characterise(["force-poles"], at_bench(reference, cache, reference.plant, 1), taken)
 
 
 def test_a_test_without_an_equilibrium_is_left_out_and_said(
@@ -126,26 +128,22 @@ def test_a_test_without_an_equilibrium_is_left_out_and_said(
     shaken = reference.plant | {"harmonic_force_amplitude": 100.0}
     told: list[str] = []
     results = characterise(
-        ["force-response", "bulk-modulus"], shaken, reference.sensors, tmp_path, 1,
-        effects=reference.effects, cache=cache, progress=told.append,
-    )  # fmt: skip
+        ["force-response", "bulk-modulus"],
+        at_bench(reference, cache, shaken, 1),
+        tmp_path,
+        told.append,
+    )
     assert [r.name for r in results] == ["bulk-modulus"]
     assert any("left out" in line for line in told)
     with pytest.raises(UserError, match="force-response: no equilibrium"):
-        characterise(
-            ["force-response"], shaken, reference.sensors, tmp_path, 1,
-            effects=reference.effects, cache=cache,
-        )  # fmt: skip
+        characterise(["force-response"], at_bench(reference, cache, shaken, 1), tmp_path)
 
 
 def test_the_seed_decides_the_noise(reference: Configuration, cache: Path, tmp_path: Path) -> None:
     """The same seed gives the same table, another one another."""
 
     def table(seed: int) -> str:
-        characterise(
-            ["sensors"], reference.plant, reference.sensors, tmp_path, seed,
-            effects=reference.effects, cache=cache,
-        )  # fmt: skip
+        characterise(["sensors"], at_bench(reference, cache, reference.plant, seed), tmp_path)
         return (tmp_path / "sensors.csv").read_text("utf-8")
 
     first = table(1)

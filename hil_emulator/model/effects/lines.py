@@ -116,7 +116,6 @@ def _pressure_b(chamber: float, excess_b: float) -> float:
                  "dead volume",
     also=((line_b, _pressure_b), (line_flow_a, _flow_a), (line_flow_b, _flow_b),
           (cylinder_line_rates, _line_rates)),
-    named=False,
 )  # fmt: skip
 def cylinder_lines(chamber: float, excess_a: float) -> float:
     """L dq/dt = p_v - p_c - dp(q),  C dp_v/dt = q_v - q,  L C = (2 l/(pi c))².
@@ -139,7 +138,6 @@ def cylinder_lines(chamber: float, excess_a: float) -> float:
     source="two direct-acting relief valves, crossed; characteristic taken as a straight line",
     signature="the difference of the chambers' pressures has a ceiling, and the rod gives way",
     not_modelled="dynamics and hysteresis of the valves",
-    named=False,
 )  # fmt: skip
 def cross_port_relief(
     pressure_a: float, pressure_b: float, setting: float, flow: float, override: float
@@ -166,7 +164,6 @@ def cross_port_relief(
     source="direct-acting relief valve at each chamber; characteristic taken as a straight line",
     signature="each chamber's pressure has a ceiling, and the rod gives way",
     not_modelled="dynamics and hysteresis of the valves",
-    named=False,
 )  # fmt: skip
 def port_relief_valves(
     pressure: float, tank_pressure: float, setting: float, flow: float, override: float
@@ -191,7 +188,6 @@ def port_relief_valves(
            "line, sizes assumed",
     signature="a chamber that the rod empties stays near the return line's pressure",
     not_modelled="inertia of the valves; they suck all the better the higher the return pressure",
-    named=False,
 )  # fmt: skip
 def anti_cavitation(
     pressure: float, tank_pressure: float, flow: float, cracking: float, override: float
@@ -257,7 +253,6 @@ def _poppet_rates(
               "pressure",
     not_modelled="mass of the poppet; leakage over the seat; air in the block",
     also=((holding_rates, _poppet_rates),),
-    named=False,
 )  # fmt: skip
 def pilot_check_valves(
     opening: float, side: float, open_a: float, open_b: float, chamber: float
@@ -284,7 +279,6 @@ def _shut_off_rate(lines_closed: float, shut: float, closing_time: float) -> flo
     signature="both chambers keep their oil once it is told to close",
     not_modelled="leakage over the seat; air in the block",
     also=((holding_rates, _shut_off_rate),),
-    named=False,
 )  # fmt: skip
 def shut_off_valves(opening: float, shut: float) -> float:
     """h = 1 - z,  |dz/dt| <= 1/T towards what it is told.
