@@ -65,7 +65,7 @@ def test_a_stiff_configuration_needs_less_and_gets_along_with_it(
 @pytest.mark.parametrize(
     ("stiff", "state"),
     [
-        ({"valve_laminar_width": 1e3}, "pressure"),
+        ({"valve_laminar_width": 1e3, "valve_slot_per_ampere": 1.0}, "pressure"),
         ({"cylinder_dead_volume_b": 1e-7}, "pressure_b"),
         ({"driver_lag_time_constant": 1e-6}, "driver_lag_coil_current"),
         ({"end_stops_stiffness": 1e11, "load_mass": 0.2}, "velocity"),

@@ -1,19 +1,29 @@
 """The oil's heat: what losses bring in, and what walls and cooler take out."""
 
 import math
+from typing import NamedTuple
 
 from hil_emulator.model.declare import Param, Quantity, effect
 from hil_emulator.model.stages import heat, temperature
 
 
+class Cooling(NamedTuple):
+    """What takes heat out of the oil."""
+
+    wall: float
+    surroundings: float
+    cooler: float
+    cooler_on: float
+
+
 def _warming(
-    loss: float, rise: float, volume: float, specific_heat: float, wall: float,
-    surroundings: float, cooler: float, cooler_on: float, oil_temperature: float,
-    oil_density: float,
+    loss: float, rise: float, volume: float, specific_heat: float, cooling: Cooling,
+    oil_temperature: float, oil_density: float,
 ) -> float:  # fmt: skip
     """Rate of the temperature: what is lost in valve, gaps and pump stays in the oil."""
     now = oil_temperature + rise
-    taken = wall * (now - surroundings) + cooler * max(0.0, now - cooler_on)
+    taken = cooling.wall * (now - cooling.surroundings)
+    taken += cooling.cooler * max(0.0, now - cooling.cooler_on)
     return (loss - taken) / (oil_density * specific_heat * volume)
 
 
