@@ -57,6 +57,7 @@ class Configuration:
         digest: digest of what the files say together.
         files: where it comes from.
         texts: what each of them says.
+        unsaid: fields of `plant` that no file states: they follow from the others.
         bench: what of an actuator it describes; what it need not say of the plant is not a number,
             so that nothing which depends on it has a value.
         supply_mates: names of the other actuators of a machine on its supply.
@@ -81,6 +82,7 @@ class Configuration:
     texts: tuple[str, ...]
     bench: BenchSettings
     supply_mates: tuple[str, ...] = ()
+    unsaid: frozenset[str] = frozenset()
 
 
 Admit = Callable[[Path, bytes], None]
@@ -285,9 +287,15 @@ def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
         values |= _effect_values(table, [e for e in effects if e.stage.table == name])
     values |= checked.valve.gains()
     values |= checked.cylinder.areas()
-    if described(checked.bench).whole:
-        return derived(checked.valve.rated_current, values, checked.rig.step) | values
     return values
+
+
+def _unsaid(checked: Any, said: dict[str, float]) -> dict[str, float]:
+    """Return what follows from the values that the configuration of a whole actuator says."""
+    if not described(checked.bench).whole:
+        return {}
+    found = derived(checked.valve.rated_current, said, checked.rig.step)
+    return {name: value for name, value in found.items() if name not in said}
 
 
 def _nodes(tables: Sequence[NodeTable], wire: WireSettings, file: Path) -> tuple[NodeSettings, ...]:
@@ -319,6 +327,8 @@ def _configuration(
     bus, wire = split(checked.bus)
     nodes = _nodes(checked.node, wire, origin.get(("node",), files[-1]))
     canonical = json.dumps(merged, sort_keys=True, default=str).encode()
+    said = _plant_values(checked, effects)
+    unsaid = _unsaid(checked, said)
     return Configuration(
         tick_ns=round(rig.tick * 1e9),
         step=rig.tick / steps,
@@ -331,7 +341,8 @@ def _configuration(
         wire=wire,
         nodes=nodes,
         effects=effects,
-        plant=_plant_values(checked, effects),
+        plant=said | unsaid,
+        unsaid=frozenset(unsaid),
         sensors={name: _effect_values(getattr(checked.sensors, name), chain) for name in channels},
         digest=hashlib.sha256(canonical).hexdigest()[:16],
         files=tuple(files),

@@ -120,7 +120,9 @@ class PlantModel:
         self.effects = config.effects
         self.kernel = probed(config.effects, cache)
         self.loops = bind(self.kernel, cache)
-        self.plant_values = self._with_shapes(config.plant)
+        # ends that nobody has stated tell nothing of a log, whose position may count from anywhere
+        said = {n: v for n, v in config.plant.items() if n not in config.unsaid}
+        self.plant_values = self._with_shapes(said)
         self.par = fill(self.kernel.parameters, self.kernel.effects, self.plant_values)
         self.names = tuple(c.name for c in CHANNELS)
         rows = [self._channel(name, config.sensors.get(name, {})) for name in self.names]
