@@ -257,7 +257,8 @@ def _counted(rows: _Rows, series: Series) -> str:
 def _bridged(values: Array, rows: _Rows) -> Array:
     """Return a set point that goes straight where it is unknown: it went on, whatever was read."""
     good = np.flatnonzero(np.isfinite(values))
-    values[rows] = np.interp(rows, good, values[good])
+    if len(good):
+        values[rows] = np.interp(rows, good, values[good])
     return values
 
 
