@@ -37,9 +37,9 @@ class SetPointStep:
 
 STEPS = (
     SetPointStep("position", 0.2, 0.8, 0.040, 0.050),
-    SetPointStep("position", 0.8, 1.4, 0.050, 0.034),
-    SetPointStep("position", 1.4, 2.0, 0.034, 0.040),
-    SetPointStep("load_force", 2.0, 2.8, 0.0, 600.0),
+    SetPointStep("position", 0.8, 1.6, 0.050, 0.034),
+    SetPointStep("position", 1.6, 2.2, 0.034, 0.040),
+    SetPointStep("load_force", 2.2, 3.0, 0.0, 600.0),
 )
 """The set points; before the first one the rod stands still at mid-stroke."""
 

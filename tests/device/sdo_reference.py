@@ -205,10 +205,10 @@ class SdoReference:
         if number == transfer.sent + 1:
             transfer.sent = number
             transfer.data += request[1:]
-            check_length(self.objects[transfer.key], len(transfer.data) - 6, growing=True)
             transfer.complete = bool(last)
         if not last and number != BLOCK:
-            return []
+            return []  # the client looks at answers only where a block ends
+        check_length(self.objects[transfer.key], len(transfer.data) - 6, growing=True)
         acknowledged, transfer.sent = transfer.sent, 0
         return [bytes([0xA2, acknowledged, BLOCK]) + bytes(5)]
 

@@ -33,11 +33,16 @@ def examined(changes: Mapping[str, float], kind: str, question: Question = EVERY
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_an_effect_closes_is_no_noise(kind: str) -> None:
-    """Friction that differs by 15 % with direction is named, beside what looks alike at most."""
+    """Friction that differs by 15 % with direction is named, beside what looks alike at most.
+
+    At the two speeds of triangles a load cell with an offset does: then both are told.
+    """
     (found,) = examined(ASYMMETRIC, kind).effects
-    assert found.name == "friction_asymmetry"
-    assert found.value == pytest.approx(0.15, abs=0.01)
-    assert set(found.group) <= {"load_force.offset"}
+    told = {found.name, *found.group}
+    assert "friction_asymmetry" in told
+    assert told <= {"friction_asymmetry", "load_force.offset"}
+    assert kind == "triangles" or told == {"friction_asymmetry"}
+    assert found.name != "friction_asymmetry" or found.value == pytest.approx(0.15, abs=0.01)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -77,7 +77,7 @@ EXPECT = '[[expect]]\nframe = "0x085"\nseen = false\n'
     [
         ('[[step]]\nat = "5 bar"\n' + EXPECT, r"step\.1\.at: .* a time is wanted"),
         ('[[step]]\nfault = "supply stuck"\n' + EXPECT, "supply cannot have 'stuck'.*loss, droop"),
-        ('[[step]]\nset = { speed = "1 m/s" }\n' + EXPECT, "set knows supply_pressure, ext"),
+        ('[[step]]\nset = { speed = "1 m/s" }\n' + EXPECT, "set knows supply_pressure, lin"),
         ('[[step]]\nwhen = "up"\n' + EXPECT, '"up" is not a comparison'),
         ('[[step]]\nfualt = "x"\n' + EXPECT, r"step\.1\.fualt: Extra inputs"),
         ('[[expect]]\nsignal = "speed"\n', "no signal 'speed'; there are time"),

@@ -46,7 +46,7 @@ def test_an_unknown_signal_lists_the_known_ones(emulator: Emulator) -> None:
 
 def test_an_unknown_setting_lists_the_known_ones(emulator: Emulator) -> None:
     """The supply and the load can be set; a wrong unit is named."""
-    with pytest.raises(UserError, match="there are supply_pressure, external_force"):
+    with pytest.raises(UserError, match="there are supply_pressure, lines_closed"):
         emulator.set("temperature", "50 degC")
     with pytest.raises(UserError, match="a pressure is wanted"):
         emulator.set("supply_pressure", "50 mm")
