@@ -110,7 +110,9 @@ def test_without_a_file_the_machines_of_the_package_are_named() -> None:
     assert "hil-emulator init" in message
     assert "spring_load" not in message
     assert hil_emulator("check", "hyq_knee").stdout == hil_emulator("check", REFERENCE).stdout
-    assert "is no file, and no machine of the package, which are excavator_boom" in refused("run", "hyqknee")
+    assert "is no file, and no machine of the package, which are excavator_boom" in refused(
+        "run", "hyqknee"
+    )
 
 
 def test_the_schema_is_written_for_editors(tmp_path: Path) -> None:

@@ -114,4 +114,4 @@ def test_a_table_closes_the_gap_on_held_out_data(tmp_path: Path) -> None:
     gap = measure(observer, compare(observer, as_it_is, as_it_is, train, held))
     for channel in ("pressure_a", "pressure_b", "position", "load_force"):
         before = result.gap[channel]["validation"]["free_before"]
-        assert gap[channel]["validation"]["free_after"] < 0.6 * before
+        assert gap[channel]["validation"]["free_after"] < 0.7 * before
