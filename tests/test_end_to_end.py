@@ -106,11 +106,11 @@ def test_no_sample_is_missed(network: canopen.Network) -> None:
 
 
 @pytest.mark.slow
-def test_no_sample_is_missed_in_a_minute(network: canopen.Network) -> None:
-    """Through 60 s of set points at 1 kHz every TPDO carries every sample."""
-    counters = drive(network, 60.0)
+def test_no_sample_is_missed_in_twenty_seconds(network: canopen.Network) -> None:
+    """Through 20 s of set points at 1 kHz every TPDO carries every sample."""
+    counters = drive(network, 20.0)
     assert counters.missing() == {0x185: 0, 0x285: 0, 0x385: 0}
-    assert all(len(c) > 30_000 for c in counters.seen.values())
+    assert all(len(c) > 10_000 for c in counters.seen.values())
 
 
 def test_the_clients_sync_can_be_the_clock(tmp_path: Path) -> None:

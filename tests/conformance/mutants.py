@@ -2,10 +2,12 @@
 
 Each mutant breaks one sentence of the standard in our own node; the suite is run on it in
 lock-step and stops at the first case that fails. What is printed: the score, and each mutant that
-nobody has noticed. `--verbose` names the case that noticed each of the others.
+nobody has noticed. `--verbose` names the case that noticed each of the others, `--write` keeps them
+in `noticed.json`, by which the tests need to run no other case.
 """
 
 import io
+import json
 import sys
 import tempfile
 import time
@@ -28,6 +30,9 @@ from hil_emulator.bus.bus import Bus
 
 NODE = 5
 PROCESSES = 2
+NOTICED = Path(__file__).with_name("noticed.json")
+"""The first case that notices each mutant; "" where none does."""
+
 CRASHES = ("AttributeError", "TypeError", "KeyError", "NameError", "IndexError", "struct.error")
 """How a device ends that is not broken as intended: a case that fails of these proves nothing."""
 
@@ -49,8 +54,8 @@ class Notice(NamedTuple):
     seconds: float
 
 
-def notice(name: str) -> Notice:
-    """Run the suite on a mutant, "" for the sound device, until a case fails."""
+def notice(name: str, case: str = "") -> Notice:
+    """Run the suite, or one case, on a mutant, "" for the sound device, until a case fails."""
     begin = time.monotonic()
     settings = own_channel()
     with (
@@ -64,7 +69,8 @@ def notice(name: str) -> Notice:
         eds = every_service(Path(folder))
         if name:
             MUTANTS[name].apply(patch)
-        results = run_in_lock_step(peer, stepper(make_node(eds, NODE), own), NODE, eds, first=True)
+        step = stepper(make_node(eds, NODE), own)
+        results = run_in_lock_step(peer, step, NODE, eds, {case} if case else None, first=True)
     failed = [case for case, outcome in results.outcomes.items() if outcome == "failed"]
     remark = results.remarks[-1] if failed else ""
     return Notice(name, failed[0] if failed else "", remark, time.monotonic() - begin)
@@ -93,6 +99,8 @@ def main() -> None:
             print(f"{one.case or '-':>6} {one.seconds:5.1f} s  {one.mutant}: {how}{said[:90]}")
             if not one.case:
                 print(f"{'':>16}{MUTANTS[one.mutant].sentence}")
+    if "--write" in sys.argv:
+        NOTICED.write_text(json.dumps({one.mutant: one.case for one in found}, indent=1) + "\n")
     count = sum(bool(one.case) and not crashed(one) for one in found)
     print(f"{count} of {len(found)} mutants noticed, {100 * count / len(found):.1f} %")
 

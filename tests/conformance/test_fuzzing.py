@@ -89,6 +89,6 @@ def test_twenty_thousand_frames(eds: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("eds", EDS_FILES, ids=lambda path: path.stem)
-def test_a_million_frames(eds: Path) -> None:
-    """Each shipped device, a million frames each."""
-    check(eds, seed=302, frames=1_000_000)
+def test_two_hundred_thousand_frames(eds: Path) -> None:
+    """Each shipped device, a million frames in all."""
+    check(eds, seed=302, frames=200_000)
