@@ -49,10 +49,8 @@ def error(result: Result, round_: int) -> float:
     return float(np.sqrt(np.mean(np.concatenate(everything) ** 2)))
 
 
-@pytest.mark.parametrize(
-    ("seal", "before"),
-    [("oring", 6.0), pytest.param("napn", 9.0, marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("seal", "before"), [("oring", 6.0), ("napn", 9.0)])
 def test_friction_and_its_growth_with_pressure_are_named(seal: str, before: float) -> None:
     """Coulomb friction and its growth with pressure are found, and other pressures confirm it.
 

@@ -27,7 +27,7 @@ def found(changes: Mapping[str, float], **extra: object) -> Result:
 @pytest.mark.parametrize(
     ("field", "value", "name"),
     [
-        ("internal_leakage_conductance", 1e-13, "internal_leakage"),
+        pytest.param("internal_leakage_conductance", 1e-13, "internal_leakage", marks=SLOW),
         pytest.param("stribeck_friction_excess", 40.0, "stribeck_friction", marks=SLOW),
         pytest.param("transport_delay_time", 1.5e-3, "transport_delay", marks=SLOW),
         pytest.param("null_bias_bias", 2e-4, "null_bias", marks=SLOW),

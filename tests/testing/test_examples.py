@@ -40,6 +40,7 @@ def examples(controller: str, log: Path, *options: str) -> tuple[set[str], str]:
     return set(re.findall(r"^FAILED \S+::(\w+)", result.stdout, re.M)), result.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("controller", EXPECTED)
 def test_each_mistake_fails_the_tests_that_are_about_it(controller: str, tmp_path: Path) -> None:
     """A deaf, a trusting and a careless controller fail theirs, and no others."""
@@ -54,14 +55,12 @@ def test_a_wrong_sign_fails_all_that_moves(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_they_are_fast_and_identical_on_repetition(tmp_path: Path) -> None:
-    """None takes 2 s, and every frame of every test is the same again, then in two processes."""
+def test_they_are_identical_on_repetition(tmp_path: Path) -> None:
+    """Every frame of every test is the same again in two processes."""
     digests = []
-    for name, options in (("alone", ("--durations=0", "-vv")), ("xdist", ("-n", "2"))):
-        failed, text = examples("sound", tmp_path / name, *options)
+    for name, options in (("alone", ()), ("xdist", ("-n", "2"))):
+        failed, _ = examples("sound", tmp_path / name, *options)
         assert not failed
         digests.append(sorted((tmp_path / name).read_text().splitlines()))
-        calls = [float(t) for t in re.findall(r"^([\d.]+)s call", text, re.M)]
-        assert all(seconds < 2.0 for seconds in calls)
     assert len(digests[0]) == 10
     assert digests[0] == digests[1]
