@@ -15,7 +15,7 @@ from hil_emulator.config.load import load
 from hil_emulator.device.bus_load import frame_bits
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
-from hil_emulator.platform.paths import shipped
+from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
@@ -117,7 +117,7 @@ def test_the_same_frames_in_give_the_same_frames_out(tmp_path: Path, clock_of: A
             clock: Clock = make(door)
             follow = clock if isinstance(clock, FollowSync) else None
             recorder = MemoryRecorder()
-            rig = assemble(config, follow or door, None, recorder)
+            rig = assemble(config, follow or door, cache_folder(), recorder)
             if follow:
                 follow.serve = rig.serve
             for tick in range(50):
