@@ -26,6 +26,7 @@ from hil_emulator.model.stages import (
     command,
     cross_leakage,
     cross_relief,
+    full_flow,
     gas_pressure,
     heat,
     line_flow,
@@ -36,6 +37,7 @@ from hil_emulator.model.stages import (
     pilot,
     pilot_flow,
     port_relief,
+    pump_drag,
     pump_loss,
     relief,
     return_rates,
@@ -264,14 +266,17 @@ def feed(x: Any, dx: Any, par: Any, held: Any, y: Any, drawn: float, returned: f
         y.pump_flow = leaving + leakage
         y.relief_flow = 0.0
     y.pump_leakage_flow = leakage
+    y.pump_friction_loss = pump_drag(par, x, dx, p_pump, full_flow(par, x, dx), held.viscosity)
     y.return_flow = returned + y.relief_flow + leakage
     lost = y.valve_loss + y.leakage_loss + y.relief_loss
-    heat(par, x, dx, lost + (leakage + y.relief_flow) * p_pump)
+    heat(par, x, dx, lost + (leakage + y.relief_flow) * p_pump + y.pump_friction_loss)
 
 
 def account(x: Any, par: Any, held: Any, y: Any) -> None:
     """Power and efficiency (S1 3.2)."""
     y.pump_power = y.pump_pressure * y.pump_flow
+    y.shaft_power = y.pump_power + y.pump_friction_loss
+    y.shaft_torque = y.shaft_power / par.supply_pump_speed
     y.supply_power = y.supply_pressure * y.supply_flow
     y.load_power = y.load_force * y.load_velocity
     y.line_loss = (
@@ -280,8 +285,8 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
     )  # fmt: skip
     y.friction_loss = y.friction_force * y.velocity
     y.efficiency = 0.0
-    if y.load_power > 0.0 and y.pump_power > y.load_power:
-        y.efficiency = y.load_power / y.pump_power
+    if y.load_power > 0.0 and y.shaft_power > y.load_power:
+        y.efficiency = y.load_power / y.shaft_power
     y.oil_temperature = temperature(par, x, held, par.oil_temperature)
     y.viscosity = par.oil_kinematic_viscosity * held.viscosity
     y.gas_pressure = held.gas_pressure

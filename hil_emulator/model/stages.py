@@ -65,6 +65,14 @@ pump_loss = Stage(
     "pump_loss", "supply", ("pump_pressure", "viscosity"), "leakage of pumps", "m^3/s", "sum",
     balances=(SUPPLY,),
 )  # fmt: skip
+full_flow = Stage(
+    "full_flow", "supply", (), "flow that pumps displace at full stroke", "m^3/s", "sum",
+    balances=(),
+)  # fmt: skip
+pump_drag = Stage(
+    "pump_drag", "supply", ("pump_pressure", "full_flow", "viscosity"),
+    "power that friction takes in pumps", "W", "sum", balances=(),
+)  # fmt: skip
 capacity = Stage(
     "capacity", "supply", ("pump_pressure",), "capacity of accumulators", "m^3/Pa", "sum",
     balances=(SUPPLY,),
@@ -241,12 +249,13 @@ transducer = Stage(
 )  # fmt: skip
 
 CONTINUOUS = (
-    temperature, viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates, source,
-    relief, pump_loss, capacity, return_rates, command, pilot, spool_force, spool, spool_reach,
-    travel, metering, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates, holding,
-    holding_rates, cross_relief, port_relief, vapour, oil, heat, cross_leakage, outward_leakage,
-    friction, dry_friction, friction_scale, stop, inertia, coupling, play, load, load_inertia,
-    joint_angle, joint_lever, joint_lever_slope, joint_inertia, joint_mass_moment, joint_carries,
+    temperature, viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates,
+    source, relief, pump_loss, full_flow, pump_drag, capacity, return_rates, command, pilot,
+    spool_force, spool, spool_reach, travel, metering, line_a, line_b, line_flow_a, line_flow_b,
+    cylinder_line_rates, holding, holding_rates, cross_relief, port_relief, vapour, oil, heat,
+    cross_leakage, outward_leakage, friction, dry_friction, friction_scale, stop, inertia,
+    coupling, play, load, load_inertia, joint_angle, joint_lever, joint_lever_slope,
+    joint_inertia, joint_mass_moment, joint_carries,
 )  # fmt: skip
 TICKED = (set_point,)
 SAMPLED = (element, transducer)

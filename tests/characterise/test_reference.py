@@ -50,6 +50,11 @@ DOCUMENTS = {
         "efficiency of a variable pump at 100 bar": (0.99, 1e-3),
         "efficiency of a variable pump at 250 bar": (0.90, 1e-3),
     },
+    "pump-torque": {
+        "overall efficiency at 160 bar": (0.90, 1e-3),
+        "torque per pressure over displacement": (1.045, 1e-3),
+        "torque of the drag over displacement": (5.22, 1e-3),
+    },
     "no-load": {
         "p_a in free extension": (30.1, 5e-3),
         "p_b in free extension": (49.3, 5e-3),
@@ -105,6 +110,7 @@ OUTRIGHT = {
         "efficiency of a variable pump at 100 bar": 0.99,
         "efficiency of a variable pump at 250 bar": 0.90,
     },
+    "pump-torque": {"overall efficiency at 160 bar": 0.90},
 }
 """Every number of S1 that is no parameter of the reference machine."""
 

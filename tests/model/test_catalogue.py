@@ -26,6 +26,7 @@ AROUND: Mapping[str, Mapping[str, float]] = {
     "oil_heating": {"viscosity_temperature_slope": 3.68},
     "accumulator": {"variable_pump_flow": 1e-4},
     "pump_leakage": {"fixed_pump_flow": 10e-3 / 60},
+    "pump_friction": {"fixed_pump_flow": 10e-3 / 60},
     "friction_asymmetry": {"coulomb_friction_force": 100.0},
     "position_friction": {"viscous_friction_coefficient": 1000.0},
     # dry friction on a light rod turns over a wider velocity, however stiff the coupling
@@ -42,7 +43,16 @@ WEAKER: Mapping[str, tuple[float, float]] = {
 
 
 BESIDE = frozenset(
-    {"gas_pressure", "pump_flow", "relief_flow", "return_flow", "pump_power", "efficiency"}
+    {
+        "gas_pressure",
+        "pump_flow",
+        "relief_flow",
+        "return_flow",
+        "pump_power",
+        "shaft_power",
+        "shaft_torque",
+        "efficiency",
+    }
 )
 """Signals that tell about the model or the pump: a pump of any size fades at the valve alone."""
 

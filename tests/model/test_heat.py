@@ -59,23 +59,23 @@ def test_oil_heating_runs_away_with_the_pumps_gaps(make_plant: MakePlant) -> Non
     assert float(plant.signals.viscosity) == pytest.approx(46e-6 * walther(exact), rel=1e-3)
 
 
-def test_oil_heating_takes_what_valve_and_relief_valve_turn_into_heat(
+def test_oil_heating_takes_what_valve_pump_and_relief_valve_turn_into_heat(
     make_plant: MakePlant,
 ) -> None:
-    """All that a fixed pump delivers while the rod rests is heat: rho c V dT = the pump's work."""
+    """All that turns a fixed pump while the rod rests is heat: rho c V dT = the shaft's work."""
     volume = 1e-3
     plant = make_plant(
         bare(
             fixed_pump_flow=10e-3 / 60, oil_heating_volume=volume, oil_heating_wall=0.0,
             oil_heating_cooler=0.0, pump_leakage_flow=1e-3 / 60, pilot_leakage_conductance=1e-12,
-            load_mass=1e5,
+            load_mass=1e5, pump_friction_coefficient=0.045,
         )
     )  # fmt: skip
     settle(plant, 1.0)
     before, work = float(plant.signals.oil_temperature), 0.0
     for _ in range(500):
         plant.step(50)
-        work += 1e-3 * float(plant.signals.pump_power)
+        work += 1e-3 * float(plant.signals.shaft_power)
     stored = RHO * HEAT * volume * (float(plant.signals.oil_temperature) - before)
     assert work > 100.0
     assert stored == pytest.approx(work, rel=2e-3)

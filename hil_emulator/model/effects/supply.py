@@ -10,9 +10,11 @@ from typing import NamedTuple
 from hil_emulator.model.declare import Param, Quantity, effect
 from hil_emulator.model.stages import (
     capacity,
+    full_flow,
     line_flow,
     line_rates,
     pilot_flow,
+    pump_drag,
     pump_loss,
     relief,
     return_rates,
@@ -37,6 +39,11 @@ def safety_valve(
     return flow * max(0.0, (pump_pressure - supply_pressure - relief_margin) / relief_override)
 
 
+def displaced(flow: float) -> float:
+    """q_0 of either pump."""
+    return flow
+
+
 @effect(
     source,
     knob=Param("flow", "m^3/s", "flow of the pump", 10e-3 / 60.0, 1e-6, math.inf, shown="l/min",
@@ -48,7 +55,7 @@ def safety_valve(
     source="S1 3.2: fixed displacement with relief valve; the whole flow passes it at set pressure",
     signature="supply pressure falls as flow is drawn, and collapses beyond the pump's flow",
     not_modelled="flow ripple; dynamics of the relief valve",
-    also=((relief, relief_valve),),
+    also=((relief, relief_valve), (full_flow, displaced)),
 )  # fmt: skip
 def fixed_pump(flow: float) -> float:
     """V/beta dp/dt = q_0 - q - q_r,  q_r = q_0 max(0, 1 + (p - p_set)/dp_o).
@@ -77,7 +84,7 @@ def fixed_pump(flow: float) -> float:
     signature="supply pressure droops with flow and dips when the flow starts",
     not_modelled="flow ripple; different times for opening and closing; dynamics of the relief "
                  "valve",
-    also=((relief, safety_valve),),
+    also=((relief, safety_valve), (full_flow, displaced)),
 )  # fmt: skip
 def variable_pump(
     pump_pressure: float, stroke: float, flow: float, droop: float, time_constant: float,
@@ -104,8 +111,7 @@ def variable_pump(
     source="laminar flow through a gap, w h³ dp/(12 mu l) (Merritt 1967): Wilson's slip dp/mu, its "
            "gap widening in proportion to pressure (assumed)",
     signature="pump power over supply power grows with pressure",
-    not_modelled="torque loss: the efficiencies of S1 are taken as those of the flow; gaps that "
-                 "change with speed and stroke",
+    not_modelled="gaps that change with speed and stroke",
 )  # fmt: skip
 def pump_leakage(
     pump_pressure: float, viscosity: float, flow: float, widening_pressure: float
@@ -116,6 +122,32 @@ def pump_leakage(
     """
     wider = (widening_pressure + pump_pressure) / (widening_pressure + 250e5)
     return flow * (pump_pressure / 250e5) * wider * wider * wider / viscosity
+
+
+@effect(
+    pump_drag,
+    knob=Param("coefficient", "1", "torque of dry friction over that of the pressure at full "
+               "stroke", 0.045, 0.0, 0.5, shown="%",
+               source="assumed: with the drag, 90 % of pump_leakage's 97 % at 160 bar (S1 Table "
+                      "3.1, which names no pressure)"),
+    shape=(
+        Param("drag", "Pa", "pressure that the drag of oil at 40 °C in the gaps is worth at the "
+              "shaft's speed", 5.22e5, 0.0, 100e5, shown="bar", default=5.22e5),
+    ),
+    source="torque loss D (C_f p + C_d mu omega) of Wilson's pump (Merritt 1967); both of full "
+           "displacement at any stroke",
+    signature="power alone: torque and power of the shaft, and the oil's warmth",
+    not_modelled="friction that changes with pressure, speed or stroke; the seals' own; breakaway; "
+                 "the charge pump",
+)  # fmt: skip
+def pump_friction(
+    pump_pressure: float, full_flow: float, viscosity: float, coefficient: float, drag: float
+) -> float:
+    """T_l = D (c_f p + p_d nu/nu_40),  D = q_0/omega.
+
+    The pump's shaft has to turn against friction.
+    """
+    return full_flow * (coefficient * pump_pressure + drag * viscosity)
 
 
 @effect(
@@ -253,5 +285,6 @@ def back_pressure(port_pressure: float, flow: float, resistance: float) -> float
 
 
 EFFECTS = (
-    fixed_pump, variable_pump, pump_leakage, accumulator, supply_line, pilot_leakage, back_pressure,
+    fixed_pump, variable_pump, pump_leakage, pump_friction, accumulator, supply_line, pilot_leakage,
+    back_pressure,
 )  # fmt: skip

@@ -1,0 +1,61 @@
+"""A pump on the bench: the valve, its ports joined, is its load."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_emulator.characterise.result import Series
+from hil_emulator.characterise.stand import Bench, Stand
+
+SET_HIGH = 280e5
+"""Set pressure of a variable pump, which so stays at full stroke up to 270 bar [Pa]."""
+
+_HELD = 1.0  # each opening of the valve [s]
+_POINTS = 21
+_FROM, _TO = 20e5, 265e5  # pressures at which a pump is loaded [Pa]
+
+
+def own_or_typical(bench: Bench, effect: str) -> float:
+    """Return the knob of an effect: the machine's, or the catalogue's where it is off."""
+    known = next(e for e in bench.kernel.effects if e.name == effect)
+    own = bench.value(known.field_of(known.knob))
+    return own if own != known.off else known.knob.typical
+
+
+def pump_circuit(bench: Bench, changes: dict[str, float]) -> Stand:
+    """Return a pump whose flow goes through the valve and back, by pipes that are soon steady."""
+    size = bench.valve_size
+    pipes = {
+        "cylinder_dead_volume_a": size * 1e-3,
+        "cylinder_dead_volume_b": size * 1e-3,
+        "internal_leakage_conductance": size * 1e-8,
+    }
+    alone = bench.off("supply", "tank", "valve", keep=("underlap", "land_leakage"))
+    return bench.stand(alone | bench.joined() | pipes | changes)
+
+
+def steady(stand: Stand, current: float, names: Sequence[str]) -> list[float]:
+    """Hold an opening of the valve [A]; return what signals are in the end."""
+    signals = stand.drive(np.full(round(_HELD / stand.period), current)).signals
+    late = slice(-round(0.1 * _HELD / stand.period), None)
+    return [float(np.mean(signals[name][late])) for name in names]
+
+
+def current_for(bench: Bench, flow: float, pressure: float) -> float:
+    """Return the spool position that passes a flow through both edges at a pressure [A]."""
+    drop = 0.5 * (pressure - bench.value("tank_pressure"))
+    return flow / (bench.value("valve_gain") * math.sqrt(drop)) - bench.null_opening
+
+
+def at_full_stroke(
+    bench: Bench, changes: dict[str, float], names: Sequence[str]
+) -> dict[str, Series]:
+    """Load a variable pump of the machine's size from low to high pressure; return signals."""
+    flow, leakage = (own_or_typical(bench, n) for n in ("variable_pump", "pump_leakage"))
+    pump = {"supply_pressure": SET_HIGH, "variable_pump_flow": flow, "pump_leakage_flow": leakage}
+    stand = pump_circuit(bench, pump | changes)
+    # about what is left of the flow there: it only places the points
+    loads = [(p, flow - leakage * p / 250e5) for p in np.linspace(_TO, _FROM, _POINTS)]
+    rows = [steady(stand, current_for(bench, q, p), names) for p, q in loads]
+    return dict(zip(names, np.array(rows[::-1]).T, strict=True))
