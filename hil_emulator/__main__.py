@@ -45,6 +45,8 @@ def main() -> None:
 @click.option("--after", type=Duration(), default="1 s", help="How long after the trigger.")
 @click.option("--fault", "faults", multiple=True, help='TARGET KIND NAME=VALUE...; see "faults".')
 @click.option("--control", type=click.IntRange(0, 65535), help="Port of the remote control (ctl).")
+@click.option("--panel", "panel", flag_value="full", help="Show it in a browser.")
+@click.option("--panel-view-only", "panel", flag_value="view only", help="Nobody touches it there.")
 def run(
     files: tuple[Path, ...],
     bus: str | None,
@@ -52,14 +54,14 @@ def run(
     duration: float | None,
     record: tuple[Path, ...],
     faults: tuple[str, ...],
-    control: int | None,
-    **around: Any,
+    **said: Any,
 ) -> None:
     """Run the emulator on its bus."""
     from hil_emulator.commands import run as command
 
-    capture = command.capture(**around)
-    command.run(files, bus, clock, duration, record, capture, faults, control)
+    operation = command.operation(said.pop("control"), said.pop("panel"))
+    capture = command.capture(**said)
+    command.run(files, bus, clock, duration, record, capture, faults, operation)
 
 
 @main.command("faults")

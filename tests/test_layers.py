@@ -60,6 +60,10 @@ ROOMS = {
         "canopen", "pytest", "bus", "config", "device", "faults", "platform", "recording",
         "signals", "simulation",
     },
+    "panel": {
+        "numpy", "canopen", "websockets", "bus", "config", "device", "faults", "model", "recording",
+        "remote", "scenario", "signals", "simulation",
+    },
 }  # fmt: skip
 """Rooms from the ground up; the first ones know least. What each may import, besides Python's own
 library, the ground and itself: other rooms, and libraries. The rooms of `identify` know those

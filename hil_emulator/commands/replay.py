@@ -143,7 +143,7 @@ def _repeat(rig: Rig, script: Script, what: dict[str, Any], running: list[Any]) 
     if "fault" in what:
         options = dict(what["fault"])
         running.append(rig.fault(options.pop("target"), options.pop("kind"), **options))
-    elif "slipped" in what or "bus_load" in what:
+    elif what.keys() & {"slipped", "bus_load", "marker"}:
         pass  # in lock-step there is no wall to fall behind; a load follows from the frames
     elif "end" in what:
         running[what["end"]].end()

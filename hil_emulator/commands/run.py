@@ -1,7 +1,8 @@
 """`hil-emulator run`: the emulator on a bus, until its time is over or Ctrl-C."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,11 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import spoken
+from hil_emulator.panel.host import Panel, PanelOptions, require_server
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.pre_trigger import Capture
+from hil_emulator.recording.several import Recorders
 from hil_emulator.remote.control_server import ControlServer
 from hil_emulator.signals import condition
 from hil_emulator.simulation import realtime
@@ -27,6 +30,20 @@ from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.simulation.loop import Timing
 from hil_emulator.simulation.rig import Rig, assemble
 from hil_emulator.wire.wire import TimedWire
+
+
+@dataclass(frozen=True)
+class Operation:
+    """Who may look into a run and touch it.
+
+    Attributes:
+        control: TCP port of the remote control; off without one.
+        panel: how the panel is opened; none without it.
+
+    """
+
+    control: int | None = None
+    panel: PanelOptions | None = None
 
 
 def run(
@@ -37,7 +54,7 @@ def run(
     record: Sequence[Path] = (),
     capture: Capture | None = None,
     faults: Sequence[str] = (),
-    control: int | None = None,
+    operation: Operation = Operation(),
 ) -> None:
     """Run the emulator.
 
@@ -50,7 +67,7 @@ def run(
             each has its own, see `taping.of_actuator`.
         capture: records only what is around a condition, where there is one.
         faults: what breaks, a line each; see `faults.fault.spoken` and `run_machine.placed`.
-        control: TCP port of the remote control; off without one.
+        operation: who may look into it and touch it.
 
     Raises:
         UserError: for whatever the user can mend.
@@ -62,8 +79,8 @@ def run(
         check_file(file)
     settings = load_machine(files)
     if len(settings.actuators) > 1:
-        if bus or control is not None:
-            raise UserError("--bus and --control are for one actuator; run its own files")
+        if bus or operation != Operation():
+            raise UserError("--bus, --control and --panel are for one actuator; run its own files")
         run_machine(settings, clock, duration, record, capture, faults)
         return
     broken = [spoken(line) for line in faults]
@@ -71,27 +88,49 @@ def run(
     with Bus(bus_settings(config, bus)) as door:
         follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
         click.echo("Preparing the model (a few seconds the first time) ...", err=True)
-        rig = assemble(config, follow or door, cache_folder())
+        panel = Panel(operation.panel, follow or door) if operation.panel else None
+        rig = assemble(config, panel.hand if panel else follow or door, cache_folder())
         refuse_collisions("bus", rig.nodes)
-        with recorded(rig, config, record, capture), _control_server(control) as control_server:
+        with ExitStack() as stack:
+            stack.enter_context(recorded(rig, config, record, capture))
+            if panel:
+                stack.enter_context(_open(panel, rig, config, door))
+            control_server = stack.enter_context(_control_server(operation.control))
             for fault in broken:
                 rig.inject(fault)
             measures = [] if clock == "lockstep" else realtime.apply()
             click.echo(_banner(config, rig, door, clock, measures))
-            _live(rig, _clock(clock, config, follow, rig), duration, door, config, control_server)
+            timing = panel.timing if panel else Timing()
+            served = [server.serve for server in (control_server, panel) if server]
+            pace = _clock(clock, config, follow, rig)
+            ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
+            _live(rig, pace, (ticks, timing, served), door, config)
 
 
 def _live(
     rig: Rig,
     clock: Clock,
-    duration: float | None,
+    course: tuple[int, Timing, Sequence[Callable[[Rig], None]]],
     bus: Bus,
     config: Configuration,
-    control_server: ControlServer | None,
 ) -> None:
-    """Run with a status line, and tell how it went however it ends."""
-    ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
-    timing = Timing()
+    """Run with a status line, and tell how it went however it ends.
+
+    Args:
+        rig: what is run.
+        clock: when its ticks begin.
+        course: how many there are, what takes down how punctual they were, and what serves those
+            who look into the run meanwhile.
+        bus: what it is on.
+        config: what it is.
+
+    """
+    ticks, timing, served = course
+
+    def between() -> None:
+        for serve in served:
+            serve(rig)
+
     try:
         keep_running(
             rig,
@@ -99,11 +138,22 @@ def _live(
             ticks,
             timing,
             lambda: _status(rig, timing, bus),
-            between=(lambda: control_server.serve(rig)) if control_server else None,
+            between=between if served else None,
             stop_when_late=config.late == "stop",
         )
     finally:
         click.echo(summary(rig, timing, [bus], _wires(rig), departures({"the rod": rig})))
+
+
+@contextmanager
+def _open(panel: Panel, rig: Rig, config: Configuration, bus: Bus) -> Iterator[None]:
+    """Show the run in a browser meanwhile."""
+    rig.recorder = Recorders(rig.recorder, panel.tap) if rig.recorder else panel.tap
+    try:
+        click.echo(f"panel     {panel.open(rig, config, bus)}")
+        yield
+    finally:
+        panel.close()
 
 
 @contextmanager
@@ -118,6 +168,22 @@ def _control_server(port: int | None) -> Iterator[ControlServer | None]:
         yield control_server
     finally:
         control_server.close()
+
+
+def operation(control: int | None, panel: str | None) -> Operation:
+    """Return what the command line opens.
+
+    Args:
+        control: port of the remote control.
+        panel: "full", "view only", or nothing.
+
+    Raises:
+        UserError: if what the panel needs is not installed.
+
+    """
+    if panel:
+        require_server()
+    return Operation(control, PanelOptions(panel == "view only") if panel else None)
 
 
 def capture(trigger: str | None, before: float, after: float) -> Capture | None:

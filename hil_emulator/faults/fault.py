@@ -187,17 +187,30 @@ def _time(name: str, text: object) -> int:
     return round(seconds * 1e9)
 
 
+def measure(target: str, kind: FaultKind, param: FaultParam) -> tuple[float, str, str]:
+    """Return what a parameter is counted in: a factor, its SI unit, the one that is shown.
+
+    The default and the bounds of a sensor fault are parts of the channel's span.
+    """
+    channel = _CHANNELS.get(target) if kind.layer is Layer.SENSOR else None
+    if channel is None or param.unit not in (SPAN, SPAN_PER_SECOND):
+        return 1.0, param.unit, param.shown
+    rate = "/s" if param.unit == SPAN_PER_SECOND else ""
+    return channel.span, channel.unit + rate, channel.shown + rate
+
+
+def twins(target: str) -> list[str]:
+    """Return the channels that a channel can change places with."""
+    unit = _CHANNELS[target].unit
+    return [c.name for c in CHANNELS if c.unit == unit and c.name != target]
+
+
 def _value(target: str, kind: FaultKind, param: FaultParam, options: Mapping[str, Any]) -> Any:
     """Return a parameter in SI."""
     where = f"fault {target} {kind.name}: {param.name}"
-    channel = _CHANNELS.get(target) if kind.layer is Layer.SENSOR else None
     if param.unit == TEXT:
         return _twin(where, target, options.get(param.name))
-    scale, unit, shown = 1.0, param.unit, param.shown
-    if channel is not None and param.unit in (SPAN, SPAN_PER_SECOND):
-        scale, unit, shown = channel.span, channel.unit, channel.shown
-        if param.unit == SPAN_PER_SECOND:
-            unit, shown = f"{unit}/s", f"{shown}/s"
+    scale, unit, shown = measure(target, kind, param)
     if param.name not in options:
         assert param.default is not None
         return param.default * scale
@@ -220,10 +233,8 @@ def _plain(text: object, unit: str) -> object:
 
 
 def _twin(where: str, target: str, other: object) -> str:
-    unit = _CHANNELS[target].unit
-    twins = [c.name for c in CHANNELS if c.unit == unit and c.name != target]
-    if other not in twins:
-        raise UserError(f"{where}: name one of {', '.join(twins)}, not {brief(other)}")
+    if other not in twins(target):
+        raise UserError(f"{where}: name one of {', '.join(twins(target))}, not {brief(other)}")
     return str(other)
 
 

@@ -134,6 +134,16 @@ def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
         raise UserError(f"{file}: cannot be read: {reason}") from None
 
 
+def split(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield kind and payload of the entries in bytes that hold whole ones."""
+    at = 0
+    while at < len(data):
+        kind, length = _ENTRY.unpack_from(data, at)
+        at += _ENTRY.size
+        yield kind, data[at : at + length]
+        at += length
+
+
 def _next_entry(stream: BinaryIO, size: int) -> tuple[int, bytes] | None:
     """Return kind and payload of the next entry; None where the file of that size ends."""
     head = stream.read(_ENTRY.size)
@@ -173,6 +183,11 @@ def frames_of(payload: bytes) -> Iterator[tuple[int, bool, Frame]]:
         yield now_ns, bool(sent), frame
 
 
+def event_of(payload: bytes) -> tuple[int, dict[str, Any]]:
+    """Return time and content of an EVENT entry."""
+    return _TIME.unpack_from(payload)[0], json.loads(payload[_TIME.size :])
+
+
 def read(file: Path) -> Recording:
     """Return a whole recording.
 
@@ -193,7 +208,7 @@ def read(file: Path) -> Recording:
             case EntryKind.BUS:
                 found += frames_of(payload)
             case EntryKind.EVENT:
-                events.append((_TIME.unpack_from(payload)[0], json.loads(payload[_TIME.size :])))
+                events.append(event_of(payload))
     if header is None:
         raise UserError(f"{file}: empty; it ended before anything was written")
     width = len(header["columns"])

@@ -5,7 +5,7 @@ import json
 import socket
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from hil_emulator.errors import UserError, brief
@@ -39,11 +39,20 @@ class Controlled(Protocol):
         ...
 
 
+Answers = Mapping[str, Callable[[dict[str, Any], Any], dict[str, Any]]]
+"""By what a request wants done: the function of request and rig that does it and tells."""
+
+
 class ControlServer:
     """Starts the server's process and answers what it asks.
 
     Args:
         port: TCP port on 127.0.0.1; 0 takes any free one.
+        program: the server's module; gets the port, the descriptor of the line to this process and
+            those that it shares as arguments.
+        answers: what can be asked; `ANSWERS` without any.
+        shared: descriptors that the server inherits besides.
+        briefing: what it is told first, where it asks for that.
 
     Attributes:
         port: the port in use.
@@ -53,23 +62,28 @@ class ControlServer:
 
     """
 
-    def __init__(self, port: int) -> None:
+    def __init__(
+        self,
+        port: int,
+        program: str = "hil_emulator.remote.http_server",
+        answers: Answers | None = None,
+        shared: Sequence[int] = (),
+        briefing: dict[str, Any] | None = None,
+    ) -> None:
+        self._answers = ANSWERS if answers is None else answers
         self._socket, theirs = socket.socketpair()
         with theirs:
+            passed = [theirs.fileno(), *shared]
             self._server = subprocess.Popen(
-                [
-                    sys.executable,
-                    "-m",
-                    "hil_emulator.remote.http_server",
-                    str(port),
-                    str(theirs.fileno()),
-                ],
-                pass_fds=[theirs.fileno()],
+                [sys.executable, "-m", program, str(port), *map(str, passed)],
+                pass_fds=passed,
                 start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
             )
         self._pending = b""
         self._unsent = bytearray()
         self._socket.settimeout(_START_S)
+        if briefing is not None:
+            self._socket.sendall(json.dumps(briefing).encode() + b"\n")
         greeting = self._greeting()
         if "error" in greeting:
             raise UserError(f"--control {port}: {greeting['error']}; choose another port")
@@ -86,7 +100,7 @@ class ControlServer:
         *lines, self._pending = self._pending.split(b"\n")
         for line in lines:
             request = json.loads(line)
-            answer = {"id": request["id"], **answer_to(request, rig)}
+            answer = {"id": request["id"], **answer_to(request, rig, self._answers)}
             self._unsent += json.dumps(answer).encode() + b"\n"
         if self._unsent:
             with contextlib.suppress(OSError):  # the server reads it later, or is gone
@@ -99,29 +113,25 @@ class ControlServer:
 
     def _greeting(self) -> dict[str, Any]:
         line = b""
-        while not line.endswith(b"\n"):
+        while b"\n" not in line:
             part = self._socket.recv(_CHUNK)
             if not part:
                 return {"error": "the server ended"}
             line += part
+        line, _, self._pending = line.partition(b"\n")
         return dict(json.loads(line))
 
 
-def answer_to(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
+def answer_to(
+    request: dict[str, Any], rig: Controlled, known: Answers | None = None
+) -> dict[str, Any]:
     """Do what a request asks; return the answer, or what is wrong with it.
 
     Values have been checked where they are declared. Should a request still find a gap there, it
     gets an error and the loop goes on.
     """
-    known: dict[str, Callable[[dict[str, Any], Controlled], dict[str, Any]]] = {
-        "status": _status,
-        "signals": _signals,
-        "fault": _fault,
-        "end": _end,
-        "set": _set,
-    }
     try:
-        return known[request["do"]](request, rig)
+        return (ANSWERS if known is None else known)[request["do"]](request, rig)
     except UserError as error:
         return {"error": str(error)}
     except Exception as error:
@@ -130,7 +140,12 @@ def answer_to(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
 
 def _status(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
     injected = [
-        {"number": r.number, "fault": str(r.fault), "began": r.began_ns is not None}
+        {
+            "number": r.number,
+            "fault": str(r.fault),
+            "began": r.began_ns is not None,
+            "left": _left(r, rig.now_ns),
+        }
         for r in rig.faults.injected
     ]
     return {
@@ -140,6 +155,14 @@ def _status(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
         "faults": injected,
         "settings": list(SETTINGS),
     }
+
+
+def _left(running: Running, now_ns: int) -> float | None:
+    """Return how long a fault still lasts [s]; None until it is ended."""
+    duration_ns, began_ns = running.fault.duration_ns, running.began_ns
+    if duration_ns is None:
+        return None
+    return (duration_ns if began_ns is None else began_ns + duration_ns - now_ns) * 1e-9
 
 
 def _signals(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
@@ -175,3 +198,13 @@ def _set(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
     for name in sorted(values, key=lambda name: name not in COMMANDS):
         rig.set(name, values[name])
     return {"set": values}
+
+
+ANSWERS: Answers = {
+    "status": _status,
+    "signals": _signals,
+    "fault": _fault,
+    "end": _end,
+    "set": _set,
+}
+"""What HTTP requests ask for."""

@@ -12,6 +12,7 @@ A web page of another origin cannot use it: a request with a foreign `Origin` or
 and a body has to be declared as JSON, which a foreign page may not send without being asked.
 """
 
+import contextlib
 import itertools
 import json
 import math
@@ -21,6 +22,7 @@ import re
 import socket
 import sys
 import threading
+from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -35,9 +37,16 @@ _FAULT = re.compile(r"/faults(?:/(\d{1,18}))?", re.ASCII)
 
 
 class LoopLine:
-    """The line to the loop: one question at a time."""
+    """The line to the loop: one question at a time.
 
-    def __init__(self, loop: socket.socket) -> None:
+    Args:
+        loop: the line.
+        on_end: called when the loop is gone; without one, so is this process.
+
+    """
+
+    def __init__(self, loop: socket.socket, on_end: Callable[[], None] | None = None) -> None:
+        self._on_end = on_end or (lambda: os._exit(0))
         self._loop = loop
         self._lock = threading.Lock()
         self._numbers = itertools.count()
@@ -48,20 +57,22 @@ class LoopLine:
         """Return the loop's answer, or an error where it does not answer in time."""
         with self._lock:
             number = next(self._numbers)
-            self._loop.sendall(json.dumps({"id": number, **request}).encode() + b"\n")
+            with contextlib.suppress(BrokenPipeError):  # it has ended, and that is its answer
+                self._loop.sendall(json.dumps({"id": number, **request}).encode() + b"\n")
             try:
-                while (answer := self._answers.get(timeout=_ANSWER_S)).pop("id") != number:
+                while (answer := self._answers.get(timeout=_ANSWER_S)).pop("id", number) != number:
                     pass  # too late for the one who asked
             except queue.Empty:
                 return {"error": "no time passes in the emulator: it waits for SYNC"}
             return answer
 
     def _listen(self) -> None:
-        """Collect answers; when the loop is gone, so is this process."""
-        with self._loop.makefile("rb") as lines:
+        """Collect answers until the loop is gone."""
+        with contextlib.suppress(OSError), self._loop.makefile("rb") as lines:
             for line in lines:
                 self._answers.put(json.loads(line))
-        os._exit(0)
+        self._answers.put({"error": "the emulator has ended"})
+        self._on_end()
 
 
 def request_of(body: bytes) -> dict[str, Any]:

@@ -97,6 +97,12 @@ class Timing:
     overruns: int = 0
     slipped_ns: int = 0
 
+    def add(self, lateness_ns: int, execution_ns: int) -> None:
+        """Count a tick."""
+        self.execution.add(execution_ns)
+        self.lateness.add(lateness_ns)
+        self.ticks += 1
+
 
 def run(
     rig: Ticking, clock: Clock, ticks: int, timing: Timing, stop_when_late: bool = False
@@ -113,9 +119,7 @@ def run(
         lateness = clock.wait_until(t_ns)
         begin = measure()
         rig.step()
-        timing.execution.add(measure() - begin)
-        timing.lateness.add(lateness)
-        timing.ticks += 1
+        timing.add(lateness, measure() - begin)
         if lateness >= rig.tick_ns:
             timing.overruns += 1
             timing.slipped_ns = clock.slipped_ns

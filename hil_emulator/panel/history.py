@@ -1,0 +1,121 @@
+"""What has passed, for the strips: rows of the last minute, and their extremes for ten minutes.
+
+A strip asks for as many buckets as it has pixels and gets the least and the greatest value of each,
+so that no spike is lost from view, however long the time it shows. Memory is constant.
+"""
+
+from typing import Any
+
+import numpy as np
+
+Values = np.ndarray[Any, np.dtype[np.float32]]
+
+COARSE = 16
+"""Ticks of a bucket whose extremes are kept for long (assumed)."""
+LONGEST_S = 600.0
+"""How far back one can look [s]."""
+_FINE_TICKS = 1 << 16  # rows kept as they are: a minute at 1 kHz (assumed)
+
+
+class History:
+    """Rows by the number of their tick.
+
+    Args:
+        width: columns of a row.
+        tick: period of the ticks [s].
+        ticks: how many to keep as they are; as many as `LONGEST_S` has in all.
+
+    Attributes:
+        begin: number of the first tick that is known at all.
+        end: number of the next tick.
+
+    """
+
+    def __init__(self, width: int, tick: float, ticks: int = _FINE_TICKS) -> None:
+        self.tick = tick
+        self.begin = self.end = 0
+        self._fine = np.full((ticks, width), np.nan, np.float32)
+        buckets = max(ticks, round(LONGEST_S / tick)) // COARSE + 2
+        self._low = np.full((buckets, width), np.nan, np.float32)
+        self._high = self._low.copy()
+        self._empty = True
+
+    @property
+    def oldest(self) -> int:
+        """Number of the oldest tick that can be looked at."""
+        return max(self.begin, self.end - (len(self._low) - 1) * COARSE)
+
+    def append(self, rows: np.ndarray[Any, np.dtype[np.float64]]) -> None:
+        """Take rows of consecutive ticks, time [s] first; ticks that were missed stay empty."""
+        for chunk in np.split(rows, range(len(self._fine), len(rows), len(self._fine))):
+            if len(chunk):
+                self._take(chunk)
+
+    def buckets(
+        self, columns: list[int], first: int, count: int, width: int
+    ) -> tuple[Values, Values]:
+        """Return least and greatest values, each of shape (columns, buckets); NaN where none is.
+
+        Args:
+            columns: which.
+            first: number of the first bucket: tick over `width`.
+            count: of the buckets.
+            width: ticks of one; a multiple of `COARSE` from there on.
+
+        """
+        if width < COARSE:
+            fine = self._ticks(columns, first * width, count * width).reshape(
+                count, width, len(columns)
+            )
+            return np.fmin.reduce(fine, axis=1).T, np.fmax.reduce(fine, axis=1).T
+        part = width // COARSE
+        numbers = np.arange(first * part, (first + count) * part)
+        known = (numbers >= self.oldest // COARSE) & (numbers * COARSE < self.end)
+        places = np.ix_(numbers % len(self._low), np.array(columns, int))
+        low, high = self._low[places], self._high[places]
+        low[~known] = high[~known] = np.nan
+        shape = (count, part, len(columns))
+        low, high = low.reshape(shape), high.reshape(shape)
+        return np.fmin.reduce(low, axis=1).T, np.fmax.reduce(high, axis=1).T
+
+    def width_for(self, ticks: float, pixels: int, first: int) -> int:
+        """Return a width of buckets of which `pixels` or fewer cover so many ticks from `first`."""
+        width = max(1, int(np.ceil(ticks / max(1, pixels))))
+        if width >= COARSE or first < self.end - len(self._fine):
+            return -(-width // COARSE) * COARSE
+        return width
+
+    def latest(self) -> Values:
+        """Return the last row; NaN before there is any."""
+        row: Values = self._fine[(self.end - 1) % len(self._fine)]
+        return row
+
+    def _ticks(self, columns: list[int], first: int, count: int) -> Values:
+        numbers = np.arange(first, first + count)
+        known = (numbers >= max(self.begin, self.end - len(self._fine))) & (numbers < self.end)
+        found: Values = self._fine[np.ix_(numbers % len(self._fine), np.array(columns, int))]
+        found[~known] = np.nan
+        return found
+
+    def _take(self, rows: np.ndarray[Any, np.dtype[np.float64]]) -> None:
+        number = round(float(rows[0, 0]) / self.tick)
+        if self._empty:
+            self.begin = self.end = number
+            self._empty = False
+        if number > self.end:  # what was missed, as far as it is kept at all
+            gap = np.arange(max(self.end, number - len(self._fine)), number)
+            self._fine[gap % len(self._fine)] = np.nan
+        changed = self.end
+        self.end = number + len(rows)
+        self._fine[np.arange(number, self.end) % len(self._fine)] = rows
+        self._coarsen(max(changed, self.end - len(self._fine), self.begin))
+
+    def _coarsen(self, changed: int) -> None:
+        """Find the extremes of the buckets from that of a tick on."""
+        first, last = changed // COARSE, -(-self.end // COARSE)
+        every = list(range(self._fine.shape[1]))
+        fine = self._ticks(every, first * COARSE, (last - first) * COARSE)
+        fine = fine.reshape(last - first, COARSE, -1)
+        places = np.arange(first, last) % len(self._low)
+        self._low[places] = np.fmin.reduce(fine, axis=1)
+        self._high[places] = np.fmax.reduce(fine, axis=1)

@@ -1,0 +1,58 @@
+"""The process beside the loop that serves the panel; started by `host.Panel`.
+
+It runs at a lower priority than everything else, reads shared memory and asks the loop over a
+socket, whose end is its own.
+"""
+
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import socket
+import sys
+
+from hil_emulator.panel.door import PanelDoor
+from hil_emulator.panel.live import LiveBench
+from hil_emulator.panel.ring import RingReader
+from hil_emulator.remote.http_server import LoopLine
+
+_FAREWELL_S = 2.0  # for pages to leave (assumed)
+_NICENESS = 10  # below ordinary work (assumed)
+
+
+async def serve(port: int, loop: socket.socket, ring: RingReader) -> None:
+    """Serve on a port until the loop has ended."""
+    with loop.makefile("rb") as lines:
+        told = json.loads(lines.readline())
+    clock = asyncio.get_running_loop()
+    ended = asyncio.Event()
+
+    def over() -> None:
+        clock.call_soon_threadsafe(ended.set)
+
+    line = LoopLine(loop, over)
+    bench = LiveBench(told, ring, line)
+    bench.ended = ended
+    door = PanelDoor(bench, told["token"])
+    server = await door.listen(port)
+    loop.sendall(json.dumps({"port": door.port}).encode() + b"\n")
+    looking = asyncio.create_task(bench.look())
+    await bench.pump()
+    looking.cancel()
+    await bench.stop_tape()
+    server.close(close_connections=False)  # every page is told, and leaves
+    with contextlib.suppress(TimeoutError):
+        await asyncio.wait_for(server.wait_closed(), _FAREWELL_S)
+
+
+def main() -> None:
+    """Serve on the port of the first argument; then come the line to the loop and the ring."""
+    port, line, ring = map(int, sys.argv[1:])
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(_NICENESS)
+    asyncio.run(serve(port, socket.socket(fileno=line), RingReader(ring)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,158 @@
+"""One browser: what it looks at, what it asks for, what it gets."""
+
+import asyncio
+import json
+import time
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+from hil_emulator.panel.source import FRAMES_PER_S, Source
+from hil_emulator.panel.strips import Strips
+from hil_emulator.panel.watched import EXECUTION, LATENESS
+from hil_emulator.remote.http_server import request_of
+
+ENDED = 4001
+"""Code with which the stream is closed when the emulator has ended (RFC 6455: for private use)."""
+_TELL_EVERY = FRAMES_PER_S // 5  # frames between two messages in words
+_LINES = 200  # of the trace, at a time (assumed)
+PUNCTUAL = (LATENESS, EXECUTION)
+_KEPT = 64  # messages whose way to the screen is timed
+
+
+class Session:
+    """Serves one browser until it leaves, or the bench has ended.
+
+    Args:
+        source: the bench.
+        connection: the way to the browser.
+
+    """
+
+    def __init__(self, source: Source, connection: ServerConnection) -> None:
+        self._source = source
+        self._connection = connection
+        self._strips = Strips(source.watched.history)
+        self._watching: dict[str, Any] = {}
+        self._told_events = 0
+        self._stamps: deque[tuple[int, int]] = deque(maxlen=_KEPT)
+        self._latency: float | None = None
+
+    async def run(self) -> None:
+        """Greet, then show and obey."""
+        listening = asyncio.create_task(self._listen())
+        try:
+            await self._say({"hello": self._source.hello})
+            await self._show()
+            await self._connection.close(ENDED, "the emulator has ended")
+        except ConnectionClosed:
+            pass
+        finally:
+            listening.cancel()
+
+    async def _show(self) -> None:
+        source, frames = self._source, 0
+        while not source.ended.is_set():
+            await source.next_frame()
+            if source.stamp_ns:
+                await self._connection.send(self._strips.news(source.stamp_ns))
+                self._stamps.append((self._strips.number, source.stamp_ns))
+            if frames % _TELL_EVERY == 0:
+                await self._say(self._words())
+            frames += 1
+
+    async def _listen(self) -> None:
+        async for message in self._connection:
+            try:
+                request = request_of(message.encode() if isinstance(message, str) else message)
+            except ValueError as error:
+                await self._say({"error": str(error)})
+                continue
+            await self._obey(request)
+
+    async def _obey(self, request: dict[str, Any]) -> None:
+        try:
+            match request.get("do"):
+                case "view":
+                    await self._view(request)
+                    return
+                case "watch":
+                    self._watching = request
+                    return
+                case "painted":
+                    self._painted(int(request["number"]))
+                    return
+            answer = await self._source.ask(request)
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            answer = {"error": f"cannot be read: {type(error).__name__}: {error}"}
+        await self._say({"answer": request.get("id"), **answer})
+
+    async def _view(self, request: Mapping[str, Any]) -> None:
+        """Follow signals, or show a window of time, whose message comes at once."""
+        names = list(self._source.watched.columns)
+        columns = [names.index(name) for name in str(request["columns"]).split() if name in names]
+        pixels, generation = (
+            max(1, int(request["pixels"])),
+            int(request["generation"]) & 0xFFFF_FFFF,
+        )
+        if "span" in request:
+            span = min(max(float(request["span"]), 0.01), 86_400.0)
+            self._strips.follow(columns, span, pixels, generation)
+            return
+        self._strips.follow([], 1.0, 1, generation)
+        between = float(request["from"]), float(request["to"])
+        await self._connection.send(self._strips.window(columns, between, pixels, generation))
+
+    def _painted(self, number: int) -> None:
+        """Take note that a message is on the screen: its age counts the way back, too."""
+        for known, stamp_ns in self._stamps:
+            if known == number:
+                self._latency = (time.monotonic_ns() - stamp_ns) * 1e-9
+
+    def _words(self) -> dict[str, Any]:
+        """Return what changes slowly, as far as the browser looks at it."""
+        watched = self._source.watched
+        events = [e for e in watched.events if e[0] > self._told_events]
+        self._told_events = events[-1][0] if events else self._told_events
+        traffic = watched.traffic
+        said: dict[str, Any] = {
+            "status": self._source.status, "events": events, "latency": self._latency,
+            "bus": {"rate": traffic.rate, "load": traffic.load},
+            "oldest": watched.history.oldest * watched.history.tick, "now": watched.now,
+        }  # fmt: skip
+        match self._watching.get("what"):
+            case "nodes":
+                said["nodes"] = nodes(self._source)
+            case "loop":
+                said["loop"] = {name.partition(".")[2]: watched.spread(name) for name in PUNCTUAL}
+            case "identifiers":
+                said["identifiers"] = traffic.table()
+            case "trace":
+                wanted = str(self._watching.get("filter", "")).lower()
+                after = int(self._watching.get("after") or 0)
+                self._watching["after"], said["trace"] = traffic.trace(after, wanted, _LINES)
+        return said
+
+    async def _say(self, what: Mapping[str, Any]) -> None:
+        await self._connection.send(json.dumps(what))
+
+
+def nodes(source: Source) -> list[dict[str, Any]]:
+    """Return what each node's messages say: its PDOs with their values, its last emergency."""
+    traffic = source.watched.traffic
+    found: dict[str, dict[str, Any]] = {}
+    for message in traffic.pdos.values():
+        node = found.setdefault(message.node, {"name": message.node, "pdos": []})
+        stream = traffic.identifiers.get(message.identifier)
+        node["pdos"].append({
+            "name": message.pdo, "id": f"{message.can_id:03X}", "fields": traffic.values(message),
+            "count": stream.count if stream else 0, "period": stream.period if stream else None,
+        })  # fmt: skip
+    for node in found.values():
+        number = int(node["name"].removeprefix("node"))
+        said = [e for can_id, e in traffic.emergencies.items() if can_id & 0x7F == number]
+        node["emergency"] = {"time": said[0][0], "words": said[0][1]} if said else None
+    return list(found.values())

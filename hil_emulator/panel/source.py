@@ -1,0 +1,36 @@
+"""What a page shows, whether it lives or is over: the bench as the browsers' sessions see it."""
+
+import asyncio
+from typing import Any, Protocol
+
+from hil_emulator.panel.watched import Watched
+
+FRAMES_PER_S = 30
+"""How often a page gets what is new."""
+
+
+class Source(Protocol):
+    """A bench.
+
+    Attributes:
+        watched: what has come of it.
+        hello: what a page is told first.
+        stamp_ns: when its last tick was written, by the monotonic clock [ns].
+        status: how it is: what the loop answered last.
+        ended: set when it is over.
+
+    """
+
+    watched: Watched
+    hello: dict[str, Any]
+    stamp_ns: int
+    status: dict[str, Any]
+    ended: asyncio.Event
+
+    async def next_frame(self) -> None:
+        """Return when there is something new to show."""
+        ...
+
+    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Do what a page asks for; return the answer, or what is wrong with it as "error"."""
+        ...

@@ -1,0 +1,28 @@
+// The timing of the loop: how late its ticks began, how long they took, how old the picture is.
+
+import { digits, make } from "./dom.js";
+
+export class LoopView {
+  constructor(host, hello) {
+    this.tick = hello.tick;
+    this.body = make("tbody");
+    this.notes = make("p", { class: "note" });
+    host.append(make("table", {}, make("thead", {}, make("tr", {}, make("th", {}, "last 10 s"),
+      ...["p50", "p99", "max"].map((title) => make("th", { class: "number" }, title)))), this.body), this.notes,
+      make("p", { class: "note" }, "loop.lateness and loop.execution are signals: choose them for a strip."),
+      make("p", { class: "note" }, Object.entries(hello.provenance).map(([name, text]) => `${name} ${text}`).join(", ")));
+  }
+
+  watching() { return { what: "loop" }; }
+
+  show({ timing, slipped }, { loop, latency }) {
+    if (loop) {
+      this.body.replaceChildren(...Object.entries(loop).map(([name, values]) => make("tr", {}, make("td", {}, name),
+        ...values.map((value) => make("td", { class: "number" }, `${digits(value * 1e6, 0)} µs`)))));
+    }
+    const parts = [`Period ${this.tick * 1e3} ms`];
+    if (timing) parts.push(`${timing.ticks} ticks, ${timing.late} late`, `${digits(slipped ?? 0, 3)} s behind the wall`);
+    if (latency != null) parts.push(`from a tick to the screen and back ${digits(latency * 1e3, 0)} ms`);
+    this.notes.textContent = `${parts.join("; ")}.`;
+  }
+}

@@ -1,0 +1,77 @@
+"""What the loop does for the panel: each tick becomes entries of a journal in shared memory."""
+
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.frame import Frame
+from hil_emulator.model.plant import Plant
+from hil_emulator.panel.ring import RingWriter
+from hil_emulator.panel.watched import EXECUTION, LATENESS
+from hil_emulator.recording import journal
+from hil_emulator.recording.journal import EntryKind
+from hil_emulator.signals.columns import columns, fill_row
+from hil_emulator.simulation.loop import Timing
+
+
+def watched_columns() -> dict[str, str]:
+    """Return what the panel can show, name to SI unit: a recording's columns and the loop's."""
+    return columns() | {LATENESS: "s", EXECUTION: "s"}
+
+
+class PanelTap:
+    """Tells of every tick as a recorder does; a row has two further columns, see `watched_columns`.
+
+    How punctual a tick was is known only after it: a row tells that of the tick before.
+
+    Args:
+        ring: where the entries go.
+
+    """
+
+    def __init__(self, ring: RingWriter) -> None:
+        self._ring = ring
+        self._row = np.zeros(len(watched_columns()))
+        self._recorded = self._row[: len(columns())]
+        self._tick = bytearray()
+        self._punctual = self._row[len(columns()) :]
+
+    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
+        """Show a tick, with the frames and events before."""
+        fill_row(self._recorded, now_ns, plant, measured)
+        self._tick += journal.entry(EntryKind.ROW, self._row.tobytes())
+        self._ring.write(self._tick, time.monotonic_ns())
+        self._tick.clear()
+
+    def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
+        """Keep frames for the end of the tick."""
+        self._tick += journal.bus_entry(now_ns, frames, sent=sent)
+
+    def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
+        """Keep what was done to the rig for the end of the tick."""
+        self._tick += journal.event_entry(now_ns, what)
+
+    def punctual(self, lateness_ns: int, execution_ns: int) -> None:
+        """Take how punctual the tick was."""
+        self._punctual[0] = lateness_ns * 1e-9
+        self._punctual[1] = execution_ns * 1e-9
+
+
+class WatchedTiming(Timing):
+    """The timing of a run whose every tick is told to the panel, too.
+
+    Args:
+        tap: told.
+
+    """
+
+    def __init__(self, tap: PanelTap) -> None:
+        super().__init__()
+        self._tap = tap
+
+    def add(self, lateness_ns: int, execution_ns: int) -> None:
+        """Count a tick."""
+        super().add(lateness_ns, execution_ns)
+        self._tap.punctual(lateness_ns, execution_ns)

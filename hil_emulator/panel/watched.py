@@ -1,0 +1,121 @@
+"""What has come from the loop, or from a recording: rows, frames, events in their places."""
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.panel.history import History
+from hil_emulator.panel.traffic import Frames
+from hil_emulator.recording.journal import EntryKind, Recording, event_of, frames_of, split
+from hil_emulator.signals.inputs import SETTINGS
+from hil_emulator.units import show
+
+LATENESS, EXECUTION = "loop.lateness", "loop.execution"
+"""Names of how late a tick began and how long it took, beside the columns of a recording [s]."""
+_EVENTS = 500
+"""Marks that the strips keep (assumed)."""
+_SPREAD_S = 10.0
+_QUIET = {"serve", "slipped", "bus_load"}
+"""Events that are no marks: nothing was done to the rig."""
+
+
+class Watched:
+    """Takes entries of a journal, as they come.
+
+    Args:
+        header: of a recording.
+        columns: of a row, name to unit.
+        bit_rate: of the bus [bit/s].
+        ticks: rows to keep; None for as many as a live bench needs.
+
+    Attributes:
+        history: the rows.
+        traffic: the frames.
+        events: number, time [s] and words of what was done to the rig.
+        listeners: told of each entry: kind and payload.
+
+    """
+
+    def __init__(
+        self, header: Mapping[str, Any], columns: Mapping[str, str], bit_rate: float,
+        ticks: int | None = None,
+    ) -> None:  # fmt: skip
+        tick = header["tick_ns"] * 1e-9
+        kept = {} if ticks is None else {"ticks": ticks}
+        self.columns = dict(columns)
+        self.history = History(len(columns), tick, **kept)
+        self.traffic = Frames(header, bit_rate)
+        self.events: deque[tuple[int, float, str]] = deque(maxlen=_EVENTS)
+        self.listeners: list[Callable[[int, bytes], None]] = []
+        self._marks = 0
+
+    @property
+    def now(self) -> float:
+        """Emulator time of the last row [s]."""
+        return (self.history.end - 1) * self.history.tick
+
+    def spread(self, name: str) -> list[float]:
+        """Return p50, p99 and maximum of a signal in the last 10 s."""
+        column = list(self.columns).index(name)
+        ticks = round(_SPREAD_S / self.history.tick)
+        first = max(self.history.begin, self.history.end - ticks)
+        values = self.history.buckets([column], first, self.history.end - first, 1)[0][0]
+        values = values[np.isfinite(values)]
+        if not len(values):
+            return [0.0, 0.0, 0.0]
+        p50, p99 = np.percentile(values, (50, 99))
+        return [float(p50), float(p99), float(values.max())]
+
+    def take(self, data: bytes) -> None:
+        """Take whole entries."""
+        rows = []
+        for kind, payload in split(data):
+            if kind == EntryKind.ROW:
+                rows.append(payload)
+            elif kind == EntryKind.BUS:
+                self.traffic.take(frames_of(payload))
+            elif kind == EntryKind.EVENT:
+                self.mark(*event_of(payload))
+            for listener in self.listeners:
+                listener(kind, payload)
+        if rows:
+            width = len(self.columns)
+            self.history.append(np.frombuffer(b"".join(rows)).reshape(-1, width))
+
+    def mark(self, now_ns: int, what: Mapping[str, Any]) -> None:
+        """Remember what was done to the rig."""
+        if not what.keys() & _QUIET:
+            self._marks += 1
+            self.events.append((self._marks, now_ns * 1e-9, in_words(what)))
+
+
+def in_words(what: Mapping[str, Any]) -> str:
+    """Return an event of a recording in words."""
+    match what:
+        case {"fault": {"target": target, "kind": kind}}:
+            return f"{target} {kind}"
+        case {"end": number}:
+            return f"end of fault {number}"
+        case {"set": dict(values)}:
+            return ", ".join(f"{name} {_amount(name, value)}" for name, value in values.items())
+        case {"marker": text}:
+            return str(text)
+    return ", ".join(what)
+
+
+def _amount(name: str, value: float) -> str:
+    param = SETTINGS.get(name)
+    return f"{value:g}" if param is None else show(value, param.unit, param.shown)
+
+
+def of_recording(recording: Recording, bit_rate: float) -> Watched:
+    """Return a whole recording."""
+    ticks = max(1, len(recording.rows))
+    watched = Watched(recording.header, recording.units, bit_rate, ticks)
+    watched.history.append(recording.rows)
+    watched.traffic.take(recording.frames)
+    for now_ns, what in recording.events:
+        watched.mark(now_ns, what)
+    return watched
