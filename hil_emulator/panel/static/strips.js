@@ -109,7 +109,7 @@ export class Strips {
       }))],
       axes: [
         { ...axis, show: true, size: last ? 34 : 12, values: last ? (_, ticks) => ticks.map((t) => `${+t.toFixed(3)} s`) : () => [] },
-        { ...axis, size: 56 },
+        { ...axis, size: 56, space: 24 },
       ],
       hooks: {
         setSelect: [(plot) => this.selected(plot)],
@@ -253,12 +253,8 @@ export class Strips {
       ctx.lineTo(x, bbox.top + bbox.height);
       ctx.stroke();
       if (first && x > free) {
-        const { width } = ctx.measureText(words);
-        ctx.fillStyle = colour("--card");
-        ctx.fillRect(x + 2, bbox.top, width + 6, 14 * devicePixelRatio);
-        ctx.fillStyle = colour("--bad");
-        ctx.fillText(words, x + 5, bbox.top + 1);
-        free = x + 10 + width;
+        ctx.fillText(words, x - 1, bbox.top - 14 * devicePixelRatio);
+        free = x + 10 + ctx.measureText(words).width;
       }
     }
     ctx.restore();
