@@ -219,12 +219,17 @@ def export(files: tuple[Path, ...], out: Path) -> None:
 @click.argument("files", metavar="[CONFIG]...", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--duration", type=Duration(), default="10 s", help="Of the wall-clock part.")
 @click.option("--identify", type=Duration(), help='Instead: find an effect in "60 s" of data.')
+@click.option(
+    "--panel", is_flag=True, help="Instead: what the panel costs, by pages that are open."
+)
 @click.option("--json", "as_json", is_flag=True, help="For programs; microseconds.")
-def bench(files: tuple[Path, ...], duration: float, identify: float | None, as_json: bool) -> None:
+def bench(
+    files: tuple[Path, ...], duration: float, identify: float | None, panel: bool, as_json: bool
+) -> None:
     """Measure the emulator's speed and punctuality on this machine."""
     from hil_emulator.commands import bench as command
 
-    command.bench(files, duration, identify, as_json)
+    command.bench(files, duration, identify, as_json, panel)
 
 
 @main.command()

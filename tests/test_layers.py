@@ -50,7 +50,7 @@ ROOMS = {
         "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",
     },
     "bench": {
-        "numpy", "bus", "config", "model", "platform", "recording", "simulation",
+        "numpy", "websockets", "bus", "config", "model", "platform", "recording", "simulation",
     },
     "scenario": {
         "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",

@@ -7,14 +7,17 @@ from pathlib import Path
 import click
 
 from hil_emulator.bench.finding import SearchCost, measure_finding
+from hil_emulator.bench.panel_cost import PanelCost, measure_panel
 from hil_emulator.bench.speed import Speeds, measure
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load_rig
+from hil_emulator.panel.host import require_server
 from hil_emulator.platform.paths import cache_folder, shipped
 
 
 def bench(
-    files: tuple[Path, ...], duration: float, identify: float | None, as_json: bool
+    files: tuple[Path, ...], duration: float, identify: float | None, as_json: bool,
+    panel: bool = False,
 ) -> None:  # fmt: skip
     """Measure and print.
 
@@ -23,6 +26,7 @@ def bench(
         duration: of the wall-clock part [s].
         identify: how much data to find an effect in, in place of everything else [s].
         as_json: whether programs read it.
+        panel: whether to measure what the panel costs, in place of everything else.
 
     Raises:
         UserError: if the configuration is wrong.
@@ -30,6 +34,12 @@ def bench(
     """
     chosen = files or (shipped("configs/hyq_knee.toml"),)
     config = load_rig(chosen)
+    if panel:
+        require_server()
+        costs = measure_panel(chosen, duration, _say)
+        plain = json.dumps([dataclasses.asdict(cost) for cost in costs], indent=2)
+        click.echo(plain if as_json else _panel_table(costs))
+        return
     measured: Speeds | SearchCost
     if identify:
         measured = measure_finding(chosen, identify, _say)
@@ -53,6 +63,20 @@ def _found(f: SearchCost) -> str:
         ("most memory [MB]", f"{f.shared_mb:.0f}"),
     ]
     return text_table(("measured", "value"), rows)
+
+
+def _panel_table(costs: list[PanelCost]) -> str:
+    rows = [
+        (
+            "no panel" if c.pages is None else f"{c.pages} pages",
+            _spread(c.lateness_us),
+            _spread(c.latency_ms) if c.pages else "",
+            f"{c.frames_per_s:.0f}" if c.pages else "",
+        )
+        for c in costs
+    ]
+    titles = ("open", "lateness of the loop [us]", "tick to page [ms]", "frames/s")
+    return text_table(titles, rows)
 
 
 def _spread(us: dict[str, float]) -> str:

@@ -6,7 +6,7 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,11 +26,13 @@ class Bench:
     Attributes:
         process: the emulator.
         url: of its panel, as printed.
+        can_port: of its bus, where that is a TCP server.
 
     """
 
     process: subprocess.Popen[str]
     url: str
+    can_port: int = 0
 
     @property
     def port(self) -> int:
@@ -50,18 +52,26 @@ class Bench:
 
 
 @contextmanager
-def running(*options: str, folder: Path | None = None) -> Iterator[Bench]:
-    """Yield an emulator with a panel; it has to end well."""
+def running(*options: str, folder: Path | None = None, bus: Sequence[str] = ()) -> Iterator[Bench]:
+    """Yield an emulator with a panel; it has to end well.
+
+    Args:
+        options: of `run`.
+        folder: where it runs.
+        bus: what says on which bus it is; a virtual one without.
+
+    """
     command = [sys.executable, "-m", "hil_emulator", "run", str(shipped("configs/hyq_knee.toml"))]
     process = subprocess.Popen(
-        [*command, "--bus", "virtual:panel", *options],
+        [*command, *(bus or ["--bus", "virtual:panel"]), *options],
         stdout=subprocess.PIPE, text=True, cwd=folder,
     )  # fmt: skip
     assert process.stdout is not None
     try:
-        url = next(line.split()[1] for line in process.stdout if line.startswith("panel"))
-        next(line for line in process.stdout if "Ctrl-C ends." in line)
-        yield Bench(process, url)
+        said = "".join(iter(process.stdout.readline, "Ctrl-C ends.\n"))
+        (url,) = re.findall(r"^panel +(\S+)", said, re.M)
+        ports = re.findall(r"^bus .*:(\d+)", said, re.M)
+        yield Bench(process, url, int(ports[0]) if ports else 0)
         process.terminate()
         assert process.wait(PATIENCE_S) == 0
     finally:
