@@ -7,6 +7,7 @@ FLOW_A = "flow into chamber a"
 FLOW_B = "flow out of chamber b"
 FLOWS = (FLOW_A, FLOW_B)
 LEAKAGE = "leakage from a to b"
+NULL_FLOW = "flow from s to t"
 PISTON = "force on the piston"
 LOAD = "force on the load"
 RETURN = "return pressure"
@@ -42,7 +43,7 @@ tank = Stage(
 )  # fmt: skip
 pilot_flow = Stage(
     "pilot_flow", "supply", ("port_s", "port_t"), "flow from s to t beside the edges", "m^3/s",
-    "sum", balances=(),
+    "sum", balances=(NULL_FLOW,),
 )  # fmt: skip
 line_flow = Stage(
     "line_flow", "supply", ("drawn",), "flow out of the pump's node", "m^3/s", "chain",
@@ -109,7 +110,7 @@ travel = Stage(
 )  # fmt: skip
 metering = Stage(
     "metering", "valve", ("opening", "travel"), "opening of one metering edge", "A", "chain",
-    repeated=True, balances=(SPOOL, *FLOWS),
+    repeated=True, balances=(SPOOL, *FLOWS, NULL_FLOW),
 )  # fmt: skip
 
 # between valve and cylinder

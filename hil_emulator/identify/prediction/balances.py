@@ -29,6 +29,7 @@ SPOOL = Balance(stages.SPOOL, "A", 1e-5, (("probe_spool", 1.0),))
 FLOW_A = Balance(stages.FLOW_A, "m^3/s", 1e-7, (("probe_cross", -0.5), ("probe_outward", -0.5)))
 FLOW_B = Balance(stages.FLOW_B, "m^3/s", 1e-7, (("probe_cross", -0.5), ("probe_outward", 0.5)))
 LEAKAGE = Balance(stages.LEAKAGE, "m^3/s", 1e-7, (("probe_cross", 1.0),))
+NULL_FLOW = Balance(stages.NULL_FLOW, "m^3/s", 1e-7)
 PISTON = Balance(stages.PISTON, "N", 10.0, (("probe_friction", 1.0),))
 LOAD = Balance(stages.LOAD, "N", 10.0, (("probe_load", 1.0),))
 RETURN = Balance(stages.RETURN, "Pa", 1e4, (("probe_return", 1.0),))
@@ -43,6 +44,7 @@ TERMS: tuple[tuple[Balance, str], ...] = (
     (FLOW_A, "spool position"), (FLOW_A, "pressure a"), (FLOW_A, "position"),
     (FLOW_B, "spool position"), (FLOW_B, "pressure b"), (FLOW_B, "position"),
     (LEAKAGE, "pressure difference"), (LEAKAGE, "position times pressure difference"),
+    (NULL_FLOW, "spool position"),
     (PISTON, "velocity"), (PISTON, "position"), (PISTON, "position with the sign of velocity"),
     (PISTON, "pressure difference with the sign of velocity"),
     (PISTON, "pressure sum with the sign of velocity"), (PISTON, "time"),

@@ -37,9 +37,13 @@ OPEN_PORTS = {
 }  # fmt: skip
 """Of a valve whose ports are at given pressures: whatever oil fills so large a chamber."""
 
+NO_VOLUME = 1e-12
+"""Size of a chamber that any flow of a test fills at once [m^3]: edges open by 0.1 uA let through
+1e-19 m^3/s per pascal, and within 10 ms it is at the pressure at which its flows balance."""
+
 AT_REST = {
-    **OPEN_PORTS, "cylinder_dead_volume_a": 1e-6, "cylinder_dead_volume_b": 1e-6,
-    "valve_natural_frequency": 1e5,
+    **OPEN_PORTS, "cylinder_dead_volume_a": NO_VOLUME, "cylinder_dead_volume_b": NO_VOLUME,
+    "entrained_air_fraction": 0.0, "valve_natural_frequency": 1e5,
 }  # fmt: skip
 """Of a valve in a slow sweep: at rest, neither volumes nor stiffness nor speed have a say; a spool
 of 100 kHz stays behind a sweep by less than anybody can measure."""

@@ -2,17 +2,43 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
 from hil_emulator.identify.measured.experiment import REFERENCE, Array, Experiment
+from hil_emulator.model.actuator import edge_flow, transition
 
 RATE_WINDOW = 0.02
 """Time over which velocity and rate of pressure are fitted [s] (assumed)."""
 
 LARGE = 0.5
-"""Quantile of the control deviation from which a dead band no longer bends the flow (assumed)."""
+"""Quantile of the control deviation above which a gain is fitted (assumed)."""
+
+ROWS = 3000
+"""Rows that a fit of two numbers needs at most (assumed)."""
+
+USUAL_DEAD_BAND = 1e-4
+"""Dead band that counts as a usual one [A] (assumed)."""
+
+
+class Metered(NamedTuple):
+    """Samples of a loop that deviates much.
+
+    Attributes:
+        deviation: size of the control deviation [m].
+        drop: pressure over the edge that it opens to chamber a [Pa].
+        flow: through that edge, in the sense of the deviation [m^3/s].
+
+    """
+
+    deviation: Array
+    drop: Array
+    flow: Array
 
 
 def commanded(e: Experiment, gain: float) -> Experiment:
@@ -36,23 +62,35 @@ def in_loop(e: Experiment) -> bool:
 def found_gain(experiments: Sequence[Experiment], plant: Mapping[str, float]) -> float:
     """Return the gain with which the configured valve gives the flow into chamber a [A/m].
 
-    A v + (V/beta) dp/dt = K_v (k e - c sign(e)) sqrt(dp), by least squares where the deviation e is
-    large: c takes a dead band. An error of K_v goes into k, and their product is right.
+    A v + (V/beta) dp/dt = q(k |e| - c, dp) by least squares, q the flow through an edge: c takes a
+    dead band. An error of the valve's gain goes into k, and their product is right.
 
     Args:
         experiments: of one loop, see `in_loop`.
         plant: parameters of the plant by record field, SI.
 
     """
-    equations = [_equations(e, plant) for e in experiments]
-    columns = np.concatenate([c for c, _ in equations])
-    scales = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    flow = np.concatenate([f for _, f in equations])
-    return float((np.linalg.lstsq(columns / scales, flow, rcond=None)[0] / scales)[0])
+    every = [_metered(e, plant) for e in experiments]
+    deviation, drop, flow = (np.concatenate(c)[:: -(-sum(len(m.flow) for m in every) // ROWS)]
+                             for c in zip(*every, strict=True))  # fmt: skip
+    valve = SimpleNamespace(**plant)
+    held = SimpleNamespace(transition=transition(valve, 1.0))
+    passed = np.vectorize(partial(edge_flow, valve, held), otypes=[np.float64])
+    scale = max(float(np.std(flow)), 1e-300)
+    # at half the supply's pressure the mean flow tells the order of the gain
+    usual: float = plant["valve_gain"] * np.sqrt(0.5 * plant["supply_pressure"])
+    first = abs(float(np.mean(flow))) / max(usual * float(np.mean(deviation)), 1e-300)
+
+    def errors(at: Array) -> Array:
+        gain, dead = np.array([first, USUAL_DEAD_BAND]) * at
+        return np.asarray((passed(gain * deviation - dead, drop) - flow) / scale)
+
+    found: Array = least_squares(errors, [1.0, 0.0]).x
+    return first * float(found[0])
 
 
-def _equations(e: Experiment, plant: Mapping[str, float]) -> tuple[Array, Array]:
-    """Return the columns of k and c, and the flow, where the deviation is large."""
+def _metered(e: Experiment, plant: Mapping[str, float]) -> Metered:
+    """Return what passes into chamber a where the deviation is large."""
     position, deviation = e.readings["position"], _deviation(e)
     pressure = e.readings.get("pressure_a", np.full(e.samples, 0.5 * plant["supply_pressure"]))
     area = plant["cylinder_piston_area"]
@@ -60,10 +98,9 @@ def _equations(e: Experiment, plant: Mapping[str, float]) -> tuple[Array, Array]
     flow = area * _rate(position, e.period) + _rate(pressure, e.period) / stiffness
     supply = e.readings.get("supply_pressure", np.full(e.samples, plant["supply_pressure"]))
     drop = np.where(deviation > 0.0, supply - pressure, pressure - plant["tank_pressure"])
-    size = plant["valve_gain"] * np.sqrt(np.maximum(drop, 0.0))
     large = np.abs(deviation) > np.quantile(np.abs(deviation), LARGE)
-    large &= np.isfinite(flow) & np.isfinite(size)
-    return np.column_stack([size * deviation, -size * np.sign(deviation)])[large], flow[large]
+    large &= np.isfinite(flow) & np.isfinite(drop)
+    return Metered(np.abs(deviation)[large], drop[large], (flow * np.sign(deviation))[large])
 
 
 def _deviation(e: Experiment) -> Array:

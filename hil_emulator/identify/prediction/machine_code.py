@@ -43,6 +43,7 @@ from hil_emulator.identify.prediction.records import (
     Start,
     Sweep,
     Tuning,
+    Unknowns,
 )
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
@@ -99,7 +100,7 @@ class Loops:
     run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]
     carry: Callable[[Gains, Jacobians, Array, Array, Array, Restarts, Array, Array], None]
     smooth: Callable[[Gains, Jacobians, Entries, Array, Array, float, float, Array], None]
-    sweep: Callable[[ParametrisedModel, Sweep, Array, Index, Array, Index], tuple[Array, Array]]
+    sweep: Callable[[ParametrisedModel, Sweep, Array, Unknowns, Index], tuple[Array, Array]]
 
 
 class _Binding(ast.NodeTransformer):

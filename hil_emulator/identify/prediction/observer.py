@@ -138,10 +138,8 @@ class Observer:
     @property
     def balances(self) -> tuple[Balance, ...]:
         """The balances that the channels can show."""
-        found = {b for b, _ in TERMS if not b.channel or b.channel in self.channels}
-        if "supply_pressure" not in self.channels:
-            found.discard(SUPPLY)
-        return tuple(found)
+        found = {b for b, _ in TERMS if b.probes or b.channel in self.channels}
+        return tuple(found | ({SUPPLY} if "supply_pressure" in self.channels else set()))
 
     def noise_seen(self, frozen: Frozen) -> None:
         """Return that every experiment has a noise of its own."""

@@ -1,24 +1,25 @@
 """A slow sweep, each of its rows an equilibrium, compiled.
 
 A row is one step of the implicit Euler method as wide as the row: what is faster than the sweep is
-at rest at its end, and what remembers - the sides of a loop, the pressure in a blocked port - goes
-on from the row before.
+at rest at its end, and what remembers - the sides of a loop, the pressure in a port that is shut
+tight - goes on from the row before.
 """
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
-from hil_emulator.identify.prediction.records import ParametrisedModel, Sweep
+from hil_emulator.identify.prediction.records import ParametrisedModel, Sweep, Unknowns
 from hil_emulator.identify.prediction.run import INPUT_COUNT, Rate, Sense, install
 
 
 def implicit_step(
-    rate: Rate, state: Array, par: Array, inputs: Array, signals: Array, free: Index, scales: Array,
+    rate: Rate, state: Array, par: Array, inputs: Array, signals: Array, solved: Unknowns,
     width: float,
 ) -> None:  # fmt: skip
     """Move the free states by one step of the implicit Euler method, by Newton's method.
 
-    A step is halved while the next one, with the same Jacobian, would be no shorter.
+    A step is halved while the next one, with the same Jacobian, would be no shorter. It ends where
+    a state has its least value: a root of a pressure difference would else be overshot by far.
 
     Args:
         rate: the model's derivative.
@@ -26,11 +27,11 @@ def implicit_step(
         par: the plant's parameters.
         inputs: of the model.
         signals: overwritten.
-        free: indices of the states that move.
-        scales: a small deviation of each free state.
+        solved: the states that move.
         width: of the step [s].
 
     """
+    free, scales = solved.places, solved.scales
     count = len(free)
     rates, moved = np.zeros(len(state)), np.zeros(len(state))
     before, here = state[free].copy(), np.zeros(count)
@@ -50,7 +51,7 @@ def implicit_step(
         start = state[free].copy()
         part = 1.0
         for _ in range(12):
-            state[free] = start + part * scales * step
+            state[free] = np.maximum(start + part * scales * step, solved.least)
             rate(state, rates, par, inputs, signals)
             here[:] = (state[free] - before - width * rates[free]) / scales
             if np.max(np.abs(np.linalg.solve(jacobian, here))) <= (1.0 - 0.25 * part) * size:
@@ -61,8 +62,8 @@ def implicit_step(
 
 
 def sweep(
-    rate: Rate, sense: Sense, model: ParametrisedModel, data: Sweep, start: Array, free: Index,
-    scales: Array, probes: Index,
+    rate: Rate, sense: Sense, model: ParametrisedModel, data: Sweep, start: Array,
+    solved: Unknowns, probes: Index,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Follow a sweep from row to row.
 
@@ -72,8 +73,7 @@ def sweep(
         model: the model at its parameters.
         data: what is given in each row.
         start: state before the first row.
-        free: indices of the states that are solved for.
-        scales: a small deviation of each.
+        solved: the states that are solved for.
         probes: indices in `par` of the terms that `data` puts in.
 
     Returns:
@@ -96,7 +96,7 @@ def sweep(
         state[data.places] = data.given[k]
         # before the first row there was time enough
         width = data.period if k > 0 else 1e3
-        implicit_step(rate, state, par, inputs, signals, free, scales, width)
+        implicit_step(rate, state, par, inputs, signals, solved, width)
         rate(state, rates, par, inputs, signals)
         sense(*instruments)
         shown[k] = instruments.reading

@@ -205,6 +205,21 @@ class Places(NamedTuple):
     driven: bool
 
 
+class Unknowns(NamedTuple):
+    """The states that are solved for.
+
+    Attributes:
+        places: their indices in the state.
+        scales: a small deviation of each.
+        least: smallest value of each.
+
+    """
+
+    places: Index
+    scales: Array
+    least: Array
+
+
 class Sweep(NamedTuple):
     """A slow sweep, row by row.
 

@@ -15,6 +15,7 @@ from hil_emulator.identify.prediction.balances import (
     FLOW_A,
     FLOW_B,
     LEAKAGE,
+    NULL_FLOW,
     SPOOL,
     SUPPLY,
     Balance,
@@ -23,7 +24,7 @@ from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_weights
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
-from hil_emulator.identify.prediction.records import Sweep
+from hil_emulator.identify.prediction.records import Sweep, Unknowns
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.static import MeasuredStates
 from hil_emulator.model.equilibrium import SCALES, units_of_states
@@ -37,6 +38,11 @@ PORTS = {"flow_a": "pressure_a", "flow_b": "pressure_b"}
 
 SHOWN = ("pressure_a", "pressure_b", "spool_position")
 """Channels that a sweep with blocked ports may predict besides flows."""
+
+METERED = {
+    FLOW_A: ("flow_a",), FLOW_B: ("flow_b",), NULL_FLOW: ("supply_flow", "return_flow"),
+}  # fmt: skip
+"""Channels that show a flow as it is, by balance."""
 
 UNSEEN = (friction.table, "cylinder", "load", "oil")
 """Tables whose effects do not reach a valve at rest."""
@@ -96,6 +102,7 @@ class SweepBench:
         self._states = list(model.kernel.state.names or ())
         units = units_of_states(model.kernel)
         self._scales = np.array([SCALES.get(units.get(n, ""), 1e-3) for n in self._states])
+        self._least = np.array([0.0 if n in SHOWN[:2] else -np.inf for n in self._states])
         at = model.signal_names.index
         self._meters = {
             "flow_a": (at("flow_a"),), "flow_b": (at("flow_b"),),
@@ -111,6 +118,7 @@ class SweepBench:
         found += [FLOW_A] if {"flow_a", "pressure_a"} & set(self.channels) else []
         found += [FLOW_B] if {"flow_b", "pressure_b"} & set(self.channels) else []
         found += [LEAKAGE] if {"pressure_a", "pressure_b"} <= set(self.channels) else []
+        found += [NULL_FLOW] if set(METERED[NULL_FLOW]) & set(self.channels) else []
         return tuple(found)
 
     def cost(self, par: Array) -> float:
@@ -147,14 +155,13 @@ class SweepBench:
         """Return what each channel should show, shape (samples, channels), and the signals."""
         model = self.model
         still = {"position", "velocity", *self.given}
-        free: Index = np.array(
+        places: Index = np.array(
             [self._states.index(n) for n in model.active(par) if n not in still], dtype=np.int64
         )
+        solved = Unknowns(places, self._scales[places], self._least[places])
         half = 0.5 * float(data.supply[0])
         start = model.start(par, 1e-5, (half, half))
-        shown, path = model.loops.sweep(
-            model.at(par, chan), data, start, free, self._scales[free], model.probes
-        )
+        shown, path = model.loops.sweep(model.at(par, chan), data, start, solved, model.probes)
         columns = [self._metered(n, path) if n in FLOWS else shown[:, model.names.index(n)]
                    for n in self.channels]  # fmt: skip
         return np.column_stack(columns), path
@@ -188,8 +195,7 @@ class SweepBench:
 
     def _columns_of(self, balance: Balance) -> list[int]:
         """Return the channels that show a flow as it is."""
-        direct = {FLOW_A: "flow_a", FLOW_B: "flow_b"}
-        return [i for i, n in enumerate(self.channels) if n == direct.get(balance)]
+        return [i for i, n in enumerate(self.channels) if n in METERED.get(balance, ())]
 
     def through(self, frozen: SweepStates, balance: Balance, term: Array) -> Array:
         """Return the change of the residuals that a term makes."""

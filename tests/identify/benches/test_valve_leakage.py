@@ -33,6 +33,7 @@ def test_edges_that_wore_are_named(tmp_path: Path) -> None:
     gap, told = asked("gap", LEAKAGE, files[:2], files[2:], tmp_path)
     assert "bench     a valve leakage bench" in told
     assert gap["verdict"] == "disagrees"
+    assert gap["where"][0]["balance"] == "flow from s to t"
     found, _ = asked("identify", LEAKAGE, files[:2], files[2:], tmp_path)
     assert names(found) == ["underlap"]
     low, high = found["effects"][0]["interval"]
