@@ -57,6 +57,9 @@ def run(
     **said: Any,
 ) -> None:
     """Run the emulator on its bus."""
+    from hil_emulator.platform.lean_start import lean_start
+
+    lean_start()
     from hil_emulator.commands import run as command
 
     operation = command.operation(said.pop("control"), said.pop("panel"))

@@ -6,17 +6,20 @@
     power      name [exponent]
     exponent   ("^" | "**") ["-"] digit ["." digit]
 
-Only what this grammar lets pass reaches pint, which would evaluate any arithmetic: a quantity is
-read, never computed.
+Usual units are in a table here. Of the others only what this grammar lets pass reaches pint, which
+would evaluate any arithmetic: a quantity is read, never computed. Pint is loaded when the first
+such unit comes: it takes longer than all the rest of a configuration.
 """
 
 import math
 import re
 from functools import cache
-
-import pint
+from typing import TYPE_CHECKING
 
 from hil_emulator.errors import brief
+
+if TYPE_CHECKING:
+    import pint
 
 LONGEST = 80
 """Characters of a quantity; the longest unit that is declared has 17 (assumed)."""
@@ -47,21 +50,38 @@ _WORDS = {
 }
 
 
-_COMMON = {
-    "Pa": "Pa kPa MPa bar mbar psi",
-    "m": "um mm cm m inch ft",
-    "m^3/s": "l/min cm^3/s m^3/s m^3/h",
-    "A": "uA mA A",
-    "N": "N kN MN lbf",
-    "kg": "g kg t lb",
-    "s": "ns us ms s min h",
-    "Hz": "Hz kHz",
+_FACTORS = {
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "mbar": 1e2, "psi": 6894.757293168361},
+    "m": {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254, "ft": 0.3048},
+    "m^2": {"mm^2": 1e-6, "cm^2": 1e-4, "m^2": 1.0},
+    "m^3": {"ml": 1e-6, "cm^3": 1e-6, "l": 1e-3, "m^3": 1.0},
+    "m^3/s": {"l/min": 1e-3 / 60.0, "cm^3/s": 1e-6, "m^3/s": 1.0, "m^3/h": 1.0 / 3600.0},
+    "m/s": {"mm/s": 1e-3, "m/s": 1.0},
+    "A": {"uA": 1e-6, "mA": 1e-3, "A": 1.0},
+    "A/s": {"A/s": 1.0},
+    "N": {"N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": 4.4482216152605},
+    "N/m": {"N/m": 1.0, "N/mm": 1e3},
+    "N*s/m": {"N*s/m": 1.0},
+    "kg": {"g": 1e-3, "kg": 1.0, "t": 1e3, "lb": 0.45359237},
+    "kg*m": {"kg*m": 1.0},
+    "kg*m^2": {"kg*m^2": 1.0},
+    "s": {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0},
+    "Hz": {"Hz": 1.0, "kHz": 1e3},
+    "rad": {"deg": math.pi / 180.0, "rad": 1.0},
+    "1": {"": 1.0, "%": 1e-2},
+    "m^3/(s*Pa)": {"cm^3/(min*bar)": 1e-11 / 60.0},
+    "Pa*s^2/m^6": {"bar*min^2/l^2": 3.6e14},
 }
-"""Units that are taken for others by mistake, by what they measure."""
+"""How many of an SI unit each usual unit is (SI Brochure, tables 2 to 8; NIST SP 811 B.8)."""
+
+_MISTAKABLE = ("Pa", "m", "m^3/s", "A", "N", "kg", "s", "Hz")
+"""Whose usual units are taken for units of something else by mistake."""
 
 
 @cache
-def _registry() -> pint.UnitRegistry[float]:
+def _registry() -> "pint.UnitRegistry[float]":
+    import pint
+
     try:
         return pint.UnitRegistry(autoconvert_offset_to_baseunit=True, cache_folder=":auto:")
     except Exception:  # a folder that cannot be written, or what another process has begun there
@@ -73,7 +93,7 @@ def _words() -> dict[object, str]:
     return {_registry().Unit(known).dimensionality: word for known, word in _WORDS.items()}
 
 
-def _measured(quantity: pint.Quantity[float], unit: str) -> str:
+def _measured(quantity: "pint.Quantity[float]", unit: str) -> str:
     """Return a word for what a quantity in a unit is, or else the unit."""
     return _words().get(quantity.dimensionality, f"quantity in {unit}")
 
@@ -83,7 +103,21 @@ def _dimension(unit: str) -> str:
     return _measured(_registry().Quantity(1.0, unit), unit)
 
 
-def _read(text: str) -> pint.Quantity[float]:
+def _parts(text: str) -> tuple[float, str]:
+    """Return number and unit of a text.
+
+    Raises:
+        ValueError: if it is too long, or more than a number and a unit.
+
+    """
+    match = _QUANTITY.fullmatch(text.translate(_SUPERSCRIPTS)) if len(text) <= LONGEST else None
+    if match is None:
+        raise ValueError(f"write a number and a unit, at most {LONGEST} characters")
+    number, unit = match.groups(default="")
+    return float(number), unit
+
+
+def _read(text: str) -> "pint.Quantity[float]":
     """Return the quantity that a text states.
 
     Raises:
@@ -91,11 +125,31 @@ def _read(text: str) -> pint.Quantity[float]:
         pint.PintError: if there is no such unit.
 
     """
-    match = _QUANTITY.fullmatch(text.translate(_SUPERSCRIPTS)) if len(text) <= LONGEST else None
-    if match is None:
-        raise ValueError(f"write a number and a unit, at most {LONGEST} characters")
-    number, unit = match.groups(default="")
-    return _registry().Quantity(float(number), f"1{unit}" if unit.startswith("/") else unit)
+    number, unit = _parts(text)
+    return _registry().Quantity(number, f"1{unit}" if unit.startswith("/") else unit)
+
+
+class _OtherDimensionError(ValueError):
+    """A quantity is one of something else; its text is a word for that."""
+
+
+def _value(text: str, unit: str) -> float:
+    """Return the number of `unit` in a quantity.
+
+    Raises:
+        ValueError, pint.PintError: if the text is no quantity, or one of something else.
+
+    """
+    number, written = _parts(text)
+    known = _FACTORS.get(unit, {}).get(written)
+    if known is not None:
+        return number * known
+    quantity = _read(text)
+    if quantity.is_compatible_with(unit):
+        return float(quantity.to(unit).magnitude)
+    raise _OtherDimensionError(
+        "plain number" if quantity.unitless else _measured(quantity, str(quantity.units))
+    )
 
 
 @cache
@@ -105,8 +159,8 @@ def pattern(unit: str) -> str:
     It refuses numbers without a unit and common units of other dimensions; what it lets pass,
     `to_si` judges.
     """
-    foreign = " ".join(text for known, text in _COMMON.items() if not _alike(known, unit))
-    refused = "|".join(re.escape(word) for word in foreign.split())
+    foreign = [known for known in _MISTAKABLE if not _alike(known, unit)]
+    refused = "|".join(re.escape(word) for known in foreign for word in _FACTORS[known])
     number = r"[-+]?(\d+\.?\d*|\.\d+|inf)([eE][-+]?\d+)?"
     unit_text = rf"(?!({refused})\s*$)[%°/(A-Za-zµμΩ].*"
     return rf"^\s*{number}\s*({unit_text}){'?' if _alike(unit, '1') else ''}$"
@@ -135,10 +189,8 @@ def to_si(text: object, unit: str, example: str = "") -> float:
         raise ValueError(f"{brief(text)} has no unit; write it as text with a unit{hint}")
     written = f'"{brief(text)}"'
     try:
-        quantity = _read(text) if isinstance(text, str) else _registry().Quantity(float(text))
-        value = float(quantity.to(unit).magnitude)
-    except pint.DimensionalityError:
-        found = "plain number" if quantity.unitless else _measured(quantity, str(quantity.units))
+        value = _value(text, unit) if isinstance(text, str) else float(text)
+    except _OtherDimensionError as found:
         raise ValueError(f"{written} is a {found}; a {_dimension(unit)} is wanted{hint}") from None
     except Exception:  # pint answers an unknown unit with many kinds of exception
         raise ValueError(f"{written} cannot be read as a {_dimension(unit)}{hint}") from None
@@ -154,7 +206,7 @@ def factor(unit: str, shown: str) -> float:
         ValueError, pint.PintError: if `shown` is no unit, or one of something else.
 
     """
-    return float(_read(f"1 {shown}").to(unit).magnitude)
+    return _value(f"1 {shown}", unit)
 
 
 def count(text: object, one: str) -> float:
@@ -179,5 +231,9 @@ def show(value: float, unit: str, shown: str = "") -> str:
     target = shown or unit
     if math.isinf(value):
         return "unlimited" if value > 0.0 else "-unlimited"
-    number = float(_registry().Quantity(value, unit).to(target).magnitude)
+    known = 1.0 if target == unit else _FACTORS.get(unit, {}).get(target)
+    if known is not None:
+        number = value / known
+    else:
+        number = float(_registry().Quantity(value, unit).to(target).magnitude)
     return f"{number:.6g}" if target == "1" else f"{number:.6g} {target}"

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from hil_emulator import units
 from hil_emulator.units import factor, show, to_si
 
 
@@ -130,3 +131,11 @@ def is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def test_a_usual_unit_is_what_the_registry_of_units_says() -> None:
+    """Factors in the table are those of an independent registry, to its last digits."""
+    for unit, factors in units._FACTORS.items():
+        for written, known in factors.items():
+            expected = INDEPENDENT.Quantity(1.0, written).to(unit).magnitude
+            assert known == pytest.approx(expected, rel=1e-15), written

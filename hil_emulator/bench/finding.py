@@ -1,14 +1,12 @@
 """How long it takes to find what is missing, and how much memory."""
 
 import os
-import subprocess
-import sys
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from hil_emulator.bench.own_process import time_and_memory
 from hil_emulator.errors import UserError
 
 HIDDEN = "external_leakage"
@@ -62,7 +60,7 @@ def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], Non
         say("Preparing recordings and machine code ...")
         for made, duration in ((warm, WARMING), (full, data / EXPERIMENTS)):
             each = ["--duration", f"{duration} s", "--seed", "1", "--out", str(made)]
-            _run(["hide", HIDDEN, *(f"--config={f}" for f in files), *each])
+            time_and_memory(["hide", HIDDEN, *(f"--config={f}" for f in files), *each])
         _identify(warm, 1)
         say("One thread ...")
         alone = _identify(full, 1)
@@ -76,22 +74,5 @@ def _identify(made: Path, jobs: int) -> tuple[float, float]:
     configs = sorted(str(f) for f in made.glob("*.toml"))
     training, validation = (sorted(map(str, (made / part).glob("*.csv")))
                             for part in ("training", "validation"))  # fmt: skip
-    return _run(["identify", *configs, *training, "--validate", *validation,
+    return time_and_memory(["identify", *configs, *training, "--validate", *validation,
                  "--jobs", str(jobs), "--out", str(made / "found")])  # fmt: skip
-
-
-def _run(arguments: Sequence[str]) -> tuple[float, float]:
-    """Run a command of this program; return time [s] and most memory [MB]."""
-    begin = time.perf_counter()
-    with tempfile.TemporaryFile("w+") as told:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "hil_emulator", *arguments],
-            stdout=subprocess.DEVNULL, stderr=told,
-        )  # fmt: skip
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        told.seek(0)
-        if process.returncode:
-            said = told.read().strip().rpartition("\n")[2].removeprefix("hil-emulator: ")
-            raise UserError(f"{arguments[0]}: {said}")
-    return time.perf_counter() - begin, usage.ru_maxrss / 1024.0

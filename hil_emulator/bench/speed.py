@@ -10,6 +10,7 @@ from pathlib import Path
 
 from hil_emulator.bench.fleet import FleetSpeed, measure_fleet
 from hil_emulator.bench.recording_cost import measure_recording
+from hil_emulator.bench.starting import StartCost, measure_start
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.frame import Frame
@@ -59,6 +60,7 @@ class Speeds:
         tcp_frames_per_s: frames a stock client in another process received through TCP.
         realtime: the measures that were in force under the wall clock.
         fleet: eight actuators on four buses, in lock-step.
+        start: from the command line to the first ticks.
 
     """
 
@@ -74,6 +76,7 @@ class Speeds:
     tcp_frames_per_s: float
     realtime: list[str]
     fleet: FleetSpeed
+    start: StartCost
 
 
 def measure(
@@ -81,6 +84,8 @@ def measure(
 ) -> Speeds:
     """Measure everything; `duration` [s] is that of the wall-clock part."""
     settings = {"interface": "virtual", "channel": _CHANNEL}
+    say("Starts ...")
+    start = measure_start(config.files)
     with Bus(settings) as emulator, Bus(settings) as listener:
         say("Preparing the model ...")
         rig = assemble(config, emulator, cache)
@@ -114,6 +119,7 @@ def measure(
         tcp_frames_per_s=tcp_rate,
         realtime=[str(m) for m in measures],
         fleet=fleet,
+        start=start,
     )
 
 

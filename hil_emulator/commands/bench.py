@@ -85,6 +85,9 @@ def _spread(us: dict[str, float]) -> str:
 
 def _table(s: Speeds, duration: float) -> str:
     rows = [
+        ("start of a run, empty cache [s]", f"{s.start.cold_s:.1f}"),
+        ("start of a run [s]", f"{s.start.warm_s:.2f}"),
+        ("its memory [MB]", f"{s.start.memory_mb:.0f}"),
         ("integration step (RK4) [us]", f"{s.rk4_step_us:.2f}"),
         ("the same, all effects on [us]", f"{s.rk4_step_all_us:.2f}"),
         ("the same, each of two on one supply [us]", f"{s.rk4_step_shared_us:.2f}"),

@@ -33,7 +33,7 @@ from hil_emulator.model.sensors import Transducers
 _ENTRIES = '''@compiled
 def hold_all(memory, parameters, inputs):
     """Return what stays constant during a call of the integrator."""
-    held = np.empty(HELD_LENGTH * ACTUATORS).view(HELD)
+    held = np.empty(ACTUATORS, HELD)
     states, given = memory.view(STATE), inputs.view(INPUTS)
     for i in range(ACTUATORS):
         hold(states[i], parameters[i], given[i], held[i])
@@ -140,6 +140,25 @@ def stage_source(stage: Stage, effects: Iterable[Effect], base: frozenset[str]) 
     return "\n".join([*lines, "    return value", ""])
 
 
+def stage_sources(
+    stages: Iterable[Stage], effects: Sequence[Effect], base: frozenset[str]
+) -> list[str]:
+    """Return the text of the stages' functions.
+
+    Stages without an effect that take as much are one function: each takes numba as long as a law.
+    """
+    acting = {law.stage for effect in effects for law in effect.laws}
+    idle: dict[object, str] = {}
+    parts = []
+    for stage in stages:
+        alike = len(stage.takes), stage.compose == "chain", stage in CONTINUOUS
+        if stage not in acting and idle.setdefault(alike, stage.name) != stage.name:
+            parts.append(f"{stage.name} = {idle[alike]}\n")
+        else:
+            parts.append(f"@compiled\n{stage_source(stage, effects, base)}")
+    return parts
+
+
 def acts_source(stage: Stage, effects: Iterable[Effect]) -> str:
     """Return the text of the question whether any effect of a stage is on."""
     asked = [_is_on(e) for e in effects if any(law.stage == stage for law in e.laws)]
@@ -180,7 +199,7 @@ def module_source(effects: Sequence[Effect], constants: Mapping[str, float] | No
     _check_names(effects, stages)
     base = frozenset(base_fields())
     parts = [_HEADER, *(f"{name} = {value!r}" for name, value in (constants or {}).items())]
-    parts += [f"@compiled\n{stage_source(s, effects, base)}" for s in stages]
+    parts += stage_sources(stages, effects, base)
     parts += [f"@compiled\n{acts_source(a.stage, effects)}" for a in ACTS]
     parts += [f"@compiled\n{observe_source()}"]
     parts += [f"@compiled\n{inspect.getsource(f)}" for f in BALANCES]
