@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,16 +9,13 @@ from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
 from hil_emulator.identify.measured.experiment import REFERENCE, Array, Experiment
-from hil_emulator.model.actuator import edge_flow, transition
+from hil_emulator.identify.prediction.metered import through_edge
 
 RATE_WINDOW = 0.02
 """Time over which velocity and rate of pressure are fitted [s] (assumed)."""
 
 LARGE = 0.5
 """Quantile of the control deviation above which a gain is fitted (assumed)."""
-
-ROWS = 3000
-"""Rows that a fit of two numbers needs at most (assumed)."""
 
 USUAL_DEAD_BAND = 1e-4
 """Dead band that counts as a usual one [A] (assumed)."""
@@ -71,11 +66,7 @@ def found_gain(experiments: Sequence[Experiment], plant: Mapping[str, float]) ->
 
     """
     every = [_metered(e, plant) for e in experiments]
-    deviation, drop, flow = (np.concatenate(c)[:: -(-sum(len(m.flow) for m in every) // ROWS)]
-                             for c in zip(*every, strict=True))  # fmt: skip
-    valve = SimpleNamespace(**plant)
-    held = SimpleNamespace(transition=transition(valve, 1.0))
-    passed = np.vectorize(partial(edge_flow, valve, held), otypes=[np.float64])
+    deviation, drop, flow = (np.concatenate(c) for c in zip(*every, strict=True))
     scale = max(float(np.std(flow)), 1e-300)
     # at half the supply's pressure the mean flow tells the order of the gain
     usual: float = plant["valve_gain"] * np.sqrt(0.5 * plant["supply_pressure"])
@@ -83,7 +74,7 @@ def found_gain(experiments: Sequence[Experiment], plant: Mapping[str, float]) ->
 
     def errors(at: Array) -> Array:
         gain, dead = np.array([first, USUAL_DEAD_BAND]) * at
-        return np.asarray((passed(gain * deviation - dead, drop) - flow) / scale)
+        return np.asarray((through_edge(gain * deviation - dead, drop, plant) - flow) / scale)
 
     found: Array = least_squares(errors, [1.0, 0.0]).x
     return first * float(found[0])

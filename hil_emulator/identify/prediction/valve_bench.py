@@ -19,6 +19,7 @@ from hil_emulator.identify.prediction.balances import (
     Balance,
 )
 from hil_emulator.identify.prediction.boundary import LOCKED, with_values
+from hil_emulator.identify.prediction.metered import through_edge
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import PRIORS
 from hil_emulator.identify.prediction.plant_model import PlantModel
@@ -32,6 +33,9 @@ load moves."""
 
 CLOSED_CORRELATION = 0.5
 """Correlation of pressure rates with flow into a closed volume that tells it is closed."""
+
+DEAD_BANDS = (0.0, 0.2, 0.4, 0.6, 0.8)
+"""Quantiles of the current that may be within a dead band of the valve: the likeliest counts."""
 
 VOLUME_RATIO = 5.0
 """Ratio of a closed volume to the configured one beyond which it is none of this machine's."""
@@ -102,19 +106,28 @@ def _closed(e: Experiment, name: str, model: PlantModel) -> bool:
     width = max(5, round(PRESSURE_RATE_WINDOW / e.period) // 2 * 2 + 1)
     rate = savgol_filter(filled, width, 2, deriv=1, delta=e.period)
     side = "a" if name == "pressure_a" else "b"
-    sign = 1.0 if side == "a" else -1.0
-    flow = savgol_filter(_into(sign * e.current, filled, e, p), width, 2)
+    current = e.current if side == "a" else -e.current
     inside = p["initial_position"] if side == "a" else p["cylinder_stroke"] - p["initial_position"]
     area = p["cylinder_piston_area"] * (1.0 if side == "a" else p["cylinder_area_ratio"])
     volume = p[f"cylinder_dead_volume_{side}"] + area * inside
-    likeness = float(np.corrcoef(flow, rate)[0, 1]) if np.std(flow) > 0.0 else 0.0
-    ratio = float(np.std(rate) / max(float(np.std(flow)), 1e-30)) * volume / p["oil_bulk_modulus"]
     still = float(np.ptp(filled)) < 1e-3 * SPANS[name]
+    likeness, ratio = 0.0, 0.0
+    for dead in np.quantile(np.abs(current), DEAD_BANDS):
+        flow = savgol_filter(_into(_beyond(current, dead), filled, e, p), width, 2)
+        if np.std(flow) > 0.0 and (like := float(np.corrcoef(flow, rate)[0, 1])) > likeness:
+            likeness, ratio = like, float(np.std(rate) / np.std(flow))
+    ratio *= volume / p["oil_bulk_modulus"]
     return not still and likeness > CLOSED_CORRELATION and 1.0 / VOLUME_RATIO < ratio < VOLUME_RATIO
 
 
+def _beyond(current: Array, dead: float) -> Array:
+    """Return what a dead band leaves of a current."""
+    return np.asarray(np.sign(current) * np.maximum(np.abs(current) - dead, 0.0))
+
+
 def _into(current: Array, pressure: Array, e: Experiment, p: dict[str, float]) -> Array:
-    """Return the flow of an ideal valve into a chamber [m^3/s]."""
+    """Return the flow of the configured valve into a chamber [m^3/s]."""
     supply = e.readings.get("supply_pressure", np.full(e.samples, p["supply_pressure"]))
     drop = np.where(current > 0.0, supply - pressure, pressure - p["tank_pressure"])
-    return np.asarray(p["valve_gain"] * current * np.sqrt(np.maximum(np.nan_to_num(drop), 0.0)))
+    flow = through_edge(np.abs(current), np.maximum(np.nan_to_num(drop), 0.0), p)
+    return np.asarray(np.sign(current) * flow)
