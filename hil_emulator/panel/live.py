@@ -11,6 +11,7 @@ from hil_emulator.panel import briefing
 from hil_emulator.panel.objects import ObjectsByHand
 from hil_emulator.panel.ring import RingReader
 from hil_emulator.panel.source import FRAMES_PER_S
+from hil_emulator.panel.stage import Stage
 from hil_emulator.panel.tape import Tape
 from hil_emulator.panel.watched import Watched
 from hil_emulator.recording.journal import EntryKind, event_entry, frames_of
@@ -60,9 +61,12 @@ class LiveBench:
         self._fresh = asyncio.Event()
         self._header = header
         self._tape: Tape | None = None
+        self._stage = Stage({Path(file).parent for file in header["files"]})
+        self.hello["scenarios"] = list(self._stage.files)
         self._objects = ObjectsByHand(self._say, told["eds"])
         self.watched.listeners.append(self._hear)
         self._acts: dict[str, Act] = {
+            "play": self._play,
             "nmt": self._nmt, "sdo": self._sdo, "record": self._record, "marker": self._marker,
         }  # fmt: skip
 
@@ -87,7 +91,8 @@ class LiveBench:
         """Ask the loop how it is, again and again."""
         while not self.ended.is_set():
             tape = self._tape.file.name if self._tape else None
-            self.status = {"recording": tape, **await self._of_loop({"do": "look"})}
+            own = {"recording": tape, "scenario": self._stage.progress}
+            self.status = own | await self._of_loop({"do": "look"})
             await asyncio.sleep(1.0 / _LOOKS_PER_S)
 
     async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
@@ -133,12 +138,25 @@ class LiveBench:
             self.watched.listeners.append(self._tape.take)
         return {}
 
+    async def close(self) -> None:
+        """End what was begun by hand."""
+        await self._stage.stop()
+        await self.stop_tape()
+
     async def stop_tape(self) -> None:
         """End the recording that runs, if one does."""
         tape, self._tape = self._tape, None
         if tape is not None:
             self.watched.listeners.remove(tape.take)
             await asyncio.to_thread(tape.close)
+
+    async def _play(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        """Play a scenario, or end that which is played."""
+        if request.get("name"):
+            await self._stage.start(str(request["name"]))
+        else:
+            await self._stage.stop()
+        return {}
 
     async def _marker(self, request: Mapping[str, Any]) -> dict[str, Any]:
         """Put a word at this moment into the strips, and into the recording that runs."""

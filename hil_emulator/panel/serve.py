@@ -40,7 +40,7 @@ async def serve(port: int, loop: socket.socket, ring: RingReader) -> None:
     looking = asyncio.create_task(bench.look())
     await bench.pump()
     looking.cancel()
-    await bench.stop_tape()
+    await bench.close()
     server.close(close_connections=False)  # every page is told, and leaves
     with contextlib.suppress(TimeoutError):
         await asyncio.wait_for(server.wait_closed(), _FAREWELL_S)

@@ -161,6 +161,23 @@ def test_a_recording_from_the_panel_is_one(bench: Bench, folder: Path) -> None:
     assert [what for _, what in found.events if "marker" in what] == [{"marker": "here"}]
 
 
+def test_a_scenario_meets_its_expectations_one_by_one(bench: Bench) -> None:
+    """They are open first, and met at the end, as `hil-emulator scenario` says."""
+
+    def states(m: dict[str, Any]) -> list[str]:
+        scenario = m.get("status", {}).get("scenario") or {"checks": []}
+        return [check["state"] for check in scenario["checks"]]
+
+    async def act(page: Page) -> None:
+        assert "error" not in await page.ask(do="play", name="stuck_spool_at_speed")
+        first = await page.word(lambda m: states(m))
+        assert "open" in states(first)
+        await page.word(lambda m: set(states(m)) == {"met"})
+        assert "no scenario" in (await page.ask(do="play", name="../../etc/passwd"))["error"]
+
+    visit(bench, act)
+
+
 @pytest.mark.parametrize(
     "nonsense",
     ["", "[]", '{"do": "view"}', '{"do": "sdo"}', '{"do": 1e999}', '{"do": "nmt", "node": "x"}',

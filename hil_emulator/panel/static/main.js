@@ -7,12 +7,13 @@ import { Faults } from "./faults.js";
 import { LoopView } from "./loop.js";
 import { Nodes } from "./nodes.js";
 import { Record } from "./record.js";
+import { Scenarios } from "./scenarios.js";
 import { Settings } from "./settings.js";
 import { Stream } from "./stream.js";
 import { Strips } from "./strips.js";
 
 const TABS = {
-  live: { Faults, Settings, Nodes, Bus: BusView, Loop: LoopView },
+  live: { Faults, Settings, Nodes, Bus: BusView, Scenarios, Loop: LoopView },
   view: { Nodes, Bus: BusView, Loop: LoopView },
 };
 const ENDED = 4001;
