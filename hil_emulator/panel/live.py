@@ -10,8 +10,8 @@ from hil_emulator.errors import UserError, brief
 from hil_emulator.panel import briefing
 from hil_emulator.panel.objects import ObjectsByHand
 from hil_emulator.panel.ring import RingReader
+from hil_emulator.panel.scenario_player import ScenarioPlayer
 from hil_emulator.panel.source import FRAMES_PER_S
-from hil_emulator.panel.stage import Stage
 from hil_emulator.panel.tape import Tape
 from hil_emulator.panel.watched import Watched
 from hil_emulator.recording.journal import EntryKind, event_entry, frames_of
@@ -61,8 +61,8 @@ class LiveBench:
         self._fresh = asyncio.Event()
         self._header = header
         self._tape: Tape | None = None
-        self._stage = Stage({Path(file).parent for file in header["files"]})
-        self.hello["scenarios"] = list(self._stage.files)
+        self._scenarios = ScenarioPlayer({Path(file).parent for file in header["files"]})
+        self.hello["scenarios"] = list(self._scenarios.files)
         self._objects = ObjectsByHand(self._say, told["eds"])
         self.watched.listeners.append(self._hear)
         self._acts: dict[str, Act] = {
@@ -91,7 +91,7 @@ class LiveBench:
         """Ask the loop how it is, again and again."""
         while not self.ended.is_set():
             tape = self._tape.file.name if self._tape else None
-            own = {"recording": tape, "scenario": self._stage.progress}
+            own = {"recording": tape, "scenario": self._scenarios.progress}
             self.status = own | await self._of_loop({"do": "look"})
             await asyncio.sleep(1.0 / _LOOKS_PER_S)
 
@@ -140,7 +140,7 @@ class LiveBench:
 
     async def close(self) -> None:
         """End what was begun by hand."""
-        await self._stage.stop()
+        await self._scenarios.stop()
         await self.stop_tape()
 
     async def stop_tape(self) -> None:
@@ -153,9 +153,9 @@ class LiveBench:
     async def _play(self, request: Mapping[str, Any]) -> dict[str, Any]:
         """Play a scenario, or end that which is played."""
         if request.get("name"):
-            await self._stage.start(str(request["name"]))
+            await self._scenarios.start(str(request["name"]))
         else:
-            await self._stage.stop()
+            await self._scenarios.stop()
         return {}
 
     async def _marker(self, request: Mapping[str, Any]) -> dict[str, Any]:

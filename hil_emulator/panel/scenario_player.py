@@ -12,7 +12,7 @@ from hil_emulator.platform.paths import shipped
 _SHIPPED = "configs/scenarios/stuck_spool_at_speed.toml"
 
 
-class Stage:
+class ScenarioPlayer:
     """Plays one scenario at a time, in a process of its own.
 
     Args:
