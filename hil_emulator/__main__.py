@@ -98,6 +98,15 @@ def plot(recording: Path, signals: tuple[str, ...], picture: Path | None) -> Non
 
 
 @main.command()
+@click.argument("path", metavar="RECORDING|FOLDER", type=click.Path(path_type=Path))
+def panel(path: Path) -> None:
+    """Show a recording (.rec), or the folder of `identify --out`, in a browser."""
+    from hil_emulator.commands import panel as command
+
+    command.panel(path)
+
+
+@main.command()
 @click.argument(
     "files", metavar="SCENARIO...", nargs=-1, required=True, type=click.Path(path_type=Path)
 )

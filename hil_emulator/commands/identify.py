@@ -4,8 +4,10 @@ import json
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import click
+import numpy as np
 
 from hil_emulator import __version__
 from hil_emulator.commands.gap_table import gap_lines
@@ -77,6 +79,7 @@ def identify(
         _write(out, _findings(result, configs))
         click.echo(f"\nwritten   {near(out / 'result.json')}, identified.toml")
         _illustrate(result, configs, out)
+        _keep_traces(result, out)
     if result.interrupted:
         raise SystemExit(INTERRUPTED)
 
@@ -142,6 +145,19 @@ def _illustrate(result: Result, configs: Sequence[Path], out: Path) -> None:
         return
     _write(out, {"report.html": page})
     click.echo(f"written   {near(out / 'report.html')}")
+
+
+def _keep_traces(result: Result, out: Path) -> None:
+    """Write what was measured and what both models leave of it, for `hil-emulator panel`."""
+    parts: dict[str, Any] = {
+        f"{name}|{part}": values
+        for name, trace in result.traces.items()
+        for part, values in trace.items()
+    }
+    try:
+        np.savez(out / "traces.npz", **parts)
+    except OSError as error:
+        raise UserError(f"{out}: cannot be written: {error}") from None
 
 
 def _today() -> str:

@@ -34,7 +34,7 @@ class LiveBench:
         line: to the loop.
 
     Attributes:
-        watched, hello, stamp_ns, status, ended: see `source.Source`.
+        watched, logs, hello, stamp_ns, status, ended: see `source.Source`.
 
     """
 
@@ -53,6 +53,7 @@ class LiveBench:
             "settings": briefing.settings(told["machine"]),
             "faults": briefing.faults(),
         }
+        self.logs: dict[str, Watched] = {}
         self.stamp_ns = 0
         self.status: dict[str, Any] = {}
         self.ended = asyncio.Event()

@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 
 from hil_emulator.panel.source import FRAMES_PER_S, Source
 from hil_emulator.panel.strips import Strips
-from hil_emulator.panel.watched import EXECUTION, LATENESS
+from hil_emulator.panel.watched import EXECUTION, LATENESS, Watched
 from hil_emulator.remote.http_server import request_of
 
 ENDED = 4001
@@ -35,6 +35,7 @@ class Session:
     def __init__(self, source: Source, connection: ServerConnection) -> None:
         self._source = source
         self._connection = connection
+        self._watched = source.watched
         self._strips = Strips(source.watched.history)
         self._watching: dict[str, Any] = {}
         self._told_events = 0
@@ -82,6 +83,13 @@ class Session:
                 case "watch":
                     self._watching = request
                     return
+                case "log":
+                    self._look_at(str(request["name"]))
+                    return
+                case "row":
+                    row = self._watched.row(float(request["time"]))
+                    await self._say({"answer": request.get("id"), "row": row})
+                    return
                 case "painted":
                     self._painted(int(request["number"]))
                     return
@@ -92,7 +100,7 @@ class Session:
 
     async def _view(self, request: Mapping[str, Any]) -> None:
         """Follow signals, or show a window of time, whose message comes at once."""
-        names = list(self._source.watched.columns)
+        names = list(self._watched.columns)
         columns = [names.index(name) for name in str(request["columns"]).split() if name in names]
         pixels, generation = (
             max(1, int(request["pixels"])),
@@ -106,6 +114,12 @@ class Session:
         between = float(request["from"]), float(request["to"])
         await self._connection.send(self._strips.window(columns, between, pixels, generation))
 
+    def _look_at(self, name: str) -> None:
+        """Turn to another log."""
+        self._watched = self._source.logs.get(name, self._watched)
+        self._strips = Strips(self._watched.history)
+        self._told_events = 0
+
     def _painted(self, number: int) -> None:
         """Take note that a message is on the screen: its age counts the way back, too."""
         for known, stamp_ns in self._stamps:
@@ -114,7 +128,7 @@ class Session:
 
     def _words(self) -> dict[str, Any]:
         """Return what changes slowly, as far as the browser looks at it."""
-        watched = self._source.watched
+        watched = self._watched
         events = [e for e in watched.events if e[0] > self._told_events]
         self._told_events = events[-1][0] if events else self._told_events
         traffic = watched.traffic
@@ -125,7 +139,7 @@ class Session:
         }  # fmt: skip
         match self._watching.get("what"):
             case "nodes":
-                said["nodes"] = nodes(self._source)
+                said["nodes"] = nodes(watched)
             case "loop":
                 said["loop"] = {name.partition(".")[2]: watched.spread(name) for name in PUNCTUAL}
             case "identifiers":
@@ -140,9 +154,9 @@ class Session:
         await self._connection.send(json.dumps(what))
 
 
-def nodes(source: Source) -> list[dict[str, Any]]:
+def nodes(watched: Watched) -> list[dict[str, Any]]:
     """Return what each node's messages say: its PDOs with their values, its last emergency."""
-    traffic = source.watched.traffic
+    traffic = watched.traffic
     found: dict[str, dict[str, Any]] = {}
     for message in traffic.pdos.values():
         node = found.setdefault(message.node, {"name": message.node, "pdos": []})

@@ -14,6 +14,7 @@ class Source(Protocol):
 
     Attributes:
         watched: what has come of it.
+        logs: further ones, by name, that a page may look at instead.
         hello: what a page is told first.
         stamp_ns: when its last tick was written, by the monotonic clock [ns].
         status: how it is: what the loop answered last.
@@ -22,6 +23,7 @@ class Source(Protocol):
     """
 
     watched: Watched
+    logs: dict[str, Watched]
     hello: dict[str, Any]
     stamp_ns: int
     status: dict[str, Any]

@@ -56,6 +56,12 @@ class Watched:
         """Emulator time of the last row [s]."""
         return (self.history.end - 1) * self.history.tick
 
+    def row(self, time: float) -> list[float | None]:
+        """Return the row of a time [s]; None where nothing is known."""
+        tick = min(max(round(time / self.history.tick), self.history.begin), self.history.end - 1)
+        values, _ = self.history.buckets(list(range(len(self.columns))), tick, 1, 1)
+        return [float(v) if np.isfinite(v) else None for v in values[:, 0]]
+
     def spread(self, name: str) -> list[float]:
         """Return p50, p99 and maximum of a signal in the last 10 s."""
         column = list(self.columns).index(name)

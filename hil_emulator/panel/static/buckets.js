@@ -49,8 +49,7 @@ export class Buckets {
   // Returns x and, per signal, y for lines through every least and greatest value from a time on.
   lines(from, scales) {
     let first = Math.max(0, Math.floor((from - this.begin) / this.width));
-    const some = this.low[0];
-    while (first < this.length && Number.isNaN(some[first])) first++;
+    while (first < this.length && this.low.every((values) => Number.isNaN(values[first]))) first++;
     const count = Math.max(0, this.length - first);
     const x = new Float64Array(2 * count);
     for (let i = 0; i < count; i++) {
@@ -67,7 +66,7 @@ export class Buckets {
         y[2 * i] = rising ? b : a;
         y[2 * i + 1] = rising ? a : b;
       }
-      return y;
+      return y.some(Number.isNaN) ? Array.from(y, (value) => (Number.isNaN(value) ? null : value)) : y;
     });
     return [x, ys];
   }

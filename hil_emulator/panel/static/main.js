@@ -7,6 +7,7 @@ import { Faults } from "./faults.js";
 import { LoopView } from "./loop.js";
 import { Nodes } from "./nodes.js";
 import { Record } from "./record.js";
+import { Result } from "./result.js";
 import { Scenarios } from "./scenarios.js";
 import { Settings } from "./settings.js";
 import { Stream } from "./stream.js";
@@ -14,6 +15,8 @@ import { Strips } from "./strips.js";
 
 const TABS = {
   live: { Faults, Settings, Nodes, Bus: BusView, Scenarios, Loop: LoopView },
+  recorded: { Nodes, Bus: BusView, About: LoopView },
+  found: { Result },
   view: { Nodes, Bus: BusView, Loop: LoopView },
 };
 const ENDED = 4001;
@@ -22,10 +25,13 @@ let strips, actuator, record, views, shown;
 
 const stream = new Stream({
   onHello(hello) {
+    Object.assign(hello, Object.values(hello.logs ?? {})[0]);
     document.title = `${hello.title} – hil-emulator`;
     byId("title").textContent = hello.title;
     strips = new Strips(hello, stream);
-    actuator = new Actuator(byId("actuator"), hello);
+    if (hello.machine) actuator = new Actuator(byId("actuator"), hello);
+    byId("actuator").hidden = !actuator;
+    if (hello.logs) afterwards(hello);
     views = tabs(hello);
     open(Object.keys(views)[0]);
     if (hello.mode === "live") record = new Record(hello, stream, complain);
@@ -42,7 +48,7 @@ const stream = new Stream({
     const { status, events } = said;
     if (events?.length) strips.mark(events);
     if (!status) return;
-    states(status);
+    if (Object.keys(status).length) states(status);
     record?.show(status);
     views[shown].view.show(status, said);
   },
@@ -58,6 +64,28 @@ const stream = new Stream({
 function complain(words) {
   byId("notice").textContent = words;
   byId("notice").hidden = false;
+}
+
+// What is over has a cursor in place of the present, and may have several logs.
+function afterwards(hello) {
+  let asking = false;
+  strips.onTime = async (time) => {
+    byId("clock").textContent = `${digits(time, 3)} s`;
+    if (asking || !actuator) return;
+    asking = true;
+    const { row } = await stream.ask({ do: "row", time });
+    actuator.show(row.map((value) => value ?? NaN));
+    setTimeout(() => { asking = false; }, 30);
+  };
+  strips.onTime(hello.span[0]);
+  const names = Object.keys(hello.logs);
+  byId("states").append(names.length < 2 ? make("span", { class: "chip" }, hello.mode) : make("select", {
+    "aria-label": "Log", id: "log",
+    onchange: ({ target }) => {
+      stream.tell({ do: "log", name: target.value });
+      strips.turn({ ...hello, ...hello.logs[target.value] });
+    },
+  }, names.map((name) => make("option", {}, name))));
 }
 
 function tabs(hello) {

@@ -9,7 +9,8 @@ const USUAL = [
   "position", "model.position", "load_force", "model.load_force", "pressure_a", "pressure_b",
   "supply_pressure", "valve_current", "model.spool_position",
 ];
-const HEIGHT = 126;
+const HEIGHT = 126, HIGHEST = 320, ALL = 4 * HEIGHT; // of a strip, and of all where there are few
+const BELOW = 22;
 
 export class Strips {
   constructor(hello, stream) {
@@ -23,6 +24,8 @@ export class Strips {
     this.now = 0;
     this.generation = 0;
     this.cost = 0;
+    this.still = hello.span ?? null; // the whole of what is over
+    this.window = this.whole = this.still;
     this.names = this.remembered();
     this.build();
     this.wire();
@@ -30,16 +33,19 @@ export class Strips {
 
   remembered() {
     try {
-      const kept = JSON.parse(localStorage.getItem("strips")) ?? [];
+      const kept = JSON.parse(localStorage.getItem(`strips ${this.hello.mode}`)) ?? [];
       const names = kept.filter((name) => this.known.has(name));
       if (names.length) return names;
     } catch { /* nothing was kept */ }
-    return USUAL.filter((name) => this.known.has(name));
+    const all = [...this.known.keys()].filter((name) => name !== "time");
+    return this.hello.mode === "found" ? all : USUAL.filter((name) => this.known.has(name));
   }
 
   wire() {
     byId("span").onchange = (event) => { this.span = Number(event.target.value); this.live(); };
-    byId("pause").onclick = () => (this.window ? this.live() : this.pause());
+    byId("pause").onclick = () => (this.still ? this.play() : this.window ? this.live() : this.pause());
+    if (this.still) byId("pause").textContent = "Play";
+    byId("span").parentElement.hidden = Boolean(this.still);
     byId("back").onclick = () => this.back();
     byId("picture").onclick = () => this.picture();
     byId("data").onclick = () => this.table();
@@ -64,6 +70,7 @@ export class Strips {
     this.buckets = new Buckets(this.names);
     this.scales = this.names.map((name) => this.known.get(name).scale);
     const units = [...new Set(this.names.map((name) => this.known.get(name).unit))];
+    this.height = Math.max(HEIGHT, Math.min(HIGHEST, Math.round(ALL / units.length)));
     this.charts = units.map((unit, place) => this.strip(unit, place === units.length - 1));
     this.window ? this.ask() : this.live();
   }
@@ -95,9 +102,9 @@ export class Strips {
       ticks: { stroke: () => colour("--line"), width: 1, size: 4 }, font: "12px system-ui, sans-serif",
     };
     return {
-      width: Math.max(200, chart.body.clientWidth), height: last ? HEIGHT + 22 : HEIGHT,
+      width: Math.max(200, chart.body.clientWidth), height: this.height + (last ? BELOW : 0),
       legend: { show: false }, scales: {
-        x: { time: false, auto: false }, y: { range: (_, low, high) => padded(low, high, LEAST[chart.unit]) },
+        x: { time: false, auto: false }, y: { range: (_, low, high) => padded(low, high, this.still ? undefined : LEAST[chart.unit]) },
       },
       cursor: {
         sync: { key: "strips" }, drag: { x: true, y: false, setScale: false }, points: { size: 5 },
@@ -113,7 +120,10 @@ export class Strips {
       ],
       hooks: {
         setSelect: [(plot) => this.selected(plot)],
-        setCursor: [() => this.read(chart)],
+        setCursor: [(plot) => {
+          this.read(chart);
+          if (chart === this.charts?.[0] && plot.cursor.idx != null) this.onTime?.(plot.data[0][plot.cursor.idx]);
+        }],
         draw: [(plot) => this.drawMarks(plot)],
       },
     };
@@ -124,6 +134,7 @@ export class Strips {
   }
 
   live() {
+    if (this.still) return this.show(this.still);
     this.window = null;
     this.zoomed = false;
     byId("pause").textContent = "Pause";
@@ -143,9 +154,38 @@ export class Strips {
 
   show(window) {
     this.window = window;
-    byId("pause").textContent = "Go on";
-    byId("pause").setAttribute("aria-pressed", "true");
+    if (!this.still) {
+      byId("pause").textContent = "Go on";
+      byId("pause").setAttribute("aria-pressed", "true");
+    }
     this.ask();
+  }
+
+  // Lets the cursor pass over the strips at the pace of the wall; a second click holds it.
+  play() {
+    this.playing = !this.playing;
+    byId("pause").textContent = this.playing ? "Hold" : "Play";
+    const plot = this.charts[0].plot;
+    let time = plot.cursor.idx == null ? this.window[0] : plot.data[0][plot.cursor.idx];
+    let last = performance.now();
+    const step = (now) => {
+      if (!this.playing) return;
+      time += (now - last) / 1000;
+      last = now;
+      if (time > this.window[1]) time = this.window[0];
+      for (const { plot } of this.charts) plot.setCursor({ left: plot.valToPos(time, "x"), top: 5 });
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  turn(hello) {
+    this.hello = hello;
+    this.known = new Map(hello.columns.map((column, index) => [column.name, { ...column, index }]));
+    this.window = this.whole = this.still = hello.span;
+    this.marks = [];
+    this.names = this.remembered();
+    this.build();
   }
 
   ask() {
@@ -175,7 +215,7 @@ export class Strips {
 
   resize() {
     for (const [i, chart] of this.charts.entries()) {
-      const height = i === this.charts.length - 1 ? HEIGHT + 22 : HEIGHT;
+      const height = this.height + (i === this.charts.length - 1 ? BELOW : 0);
       chart.plot.setSize({ width: Math.max(200, chart.body.clientWidth), height });
     }
     this.window ? this.ask() : this.live();
@@ -284,7 +324,7 @@ export class Strips {
   pick(name, wanted) {
     this.names = wanted ? [...this.names, name] : this.names.filter((each) => each !== name);
     if (!this.names.length) this.names = [name];
-    localStorage.setItem("strips", JSON.stringify(this.names));
+    localStorage.setItem(`strips ${this.hello.mode}`, JSON.stringify(this.names));
     this.build();
   }
 
@@ -332,7 +372,7 @@ export class Strips {
   }
 }
 
-const dashed = (name) => name.startsWith("model.");
+const dashed = (name) => name.startsWith("model.") || name.endsWith(".configured");
 
 function padded(low, high, least = 1e-6) {
   if (low == null || !Number.isFinite(low) || !Number.isFinite(high)) return [0, least];

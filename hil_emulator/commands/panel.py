@@ -1,0 +1,26 @@
+"""`hil-emulator panel`: a recording or an identification on the panel's page."""
+
+import contextlib
+import signal
+from pathlib import Path
+
+import click
+
+from hil_emulator.panel.host import require_server
+
+
+def panel(path: Path) -> None:
+    """Serve a page until it is interrupted.
+
+    Raises:
+        UserError: if there is nothing to show, or nothing to serve it with.
+
+    """
+    require_server()
+    from hil_emulator.panel.afterwards import opened
+    from hil_emulator.panel.show import show
+
+    source = opened(path)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with contextlib.suppress(KeyboardInterrupt):
+        show(source, lambda address: click.echo(f"panel     {address}\nCtrl-C ends."))

@@ -1,0 +1,159 @@
+"""What is over, on the same page: a recording, or what an identification has found."""
+
+import asyncio
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.config.bus import FASTEST
+from hil_emulator.config.load import Configuration, load_texts
+from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.experiment import UNITS
+from hil_emulator.panel import briefing
+from hil_emulator.panel.source import FRAMES_PER_S
+from hil_emulator.panel.watched import Watched, of_recording
+from hil_emulator.recording import SUFFIX, journal
+
+RESULT, TRACES = "result.json", "traces.npz"
+"""Files of a folder that `identify --out` writes."""
+
+
+class Afterwards:
+    """A bench that is over: nothing comes, nothing can be touched.
+
+    Args:
+        logs: what there is to see, by name; the first one is shown.
+        hello: what a page is told besides.
+
+    Attributes:
+        logs, watched, hello, stamp_ns, status, ended: see `source.Source`.
+
+    """
+
+    def __init__(self, logs: Mapping[str, Watched], hello: Mapping[str, Any]) -> None:
+        self.logs = dict(logs)
+        self.watched = next(iter(logs.values()))
+        told = {name: _told(watched) for name, watched in logs.items()}
+        self.hello = {"logs": told, **hello}
+        self.stamp_ns = 0
+        self.status: dict[str, Any] = {}
+        self.ended = asyncio.Event()
+
+    async def next_frame(self) -> None:
+        """Return after a while."""
+        await asyncio.sleep(1.0 / FRAMES_PER_S)
+
+    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Say that nothing can be done."""
+        return {"error": "this is over: nothing can be done to it"}
+
+
+def opened(path: Path) -> Afterwards:
+    """Return a recording, or the folder of an identification.
+
+    Raises:
+        UserError: if it is neither, or cannot be read.
+
+    """
+    if path.is_dir():
+        return _identification(path)
+    if path.suffix != SUFFIX:
+        raise UserError(f"{path}: name a recording (.rec), or the folder of identify --out")
+    recording = journal.read(path)
+    if not len(recording.rows):
+        raise UserError(f"{path}: no tick was recorded")
+    config = _configuration(recording.header)
+    bit_rate = config.wire.assumed_bit_rate if config else FASTEST
+    return Afterwards(
+        {path.name: of_recording(recording, bit_rate)},
+        {
+            "mode": "recorded",
+            "title": path.name,
+            "provenance": recording.provenance,
+            "tick": recording.header["tick_ns"] * 1e-9,
+            "machine": briefing.machine(config) if config else None,
+            "bit_rate": bit_rate,
+        },
+    )
+
+
+def _told(watched: Watched) -> dict[str, Any]:
+    history = watched.history
+    span = [history.begin * history.tick, history.end * history.tick]
+    return {"columns": briefing.units(watched.columns), "span": span}
+
+
+def _configuration(header: Mapping[str, Any]) -> Configuration | None:
+    """Return what ran, as far as a recording says it without running a file of effects."""
+
+    def refuse(file: Path, content: bytes) -> None:
+        raise UserError(f"{file}: a picture runs no code")
+
+    try:
+        return load_texts([Path(f) for f in header["files"]], header["configuration"], refuse)
+    except (UserError, KeyError):
+        return None
+
+
+def _identification(folder: Path) -> Afterwards:
+    try:
+        result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        with np.load(folder / TRACES, allow_pickle=False) as file:
+            traces = {name: file[name] for name in file.files}
+        logs = _logs(traces)
+    except (OSError, ValueError, KeyError) as error:
+        raise UserError(
+            f"{folder}: not the folder of an identification: {error}; write one with identify --out"
+        ) from None
+    if not logs:
+        raise UserError(f"{folder}: its identification kept no measured channel")
+    return Afterwards(
+        logs,
+        {
+            "mode": "found",
+            "title": folder.name,
+            "provenance": {},
+            "tick": next(iter(logs.values())).history.tick,
+            "machine": None,
+            "bit_rate": FASTEST,
+            "result": {name: result[name] for name in ("verdict", "reason", "effects", "gap")}
+            | {"measure": result["gap_measure"]},
+        },
+    )
+
+
+def _logs(traces: Mapping[str, Any]) -> dict[str, Watched]:
+    """Return each log with what was measured and what both models say, by channel.
+
+    `traces` holds `LOG/CHANNEL|PART`, see `identify.disagreement.gap.traces`.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for name in {key.rpartition("|")[0] for key in traces}:
+        log, _, channel = name.rpartition("/")
+        parts = {p: traces[f"{name}|{p}"] for p in ("time", "measured", *_MODELS.values())}
+        free = {p: traces[f"{name}|free_{p}"] for p in _MODELS.values()}
+        table = found.setdefault(log, {"time": parts["time"]})
+        table[channel] = parts["measured"]
+        for word, part in _MODELS.items():
+            error = free[part] if np.isfinite(free[part]).any() else parts[part]
+            table[f"{channel}.{word}"] = parts["measured"] - error
+    return {log: _watched(found[log]) for log in sorted(found)}
+
+
+_MODELS = {"configured": "before", "found": "after"}
+"""What a model is called here, by what its errors are called in the file."""
+
+
+def _watched(table: Mapping[str, Any]) -> Watched:
+    time = table["time"]
+    if len(time) < 2:
+        raise ValueError("a log of less than two samples")
+    header = {"tick_ns": round(float(time[1] - time[0]) * 1e9), "messages": []}
+    names = ["time", *sorted(set(table) - {"time"})]
+    units = {name: UNITS.get(name.partition(".")[0], "1") for name in names} | {"time": "s"}
+    watched = Watched(header, units, FASTEST, len(time))
+    watched.history.append(np.column_stack([table[name] for name in names]))
+    return watched

@@ -1,0 +1,22 @@
+"""Serves what is over, in this process, until it is interrupted."""
+
+import asyncio
+import secrets
+from collections.abc import Callable
+
+from hil_emulator.panel.door import PanelDoor
+from hil_emulator.panel.host import PORT
+from hil_emulator.panel.source import Source
+
+
+def show(source: Source, say: Callable[[str], None]) -> None:
+    """Serve a page until Ctrl-C; `say` is given its address."""
+
+    async def serve() -> None:
+        token = secrets.token_urlsafe(16)
+        door = PanelDoor(source, token)
+        async with await door.listen(PORT):
+            say(f"http://127.0.0.1:{door.port}/#{token}")
+            await source.ended.wait()
+
+    asyncio.run(serve())

@@ -1,0 +1,92 @@
+"""What is over, on the panel's page: the same values, by log."""
+
+import asyncio
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from websockets.asyncio.client import connect
+
+from hil_emulator.config.load import load_rig
+from hil_emulator.errors import UserError
+from hil_emulator.panel.afterwards import opened
+from hil_emulator.platform.paths import shipped
+from hil_emulator.recording import journal
+from hil_emulator.recording.journal import Recording
+from hil_emulator.simulation.emulator import Emulator
+from tests.panel.bench import PATIENCE_S, Page
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """Return a fifth of a second with a fault in it."""
+    with Emulator(load_rig([shipped("configs/hyq_knee.toml")])) as emulator:
+        emulator.run_for("0.1 s")
+        emulator.fault("pressure_a", "stuck")
+        emulator.run_for("0.1 s")
+        return emulator.recording()
+
+
+def test_a_recording_shows_its_rows_and_what_was_done(recording: Recording, tmp_path: Path) -> None:
+    """Row for row, with the machine that its header describes."""
+    file = tmp_path / "run.rec"
+    journal.write(recording, file)
+    source = opened(file)
+    assert [words for _, _, words in source.watched.events] == ["pressure_a stuck"]
+    assert source.hello["machine"]["stroke"] == pytest.approx(0.08)
+    row = source.watched.row(0.15)
+    np.testing.assert_array_equal(np.float32(row), recording.rows[150].astype(np.float32))
+
+
+def test_an_identification_shows_both_models_by_log(tmp_path: Path) -> None:
+    """Measured less error is what a model says; free runs where there are any."""
+    time, measured = np.arange(50) * 0.01, np.linspace(0.0, 1.0, 50)
+    parts = {"time": time, "measured": measured, "noise": np.ones(1), "before": measured / 2,
+             "after": measured / 4, "free_before": np.full(50, np.nan),
+             "free_after": np.full(50, np.nan)}  # fmt: skip
+    logs = {f"{log}/load_force|{p}": v for log in ("a.csv", "b.csv") for p, v in parts.items()}
+    np.savez(tmp_path / "traces.npz", **logs)
+    result = {"verdict": "agrees", "reason": "", "effects": [], "gap": {}, "gap_measure": "N"}
+    (tmp_path / "result.json").write_text(json.dumps(result))
+    source = opened(tmp_path)
+    assert list(source.logs) == ["a.csv", "b.csv"]
+    columns = list(source.watched.columns)
+    row = dict(zip(columns, source.watched.row(0.49), strict=True))
+    assert row == pytest.approx(
+        {"time": 0.49, "load_force": 1.0, "load_force.configured": 0.5, "load_force.found": 0.75}
+    )
+
+
+@pytest.mark.parametrize("name", ["run.csv", "nothing.rec", "."])
+def test_what_is_neither_is_refused_in_words(tmp_path: Path, name: str) -> None:
+    """With the way out."""
+    with pytest.raises(UserError, match=r"name a recording|cannot be read|identify --out"):
+        opened(tmp_path / name)
+
+
+def test_the_command_serves_a_page_that_cannot_touch(recording: Recording, tmp_path: Path) -> None:
+    """Its stream has the same door as that of a live bench."""
+    file = tmp_path / "run.rec"
+    journal.write(recording, file)
+    command = [sys.executable, "-m", "hil_emulator", "panel", str(file)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    place, token = re.findall(r"http://(\S+)/#(\S+)", process.stdout.readline())[0]
+
+    async def look() -> None:
+        async with connect(f"ws://{place}/stream?token={token}", max_size=None) as connection:
+            page = Page(connection)
+            assert (await page.word(lambda m: "hello" in m))["hello"]["mode"] == "recorded"
+            assert "is over" in (await page.ask(do="end"))["error"]
+            assert (await page.ask(do="row", time=0.1))["row"][0] == pytest.approx(0.1)
+
+    try:
+        asyncio.run(look())
+    finally:
+        process.terminate()
+        assert process.wait(PATIENCE_S) == 0
+        process.stdout.close()
