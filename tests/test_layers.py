@@ -61,8 +61,8 @@ ROOMS = {
         "signals", "simulation",
     },
     "panel": {
-        "numpy", "canopen", "websockets", "bus", "config", "device", "faults", "identify/measured", "model",
-        "platform", "recording", "remote", "scenario", "signals", "simulation",
+        "numpy", "canopen", "websockets", "bus", "config", "device", "faults", "identify/measured",
+        "model", "platform", "recording", "remote", "scenario", "signals", "simulation",
     },
 }  # fmt: skip
 """Rooms from the ground up; the first ones know least. What each may import, besides Python's own

@@ -128,12 +128,19 @@ def _root(value: complex) -> str:
     return f"{value.real:.2f}{pair}"
 
 
+def _operating_point(at: Any) -> str:
+    """Return the signals that tell where a model is linear."""
+    return (
+        f"x {at['position'] * 1e3:.2f} mm, v {at['velocity'] * 1e3:.2f} mm/s, "
+        f"u_v {at['spool_position'] * 1e3:.4f} mA, p_a {at['pressure_a'] * 1e-5:.2f} bar, "
+        f"p_b {at['pressure_b'] * 1e-5:.2f} bar"
+    )
+
+
 def _text(forms: Forms) -> str:
     at = forms.exact.signals
     lines = [
-        f"x {at['position'] * 1e3:.2f} mm, v {at['velocity'] * 1e3:.2f} mm/s, "
-        f"u_v {at['spool_position'] * 1e3:.4f} mA, p_a {at['pressure_a'] * 1e-5:.2f} bar, "
-        f"p_b {at['pressure_b'] * 1e-5:.2f} bar\n",
+        f"{_operating_point(at)}\n",
         text_table(
             ("coefficient", "value", "unit"),
             [(name, f"{value:.5g}", _UNITS[name]) for name, value in forms.coefficients.items()],
@@ -191,6 +198,7 @@ def _draw(forms: Forms, file: Path) -> None:
     axes[0, 0].set_ylabel("force over current [N/mA]")
     axes[1, 0].set_ylabel("phase [°]")
     axes[0, 0].legend()
+    figure.suptitle(f"at {_operating_point(forms.exact.signals)}", fontsize=10)
     for axis in axes.flat:
         axis.grid(alpha=0.3)
     drawing.save(figure, file)

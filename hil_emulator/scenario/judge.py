@@ -1,20 +1,23 @@
 """Expectations against what was recorded."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from hil_emulator.frame import Frame
 from hil_emulator.recording.memory import MemoryRecorder
-from hil_emulator.scenario.outcome import Check, Curve
+from hil_emulator.recording.messages import describe
+from hil_emulator.scenario.outcome import Check, Curve, Span
 from hil_emulator.scenario.schema import Expect
 from hil_emulator.signals.columns import columns
 from hil_emulator.units import show
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
-_SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
+_DATA_BYTES = 8  # of a classical frame
+SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
+"""Units in which engineers read signals, by their SI unit."""
 
 
 def judge(expectations: Sequence[Expect], recorder: MemoryRecorder) -> tuple[Check, ...]:
@@ -25,9 +28,29 @@ def judge(expectations: Sequence[Expect], recorder: MemoryRecorder) -> tuple[Che
     )
 
 
+def bands(
+    expectations: Sequence[Expect], table: Mapping[str, Curve], duration: float
+) -> Iterator[Span]:
+    """Yield where signals are expected in a scenario of some duration [s].
+
+    A signal that has to be somewhere by a time is expected there from when it first is.
+    """
+    for e in expectations:
+        if e.signal is None or e.within is None:
+            continue
+        low, high = e.within
+        begin, end = e.start, e.until
+        if e.by is not None:
+            values = table[e.signal]
+            reached = _reaching(e, table["time"], (values >= low) & (values <= high))
+            begin = e.by if reached is None else reached
+            end = None if e.lasting is None else begin + e.lasting
+        yield Span(begin, duration if end is None else end, "expected", e.signal, (low, high))
+
+
 def _amount(name: str, value: float) -> str:
     unit = columns()[name]
-    return show(value, unit, _SHOWN.get(unit, unit))
+    return show(value, unit, SHOWN.get(unit, unit))
 
 
 def _signal(e: Expect, table: dict[str, Curve]) -> Check:
@@ -55,13 +78,20 @@ def _reached(e: Expect, band: str, time: Curve, inside: Flags) -> Check:
     text = f"{band} by {e.by:g} s"
     if e.lasting is not None:
         text += f" for {e.lasting:g} s"
+    reached = _reaching(e, time, inside)
+    return Check(text, reached is not None, "never" if reached is None else f"at {reached:.3f} s")
+
+
+def _reaching(e: Expect, time: Curve, inside: Flags) -> float | None:
+    """Return when a signal is in its band first, to stay as long as it has to; None if never."""
+    assert e.by is not None
     for begin in np.flatnonzero(inside & (time >= e.start)):
         if time[begin] > e.by:
             break
         end = time[-1] if e.lasting is None else time[begin] + e.lasting
         if inside[(time >= time[begin]) & (time <= end)].all() and time[-1] >= end - 1e-9:
-            return Check(text, True, f"at {time[begin]:.3f} s")
-    return Check(text, False, "never")
+            return float(time[begin])
+    return None
 
 
 def _frames(e: Expect, frames: Sequence[tuple[int, bool, Frame]]) -> Check:
@@ -77,6 +107,8 @@ def _frames(e: Expect, frames: Sequence[tuple[int, bool, Frame]]) -> Check:
         and e.start <= now_ns * 1e-9 <= until
     ]
     what = f"frame {e.frame:03X}" + (f" {e.data}" if e.data else "")
+    words = describe(Frame(e.frame, wanted.ljust(_DATA_BYTES, b"\0") if wanted else b""), {})
+    what += f" ({words.partition('  ')[0]})" if words else ""
     text = f"{what} {'seen' if e.seen else 'not seen'} from {e.start:g} s" + (
         "" if e.until is None else f" to {e.until:g} s"
     )

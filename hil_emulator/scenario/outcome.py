@@ -18,6 +18,26 @@ class Check:
 
 
 @dataclass(frozen=True)
+class Span:
+    """What lasted for a while: a fault, or an expectation of a signal.
+
+    Attributes:
+        begin: when it began [s].
+        end: when it ended [s].
+        words: what it was.
+        signal: what was expected of; "" for a fault.
+        band: lowest and highest value that was expected, SI.
+
+    """
+
+    begin: float
+    end: float
+    words: str
+    signal: str = ""
+    band: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Outcome:
     """A scenario that has run.
 
@@ -30,7 +50,9 @@ class Outcome:
         duration: emulator time [s].
         elapsed: how long it took [s].
         curves: signals over time for pictures, thinned out.
-        events: when something was done [s].
+        events: when something was done [s], and what.
+        faults: what was broken meanwhile.
+        bands: where signals were expected.
 
     """
 
@@ -42,7 +64,9 @@ class Outcome:
     duration: float = 0.0
     elapsed: float = 0.0
     curves: dict[str, Curve] = field(default_factory=dict)
-    events: tuple[float, ...] = ()
+    events: tuple[tuple[float, str], ...] = ()
+    faults: tuple[Span, ...] = ()
+    bands: tuple[Span, ...] = ()
 
     @property
     def passed(self) -> bool:

@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import struct
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,12 @@ import numpy as np
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import load_rig
 from hil_emulator.errors import UserError
+from hil_emulator.faults.active import Running
 from hil_emulator.frame import Frame
 from hil_emulator.recording import SUFFIX, exports, journal
 from hil_emulator.scenario import schema
-from hil_emulator.scenario.judge import judge
-from hil_emulator.scenario.outcome import Curve, Outcome
+from hil_emulator.scenario.judge import bands, judge
+from hil_emulator.scenario.outcome import Curve, Outcome, Span
 from hil_emulator.scenario.schema import NMT, Scenario, SignalProfile, Step
 from hil_emulator.signals.inputs import SET_POINTS, SETTINGS
 from hil_emulator.simulation.emulator import Emulator
@@ -41,12 +43,14 @@ class Conductor:
         folder: where its files are.
 
     Attributes:
-        events: when a step was taken [s].
+        events: when a step was taken [s], and what was done.
+        faults: what broke, and when it ended [s]; None for what is broken still.
 
     """
 
     def __init__(self, emulator: Emulator, scenario: Scenario, folder: Path) -> None:
-        self.events: list[float] = []
+        self.events: list[tuple[float, str]] = []
+        self.faults: list[tuple[Running, float | None]] = []
         self._emulator = emulator
         self._folder = folder
         self._bus = Bus(emulator.bus)
@@ -68,24 +72,31 @@ class Conductor:
             self._control()
             self._emulator.tick()
             self._controller.listen()
+            self._watch_faults()
 
     def close(self) -> None:
         """Leave the bus."""
         self._bus.close()
+
+    def _watch_faults(self) -> None:
+        """Note which have ended in this tick."""
+        for i, (running, ended) in enumerate(self.faults):
+            if ended is None and running.ended:
+                self.faults[i] = running, self._emulator.now
 
     def _due(self, step: Step) -> bool:
         late_enough = self._emulator.now >= step.at - 1e-9
         return late_enough and (step.when is None or step.when.holds(self._emulator.rig.value))
 
     def _take(self, step: Step) -> None:
-        self.events.append(self._emulator.now)
+        self.events.append((self._emulator.now, step.words))
         for name, value in step.set.items():
             if name in SET_POINTS:
                 self._set_point = name, value
             else:
                 self._emulator.rig.set(name, value)
         if step.fault is not None:
-            self._emulator.rig.inject(step.fault)
+            self.faults.append((self._emulator.rig.inject(step.fault), None))
         if step.nmt is not None:
             self._bus.send([Frame(0x000, bytes([NMT[step.nmt], 0]))])
         if step.controller is not None:
@@ -138,18 +149,19 @@ def perform(file: Path, recordings: Path | None = None) -> Outcome:
                 conductor.close()
             if recordings is not None:
                 _keep(emulator, recordings / file.stem)
-            return _outcome(file, scenario, emulator, conductor.events, begin)
+            return _outcome(file, scenario, emulator, conductor, begin)
     except UserError as error:
         return Outcome(str(file), file.stem, error=str(error))
 
 
 def _outcome(
-    file: Path, scenario: Scenario, emulator: Emulator, events: list[float], begin: float
+    file: Path, scenario: Scenario, emulator: Emulator, conductor: Conductor, begin: float
 ) -> Outcome:
     recorder = emulator.recorder
     table = recorder.table()
     digest = hashlib.sha256(repr(recorder.frames).encode())
     digest.update(recorder.rows().tobytes())
+    shown = ("time", *DRAWN, *(e.signal for e in scenario.expectations if e.signal))
     thin = slice(None, None, max(1, len(table["time"]) // _POINTS))
     return Outcome(
         file=str(file),
@@ -158,9 +170,19 @@ def _outcome(
         digest=digest.hexdigest()[:16],
         duration=scenario.duration,
         elapsed=time.perf_counter() - begin,
-        curves={name: table[name][thin].copy() for name in ("time", *DRAWN)},
-        events=tuple(events),
+        curves={name: table[name][thin].copy() for name in dict.fromkeys(shown)},
+        events=tuple(conductor.events),
+        faults=tuple(_spans(conductor, scenario.duration)),
+        bands=tuple(bands(scenario.expectations, table, scenario.duration)),
     )
+
+
+def _spans(conductor: Conductor, duration: float) -> Iterator[Span]:
+    """Yield what was broken, from its beginning."""
+    for running, ended in conductor.faults:
+        if running.began_ns is not None:
+            words = f"{running.fault.target} {running.fault.kind.name}"
+            yield Span(running.began_ns / _NANO, duration if ended is None else ended, words)
 
 
 def _keep(emulator: Emulator, name: Path) -> None:

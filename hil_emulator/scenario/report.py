@@ -1,14 +1,19 @@
 """Outcomes for people and for continuous integration: a table, JUnit XML, one HTML page."""
 
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 from hil_emulator import __version__
 from hil_emulator.pages import drawing
-from hil_emulator.pages.palette import BLUE, GREEN, VERMILION
+from hil_emulator.pages.palette import BLUE, GREEN, PINK, VERMILION
 from hil_emulator.pages.render import render
-from hil_emulator.scenario.outcome import Outcome
+from hil_emulator.scenario.judge import SHOWN
+from hil_emulator.scenario.outcome import Outcome, Span
+from hil_emulator.signals.columns import MODEL, columns
+from hil_emulator.units import factor
 
 _PANELS = (
     ("position [mm]", 1e3, ("position", "model.position")),
@@ -16,7 +21,9 @@ _PANELS = (
     ("pressure [bar]", 1e-5, ("pressure_a", "pressure_b", "supply_pressure")),
     ("valve current [mA]", 1e3, ("valve_current",)),
 )
-_COLOURS = (BLUE, VERMILION, GREEN)
+_COLOURS = (BLUE, VERMILION, PINK)
+_APART = 0.25  # of the duration: events nearer to each other are written above each other
+_LABEL = 48  # characters of an event (assumed)
 
 
 def rows(outcomes: Sequence[Outcome]) -> list[tuple[str, str, str, str, str]]:
@@ -79,18 +86,59 @@ def page(outcomes: Sequence[Outcome], file: Path) -> None:
 
 
 def _picture(o: Outcome) -> bytes:
-    """Return the signals over time as PNG."""
-    figure, axes = drawing.subplots((9, 7), len(_PANELS), sharex=True)
-    for axis, (label, scale, names) in zip(axes, _PANELS, strict=True):
+    """Return the signals over time as PNG: faults and expected bands behind, events above them."""
+    panels = [*_PANELS, *_expected_besides(o)]
+    figure, axes = drawing.subplots((9.6, 1.9 * len(panels)), len(panels), sharex=True)
+    for axis, (label, scale, names) in zip(axes, panels, strict=True):
+        for fault in o.faults:
+            axis.axvspan(fault.begin, fault.end, color=VERMILION, alpha=0.12, lw=0)
         for name, colour in zip(names, _COLOURS, strict=False):
             line = "--" if name.startswith("model.") else "-"
-            axis.plot(o.curves["time"], o.curves[name] * scale, line, color=colour, lw=0.9,
+            axis.plot(o.curves["time"], o.curves[name] * scale, line, color=colour, lw=1.1,
                       label=name)  # fmt: skip
-        for moment in o.events:
-            axis.axvline(moment, color="0.6", lw=0.6, ls=":")
+        _expected(axis, [b for b in o.bands if b.signal in names], scale)
+        for moment, _ in o.events:
+            axis.axvline(moment, color="0.5", lw=0.7, ls=":")
         axis.set_ylabel(label)
         axis.grid(alpha=0.3)
-        axis.legend(fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.97),
-                    frameon=False)  # fmt: skip
+        axis.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.005, 0.5), frameon=False)
     axes[-1].set_xlabel("emulator time [s]")
+    _label_events(axes[0], o)
     return drawing.png(figure, 120)
+
+
+def _expected_besides(o: Outcome) -> Iterator[tuple[str, float, tuple[str, ...]]]:
+    """Yield a panel for each signal that is expected somewhere, and is in no other."""
+    shown = {name for _, _, names in _PANELS for name in names}
+    for name in dict.fromkeys(band.signal for band in o.bands if band.signal not in shown):
+        unit = columns()[name]
+        written = SHOWN.get(unit, unit)
+        scale = 1.0 / factor(unit, written) if written != unit else 1.0
+        quantity = name.removeprefix(MODEL).replace("_", " ")
+        yield f"{quantity} [{written}]", scale, (name,)
+
+
+def _expected(axis: Any, bands: Sequence[Span], scale: float) -> None:
+    """Draw where a signal is expected, as far as the axis shows it; it stays as high as it is."""
+    low, high = axis.get_ylim()
+    for number, band in enumerate(bands):
+        ends = [min(max(value * scale, low), high) for value in band.band]
+        label = None if number else "expected"
+        axis.fill_between([band.begin, band.end], *ends, color=GREEN, alpha=0.18, lw=0, label=label)
+    axis.set_ylim(low, high)
+
+
+def _label_events(axis: Any, o: Outcome) -> None:
+    """Write what was done over the pictures, and which faults the shades are."""
+    height, free = 0, -1.0
+    for moment, words in o.events:
+        if words in {fault.words for fault in o.faults}:
+            continue
+        height = height + 1 if moment < free else 0
+        free = moment + _APART * o.duration
+        axis.annotate(textwrap.shorten(words, _LABEL), (moment, 1.0), (2, 3 + 11 * height),
+                      xycoords=("data", "axes fraction"), textcoords="offset points",
+                      fontsize=7.5, color="0.25", annotation_clip=False)  # fmt: skip
+    for fault in o.faults:
+        axis.annotate(fault.words, (fault.begin, 0.02), (3, 2), fontsize=7.5, color=VERMILION,
+                      xycoords=("data", "axes fraction"), textcoords="offset points")  # fmt: skip

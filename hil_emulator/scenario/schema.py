@@ -19,7 +19,7 @@ from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.signals import condition
 from hil_emulator.signals.condition import Condition
 from hil_emulator.signals.inputs import SET_POINTS, SETTINGS, setting
-from hil_emulator.units import to_si
+from hil_emulator.units import show, to_si
 
 LONGEST_S = 1e6
 """The longest time of a scenario [s]: twelve days (assumed)."""
@@ -108,6 +108,17 @@ class Step(StrictTable):
     nmt: Literal["start", "stop", "pre-operational", "reset", "reset communication"] | None = None
     controller: Literal["on", "off"] | None = None
     profile: SignalProfile | None = None
+
+    @property
+    def words(self) -> str:
+        """What is done, for the label of a picture."""
+        known = SETTINGS | SET_POINTS
+        said = [f"{n} {show(v, known[n].unit, known[n].shown)}" for n, v in self.set.items()]
+        said += [f"{self.fault.target} {self.fault.kind.name}"] if self.fault else []
+        said += [f"NMT {self.nmt}"] if self.nmt else []
+        said += [f"controller {self.controller}"] if self.controller else []
+        said += [f"{self.profile.signal} from {self.profile.file}"] if self.profile else []
+        return ", ".join(said)
 
 
 class Expect(StrictTable):
