@@ -28,10 +28,6 @@ CONFIGURATIONS = {".toml"}
 MEASURED = ("agrees", "disagrees")
 """Verdicts of `gap`, which does not search: it calls nothing unknown."""
 
-FAR = 0.1
-"""Relative change from which an ordinary parameter is told to have moved (assumed: the tolerance of
-a data sheet)."""
-
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as a shell gives it: 128 and the signal's number."""
 
@@ -108,7 +104,7 @@ def _moved(result: Result) -> list[str]:
     """Return the ordinary parameters that were refitted far from what is configured."""
     lines = []
     for name, p in result.parameters.items():
-        if abs(p.change) > FAR and not p.low <= p.configured <= p.high:
+        if p.moved:
             values = f"{p.words(p.refitted)} in place of {p.words(p.configured)}"
             lines.append(f"moved     {name}: {p.change:+.0%}, {values}")
     return lines

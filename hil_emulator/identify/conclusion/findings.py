@@ -19,6 +19,11 @@ def rounded(value: float, unit: str, shown: str) -> str:
     return show(float(f"{value:.4g}"), unit, shown)
 
 
+TOLERANCE = 0.1
+"""Relative change from which an ordinary parameter is told to have moved (assumed: the tolerance of
+a data sheet)."""
+
+
 @dataclass(frozen=True)
 class Refitted:
     """An ordinary parameter, which was fitted beside the effects.
@@ -44,6 +49,11 @@ class Refitted:
     def change(self) -> float:
         """How far it has moved, over what is configured; 0 where that is none."""
         return self.refitted / self.configured - 1.0 if self.configured else 0.0
+
+    @property
+    def moved(self) -> bool:
+        """Whether it has left its tolerance, and that not by chance."""
+        return abs(self.change) > TOLERANCE and not self.low <= self.configured <= self.high
 
     def words(self, value: float) -> str:
         """Return one of its values for people."""

@@ -53,10 +53,12 @@ def ranking(result: Result) -> bytes:
     found = {f.name for f in result.effects}
     drawn, axes = figure(0.9 + 0.22 * len(scores))
     names = [s.coordinate.name for s in scores]
-    gains = [max(s.statistic, 1.0) for s in scores]
-    axes.barh(names, gains, color=[AFTER if n in found else FLOOR for n in names], height=0.7)
-    axes.set_xlim(left=1.0)
-    logarithmic(axes.xaxis)
+    gains = [max(s.statistic, 0.0) for s in scores]
+    bars = axes.barh(names, gains, color=[AFTER if n in found else FLOOR for n in names],
+                     height=0.7)  # fmt: skip
+    # bars from zero show a factor as one; what is too short to be seen is read
+    axes.bar_label(bars, [f"{gain:.1f}" for gain in gains], padding=3, fontsize=8)
+    axes.margins(x=0.1)
     axes.set_xlabel("gain in chi-square, ordinary parameters projected out (blue: named)",
                     fontsize=9)  # fmt: skip
     return png(drawn)

@@ -23,12 +23,24 @@ SHOWN_SAMPLES = 2000
 """Longest stretch of a trace that is drawn."""
 
 
-def widest_trace(result: Result) -> str:
-    """Return the trace whose disagreement shrank by the largest factor, or else the widest one."""
+READABLE = 10
+"""Most crossings of its mean in a stretch that one can follow by eye (assumed)."""
 
-    def worth(name: str) -> float:
-        old, new = (_mean_square(result.traces[name], when) for when in ("before", "after"))
-        return old / new if result.effects else old
+TELLING = 0.1
+"""Least squared error of a readable stretch, over the greatest one's (assumed)."""
+
+
+def widest_trace(result: Result) -> str:
+    """Return the trace whose disagreement shrank by the largest factor, or else the widest one.
+
+    One that moves slowly enough to be read somewhere goes before all that do not.
+    """
+
+    def worth(name: str) -> tuple[bool, float]:
+        trace = result.traces[name]
+        old, new = (_mean_square(trace, when) for when in ("before", "after"))
+        readable = _readable(trace, trace["free_before" if _free(trace) else "before"])
+        return bool(readable.any()), old / new if result.effects else old
 
     return max(result.traces, key=worth)
 
@@ -49,7 +61,7 @@ def trace(result: Result, name: str) -> bytes:
     prefix = "free_" if free else ""
     factor, unit = SHOWN[UNITS[name.rpartition("/")[2]]]
     old, new = t[f"{prefix}before"], t[f"{prefix}after"]
-    here = _stretch(t["time"], old)
+    here = _stretch(t, old)
     drawn, (top, bottom) = figure(3.9, rows=2, sharex=True, height_ratios=(3, 2))
     both = bool(result.effects)
     top.plot(
@@ -73,12 +85,28 @@ def trace(result: Result, name: str) -> bytes:
     return png(drawn)
 
 
-def _stretch(time: Array, error: Array) -> Any:
-    """Return the samples of the stretch in which an error is largest."""
-    count = min(len(time), SHOWN_SAMPLES)
-    total = np.concatenate([[0.0], np.cumsum(np.nan_to_num(error) ** 2)])
-    first = int(np.argmax(total[count:] - total[:-count]))
-    return slice(first, first + count)
+def _stretch(trace: dict[str, Array], error: Array) -> Any:
+    """Return the samples of the stretch in which an error is largest, among readable ones first."""
+    within = _within(np.nan_to_num(error) ** 2)
+    readable = _readable(trace, error)
+    first = int(np.argmax(np.where(readable, within, -1.0) if readable.any() else within))
+    return slice(first, first + min(len(error), SHOWN_SAMPLES))
+
+
+def _readable(trace: dict[str, Array], error: Array) -> Any:
+    """Tell which stretches move slowly, and disagree enough to show it; by their first sample."""
+    measured = np.nan_to_num(trace["measured"] - np.nanmean(trace["measured"]))
+    crossings = np.diff(np.signbit(measured), append=measured[-1] < 0.0).astype(float)
+    within = _within(np.nan_to_num(error) ** 2)
+    return (_within(crossings) <= READABLE) & (within >= TELLING * within.max())
+
+
+def _within(values: Array) -> Array:
+    """Return the sum of values in each stretch, by its first sample."""
+    count = min(len(values), SHOWN_SAMPLES)
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    found: Array = total[count:] - total[:-count]
+    return found
 
 
 def balance(drawn_map: Map, both: bool) -> bytes:

@@ -78,6 +78,7 @@ def _size(result: Result) -> dict[str, Any]:
     """Return the gap by channel, and by region of motion where there are free runs."""
     return {
         "gap": report_tables.gap(result),
+        "below_floor": report_tables.below_floor(result),
         "gap_chart": charts.gap(result) if len(result.gap) > 1 else b"",
         "motion": report_tables.motion(result) if result.motion else None,
     }

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from hil_emulator.identify.conclusion.findings import rounded
+from hil_emulator.identify.conclusion.findings import TOLERANCE, rounded
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.pages.render import Table
 
@@ -98,8 +98,27 @@ def parameters(result: Result) -> Table:
     for name, p in result.parameters.items():
         change = f"{100 * p.change:+.1f} %" if p.configured else ""
         interval = f"{p.words(p.low)} ... {p.words(p.high)}"
-        rows.append((name, p.words(p.configured), p.words(p.refitted), interval, change))
-    return Table(("parameter", "configured", "refitted", "95 % interval", "change"), rows)
+        way = "more" if p.change > 0.0 else "less"
+        told = f"{way} than a tolerance of {TOLERANCE:.0%} explains: check it" if p.moved else ""
+        rows.append((name, p.words(p.configured), p.words(p.refitted), interval, change, told))
+    head = ("parameter", "configured", "refitted", "95 % interval", "change", "caution")
+    if not any(p.moved for p in result.parameters.values()):
+        return Table(head[:-1], [row[:-1] for row in rows])
+    return Table(head, rows)
+
+
+def below_floor(result: Result) -> list[str]:
+    """Return the channels whose error is less than what noise and disturbances should leave."""
+    return [
+        channel.replace("_", " ")
+        for channel, parts in result.gap.items()
+        if any(
+            values[f"{kind}{'after' if result.effects else 'before'}"] < values[f"{kind}floor"]
+            for values in parts.values()
+            for kind in ("", "free_")
+            if f"{kind}floor" in values
+        )
+    ]
 
 
 def _held_out(delta_chi2: float | None) -> str:
