@@ -1,28 +1,21 @@
 """A bench that lives: reads what its loop writes into shared memory, and asks it for the rest."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hil_emulator.device.nmt import NMT_COB_ID
 from hil_emulator.errors import UserError, brief
 from hil_emulator.panel import briefing
-from hil_emulator.panel.objects import ObjectsByHand
+from hil_emulator.panel.hands import Hands
 from hil_emulator.panel.ring import RingReader
-from hil_emulator.panel.scenario_player import ScenarioPlayer
 from hil_emulator.panel.source import FRAMES_PER_S
-from hil_emulator.panel.tape import Tape
 from hil_emulator.panel.watched import Watched
-from hil_emulator.recording.journal import EntryKind, event_entry, frames_of
 from hil_emulator.remote.http_server import LoopLine
-from hil_emulator.scenario.schema import NMT
 
-Act = Callable[[Mapping[str, Any]], Awaitable[dict[str, Any]]]
-
-_LOOKS_PER_S = 5
 LOOP = {"fault", "end", "set"}
 """What is done by the loop as the remote control does it."""
+_LOOKS_PER_S = 5
 
 
 class LiveBench:
@@ -60,16 +53,8 @@ class LiveBench:
         self._ring = ring
         self._line = line
         self._fresh = asyncio.Event()
-        self._header = header
-        self._tape: Tape | None = None
-        self._scenarios = ScenarioPlayer({Path(file).parent for file in header["files"]})
-        self.hello["scenarios"] = list(self._scenarios.files)
-        self._objects = ObjectsByHand(self._say, told["eds"])
-        self.watched.listeners.append(self._hear)
-        self._acts: dict[str, Act] = {
-            "play": self._play,
-            "nmt": self._nmt, "sdo": self._sdo, "record": self._record, "marker": self._marker,
-        }  # fmt: skip
+        self._hands = Hands(told, self.watched, line)
+        self.hello["scenarios"] = list(self._hands.scenarios.files)
 
     async def next_frame(self) -> None:
         """Return when there is something new to show."""
@@ -91,9 +76,7 @@ class LiveBench:
     async def look(self) -> None:
         """Ask the loop how it is, again and again."""
         while not self.ended.is_set():
-            tape = self._tape.file.name if self._tape else None
-            own = {"recording": tape, "scenario": self._scenarios.progress}
-            self.status = own | await self._of_loop({"do": "look"})
+            self.status = self._hands.status | await self._of_loop({"do": "look"})
             await asyncio.sleep(1.0 / _LOOKS_PER_S)
 
     async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
@@ -106,7 +89,7 @@ class LiveBench:
             return await self._of_loop(
                 {"do": do, **given} if do == "end" else {"do": do, str(do): given}
             )
-        act = self._acts.get(str(do))
+        act = self._hands.acts.get(str(do))
         if act is None:
             return {"error": f"cannot do {brief(do)}"}
         try:
@@ -114,67 +97,9 @@ class LiveBench:
         except UserError as error:
             return {"error": str(error)}
 
-    async def _nmt(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        command = NMT.get(str(request["command"]))
-        if command is None:
-            raise UserError(
-                f"no NMT command {brief(request['command'])}; there are {', '.join(NMT)}"
-            )
-        data = bytes([command, int(request["node"])])
-        return await self._of_loop({"do": "send", "frames": [[NMT_COB_ID, data.hex()]]})
-
-    async def _sdo(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        answer = await self._objects.access(request)
-        if "value" in request:  # it may have changed what a PDO means
-            self._learn(await self._of_loop({"do": "messages"}))
-        return answer
-
-    async def _record(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """Begin a recording, or end that which runs."""
-        if self._tape is not None:
-            await self.stop_tape()
-        elif request.get("file"):
-            file = Path(str(request["file"]))
-            self._tape = await asyncio.to_thread(Tape, file, self._header)
-            self.watched.listeners.append(self._tape.take)
-        return {}
-
     async def close(self) -> None:
         """End what was begun by hand."""
-        await self._scenarios.stop()
-        await self.stop_tape()
-
-    async def stop_tape(self) -> None:
-        """End the recording that runs, if one does."""
-        tape, self._tape = self._tape, None
-        if tape is not None:
-            self.watched.listeners.remove(tape.take)
-            await asyncio.to_thread(tape.close)
-
-    async def _play(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """Play a scenario, or end that which is played."""
-        if request.get("name"):
-            await self._scenarios.start(str(request["name"]))
-        else:
-            await self._scenarios.stop()
-        return {}
-
-    async def _marker(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """Put a word at this moment into the strips, and into the recording that runs."""
-        what = {"marker": brief(str(request.get("text") or "marker"))}
-        self.watched.take(event_entry(round(self.watched.now * 1e9), what))
-        return {}
-
-    def _learn(self, answer: Mapping[str, Any]) -> None:
-        if "messages" in answer:
-            self.watched.traffic.learn(answer["messages"])
-
-    def _say(self, can_id: int, data: bytes) -> None:
-        self._line.ask({"do": "send", "frames": [[can_id, data.hex()]]})
-
-    def _hear(self, kind: int, payload: bytes) -> None:
-        if kind == EntryKind.BUS:
-            self._objects.hear(frames_of(payload))
+        await self._hands.close()
 
     async def _of_loop(self, request: dict[str, Any]) -> dict[str, Any]:
         return await asyncio.to_thread(self._line.ask, request)

@@ -17,9 +17,10 @@ from hil_emulator.remote.http_server import request_of
 
 ENDED = 4001
 """Code with which the stream is closed when the emulator has ended (RFC 6455: for private use)."""
+PUNCTUAL = (LATENESS, EXECUTION)
+"""Signals of which the timing of the loop is told."""
 _TELL_EVERY = FRAMES_PER_S // 5  # frames between two messages in words
 _LINES = 200  # of the trace, at a time (assumed)
-PUNCTUAL = (LATENESS, EXECUTION)
 _KEPT = 64  # messages whose way to the screen is timed
 
 
@@ -37,7 +38,8 @@ class Session:
         self._connection = connection
         self._watched = source.watched
         self._strips = Strips(source.watched.history)
-        self._watching: dict[str, Any] = {}
+        self._watching: Any = None
+        self._wanted, self._after = "", 0  # of the trace: its filter, the last frame told
         self._told_events = 0
         self._stamps: deque[tuple[int, int]] = deque(maxlen=_KEPT)
         self._latency: float | None = None
@@ -81,7 +83,8 @@ class Session:
                     await self._view(request)
                     return
                 case "watch":
-                    self._watching = request
+                    wanted = str(request.get("filter", "")).lower()
+                    self._watching, self._wanted, self._after = request.get("what"), wanted, 0
                     return
                 case "log":
                     self._look_at(str(request["name"]))
@@ -102,10 +105,8 @@ class Session:
         """Follow signals, or show a window of time, whose message comes at once."""
         names = list(self._watched.columns)
         columns = [names.index(name) for name in str(request["columns"]).split() if name in names]
-        pixels, generation = (
-            max(1, int(request["pixels"])),
-            int(request["generation"]) & 0xFFFF_FFFF,
-        )
+        pixels = max(1, int(request["pixels"]))
+        generation = int(request["generation"]) & 0xFFFF_FFFF
         if "span" in request:
             span = min(max(float(request["span"]), 0.01), 86_400.0)
             self._strips.follow(columns, span, pixels, generation)
@@ -137,7 +138,7 @@ class Session:
             "bus": {"rate": traffic.rate, "load": traffic.load},
             "oldest": watched.history.oldest * watched.history.tick, "now": watched.now,
         }  # fmt: skip
-        match self._watching.get("what"):
+        match self._watching:
             case "nodes":
                 said["nodes"] = nodes(watched)
             case "loop":
@@ -145,9 +146,7 @@ class Session:
             case "identifiers":
                 said["identifiers"] = traffic.table()
             case "trace":
-                wanted = str(self._watching.get("filter", "")).lower()
-                after = int(self._watching.get("after") or 0)
-                self._watching["after"], said["trace"] = traffic.trace(after, wanted, _LINES)
+                self._after, said["trace"] = traffic.trace(self._after, self._wanted, _LINES)
         return said
 
     async def _say(self, what: Mapping[str, Any]) -> None:

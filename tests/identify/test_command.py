@@ -54,7 +54,9 @@ def test_a_page_that_fails_loses_no_finding(
     done = CliRunner().invoke(main, ["gap", RIG, *TRAIN, f"--out={tmp_path}"])
     assert done.exit_code == 0, done.output
     assert done.output.count("report.html failed: IndexError: no column") == 1
-    assert {f.name for f in tmp_path.iterdir()} == {"result.json", "identified.toml"}
+    assert {f.name for f in tmp_path.iterdir()} == {
+        "result.json", "identified.toml", "traces.npz",
+    }  # fmt: skip
 
 
 def test_the_layer_closes_the_gap(identified: Path) -> None:

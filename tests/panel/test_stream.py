@@ -196,6 +196,7 @@ def test_nonsense_harms_nobody(bench: Bench, nonsense: str) -> None:
     asyncio.run(act())
 
 
+@pytest.mark.slow
 def test_the_end_of_the_emulator_is_told_and_a_second_one_has_a_port_of_its_own(
     bench: Bench,
 ) -> None:

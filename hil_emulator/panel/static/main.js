@@ -123,13 +123,14 @@ function step(name, key) {
   views[next].button.focus();
 }
 
-function states({ nodes = [], faults = [], timing, slipped }) {
+function states({ nodes = [], faults = [], timing, slipped, error }) {
   byId("states").replaceChildren(
     ...nodes.map(({ id, state }) => make("span", {
       class: `chip ${state === "operational" ? "good" : ""}`,
     }, `node ${id} ${state.replace("_", "-")}`)),
     faults.length ? make("span", { class: "chip bad" }, `${faults.length} fault${faults.length > 1 ? "s" : ""}`) : "");
-  if (timing) byId("health").textContent = `${timing.late} late, ${digits(slipped ?? 0, 3)} s behind the wall`;
+  if (error) byId("health").textContent = error;
+  else if (timing) byId("health").textContent = `${timing.late} late, ${digits(slipped ?? 0, 3)} s behind the wall`;
 }
 
 function theme(chosen) {
