@@ -1,13 +1,13 @@
 """`Bus`: frames in, frames out, and the loop never waits for them."""
 
+import itertools
 import time
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
-from typing import Any
 
 import can
-from can.interfaces.virtual import VirtualBus
 
+from hil_emulator.bus.in_process import InProcessBus
 from hil_emulator.bus.opening import client_command, open_can_bus
 from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.frame import Frame
@@ -44,6 +44,7 @@ class Bus(AbstractContextManager["Bus"]):
 
     def __init__(self, settings: Mapping[str, object]) -> None:
         self._bus = open_can_bus(settings)
+        self._carrier = _carrier(self._bus)
         self._kept: Frame | None = None  # arrived during a wait
         self.received = 0
         self.sent = 0
@@ -60,12 +61,12 @@ class Bus(AbstractContextManager["Bus"]):
         if self._kept is not None:
             frames.append(self._kept)
             self._kept = None
-        for _ in range(RECEIVE_LIMIT - len(frames)):
-            message = self._recv(0)
-            if message is None:
-                break
-            if self._is_ours(message):
-                frames.append(_frame(message))
+        for arrived in self._arrivals(RECEIVE_LIMIT - len(frames)):
+            if isinstance(arrived, Frame):
+                self.received += 1
+                frames.append(arrived)
+            elif self._is_ours(arrived):
+                frames.append(_frame(arrived))
         return frames
 
     def wait(self, timeout: float) -> bool:
@@ -86,9 +87,16 @@ class Bus(AbstractContextManager["Bus"]):
 
     def send(self, frames: Iterable[Frame]) -> None:
         """Hand frames to the bus in this order; those it does not take at once are dropped."""
-        for frame in frames:
+        if self._carrier is not None:
+            given = list(frames)
+            taken = self._carrier.send_frames(given)
+            self.sent += taken
+            self.dropped += len(given) - taken
+            return
+        for can_id, data, remote, extended in frames:
             try:
-                self._bus.send(_Outgoing(frame), timeout=0)
+                message = can.Message(0.0, can_id, extended, remote, data=data)
+                self._bus.send(message, timeout=0)
             except (can.CanError, OSError):
                 self.dropped += 1
             else:
@@ -99,7 +107,7 @@ class Bus(AbstractContextManager["Bus"]):
 
         Those make their own error frames, and a kernel takes none from a program.
         """
-        if isinstance(self._bus, SocketcandServerBus | VirtualBus):
+        if isinstance(self._bus, SocketcandServerBus | InProcessBus):
             message = can.Message(
                 arbitration_id=error_class, is_error_frame=True, data=bytes(_CLASSICAL_BYTES)
             )
@@ -111,6 +119,12 @@ class Bus(AbstractContextManager["Bus"]):
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+    def _arrivals(self, limit: int) -> Iterable[Frame | can.Message]:
+        """Return what has arrived, at most `limit`."""
+        if self._carrier is not None:
+            return self._carrier.receive_frames(limit)
+        return itertools.islice(iter(lambda: self._recv(0), None), limit)
 
     def _recv(self, timeout: float) -> can.Message | None:
         try:
@@ -127,34 +141,11 @@ class Bus(AbstractContextManager["Bus"]):
         return True
 
 
-class _Outgoing(can.Message):
-    """A frame on its way out, which python-can's virtual bus copies for every receiver.
-
-    `copy.deepcopy` takes bytearrays apart, which costs more than all the rest of a send. As nobody
-    here keeps the message, the first receiver gets the original.
-    """
-
-    __slots__ = ("_given",)
-
-    def __init__(self, frame: Frame) -> None:
-        can_id, data, remote, extended = frame
-        super().__init__(0.0, can_id, extended, remote, data=data)
-        self._given = False
-
-    def __deepcopy__(self, memo: dict[int, Any] | None) -> can.Message:
-        if not self._given:
-            self._given = True
-            return self
-        return can.Message(
-            self.timestamp,
-            self.arbitration_id,
-            self.is_extended_id,
-            self.is_remote_frame,
-            channel=self.channel,
-            dlc=self.dlc,
-            data=bytes(self.data),
-            is_rx=self.is_rx,
-        )
+def _carrier(bus: can.BusABC) -> InProcessBus | SocketcandServerBus | None:
+    """Return a bus that carries frames as they are; none where messages have to be filtered."""
+    if isinstance(bus, InProcessBus | SocketcandServerBus) and not bus.filters:
+        return bus
+    return None
 
 
 def _frame(message: can.Message) -> Frame:

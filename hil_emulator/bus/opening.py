@@ -12,6 +12,7 @@ import can
 from can.interfaces import BACKENDS
 from can.interfaces.socketcan import SocketcanBus
 
+from hil_emulator.bus.in_process import InProcessBus
 from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.errors import UserError
 
@@ -38,6 +39,8 @@ def open_can_bus(settings: Mapping[str, object]) -> can.BusABC:
         raise UserError(_unknown_interface(interface))
     _check_settings(interface, given)
     try:
+        if interface == "virtual":
+            return InProcessBus(**given)
         bus = can.Bus(interface=interface, ignore_config=True, **given)
         if isinstance(bus, SocketcanBus):
             _refuse_if_down(bus)

@@ -112,15 +112,29 @@ class SocketcandServerBus(can.BusABC):
             line = socketcand.format_error_frame(msg.arbitration_id, time.time())
             self._write(line, 1, self._clients)
             return
-        if msg.is_remote_frame:
-            self._warn(msg.arbitration_id)
+        frame = Frame(msg.arbitration_id, bytes(msg.data), msg.is_remote_frame, msg.is_extended_id)
+        taken = 0 if msg.is_fd else self.send_frames([frame])
         if msg.is_remote_frame or msg.is_fd:
             raise can.CanOperationError("socketcand carries classical data frames only")
-        frame = Frame(msg.arbitration_id, bytes(msg.data), extended=msg.is_extended_id)
-        if frame.data:
-            self._own.add(frame.identifier)
-        if not self._tell([frame], self._clients):
+        if not taken:
             raise can.CanOperationError("a client that does not read has lost this frame")
+
+    def receive_frames(self, limit: int) -> list[Frame]:
+        """Serve every socket that is ready, once; return what has arrived, at most `limit`."""
+        self._poll(0)
+        return [self._inbox.popleft() for _ in range(min(limit, len(self._inbox)))]
+
+    def send_frames(self, frames: Iterable[Frame]) -> int:
+        """Send frames to all clients in one write for each; return how many were taken by all."""
+        carried = []
+        for frame in frames:
+            if frame.remote:
+                self._warn(frame.can_id)
+                continue
+            if frame.data:
+                self._own.add(frame.identifier)
+            carried.append(frame)
+        return len(carried) if carried and self._tell(carried, self._clients) else 0
 
     def shutdown(self) -> None:
         """Close the port and all connections; harmless when repeated."""

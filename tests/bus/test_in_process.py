@@ -1,0 +1,73 @@
+"""The virtual bus of one process is python-can's own for everybody who joins it."""
+
+from collections.abc import Iterator
+
+import can
+import pytest
+
+from hil_emulator.bus.bus import Bus
+from hil_emulator.bus.opening import open_can_bus
+from hil_emulator.frame import Frame
+
+SETTINGS = {"interface": "virtual", "channel": "in process"}
+FRAMES = [Frame(0x185, b"\x01\x02"), Frame(0x705, remote=True), Frame(0x1ABCDE, b"", False, True)]
+
+
+@pytest.fixture
+def door() -> Iterator[Bus]:
+    """Yield the emulator's side of the bus."""
+    with Bus(SETTINGS) as bus:
+        yield bus
+
+
+def stock() -> can.BusABC:
+    """Join with python-can's own bus."""
+    return can.Bus(**SETTINGS, ignore_config=True)
+
+
+def test_parties_of_this_kind_hand_each_other_the_very_frames(door: Bus) -> None:
+    """A frame cannot change, so nobody needs a copy; nobody hears himself."""
+    with Bus(SETTINGS) as peer:
+        door.send(FRAMES)
+        heard = peer.receive()
+        assert all(a is b for a, b in zip(heard, FRAMES, strict=True))
+        assert door.receive() == []
+        assert (door.sent, peer.received) == (3, 3)
+
+
+def test_python_cans_own_bus_hears_what_it_would_hear_of_its_like(door: Bus) -> None:
+    """A message from here and one from python-can's own bus are equal in all but time."""
+    with stock() as listener, stock() as speaker:
+        for frame in FRAMES:
+            can_id, data, remote, extended = frame
+            door.send([frame])
+            speaker.send(can.Message(0, can_id, extended, remote, data=data))
+            one, other = listener.recv(0), listener.recv(0)
+            assert one is not None
+            assert other is not None
+            assert one.equals(other, timestamp_delta=None)
+            assert one.timestamp == pytest.approx(other.timestamp, abs=60.0)
+        assert door.receive() == FRAMES
+
+
+def test_it_is_a_bus_of_python_can(door: Bus) -> None:
+    """What `can_bus` opens sends, receives, filters and notifies like any bus of python-can."""
+    with open_can_bus(SETTINGS) as bus, stock() as third:
+        bus.send(can.Message(arbitration_id=0x600, data=b"\x40", is_extended_id=False))
+        assert door.receive() == [Frame(0x600, b"\x40")]
+        assert third.recv(0) is not None
+        bus.set_filters([{"can_id": 0x185, "can_mask": 0x7FF, "extended": False}])
+        door.send(FRAMES)
+        heard = bus.recv(0)
+        assert heard is not None
+        assert (heard.arbitration_id, bytes(heard.data), heard.is_rx) == (0x185, b"\x01\x02", True)
+        assert bus.recv(0) is None
+    assert isinstance(bus, can.BusABC)
+
+
+def test_who_has_left_is_told_so(door: Bus) -> None:
+    """A closed bus refuses frames, as python-can's own does."""
+    bus = open_can_bus(SETTINGS)
+    bus.shutdown()
+    with pytest.raises(can.CanOperationError, match="closed"):
+        bus.send(can.Message(arbitration_id=1))
