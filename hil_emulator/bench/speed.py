@@ -11,6 +11,7 @@ from pathlib import Path
 from hil_emulator.bench.fleet import FleetSpeed, measure_fleet
 from hil_emulator.bench.recording_cost import measure_recording
 from hil_emulator.bench.starting import StartCost, measure_start
+from hil_emulator.bench.with_client import ClientCost, measure_with_client
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.frame import Frame
@@ -61,6 +62,7 @@ class Speeds:
         realtime: the measures that were in force under the wall clock.
         fleet: eight actuators on four buses, in lock-step.
         start: from the command line to the first ticks.
+        client: under the wall clock, with a client on TCP.
 
     """
 
@@ -77,6 +79,7 @@ class Speeds:
     realtime: list[str]
     fleet: FleetSpeed
     start: StartCost
+    client: ClientCost
 
 
 def measure(
@@ -106,6 +109,8 @@ def measure(
         say(f"Wall clock, {duration:g} s ...")
         measures = realtime.apply()
         wall = _wall_clock(rig, master, duration)
+        say(f"Wall clock with a TCP client, {duration:g} s at each rate ...")
+        client = measure_with_client(config, cache, duration)
     return Speeds(
         rk4_step_us=step_us,
         rk4_step_all_us=step_all_us,
@@ -120,6 +125,7 @@ def measure(
         realtime=[str(m) for m in measures],
         fleet=fleet,
         start=start,
+        client=client,
     )
 
 

@@ -1,5 +1,6 @@
 """One client of the embedded TCP server: its socket, its handshake, what waits to be written."""
 
+import contextlib
 import socket
 import time
 
@@ -53,6 +54,7 @@ class Connection:
         self._silent_until: float | None = None  # [s] of time.monotonic()
         self._commands = socketcand.CommandStream()
         self._waiting = bytearray()
+        self._owes_acknowledgement = False
         self._reply(socketcand.HI)
 
     @property
@@ -74,10 +76,7 @@ class Connection:
         """Take what has arrived, at most `READ_BYTES`, and return the frames in it."""
         try:
             chunk = self.socket.recv(READ_BYTES)
-            if _QUICKACK is not None:
-                # The kernel clears it by itself. A late acknowledgement would hold up the next
-                # small segment of a client that has left Nagle's algorithm on, by 40 ms.
-                self.socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+            self._owes_acknowledgement = True
         except BlockingIOError:
             return []
         except OSError:
@@ -90,6 +89,17 @@ class Connection:
             return []
         frames = [self._obey(command) for command in self._commands.feed(chunk)]
         return [frame for frame in frames if frame is not None]
+
+    def acknowledge(self) -> None:
+        """Acknowledge what was read, unless something written since has done so on its way.
+
+        A late acknowledgement would hold up the next small segment of a client that has left
+        Nagle's algorithm on, by 40 ms. The kernel clears the option by itself.
+        """
+        if self._owes_acknowledgement and _QUICKACK is not None and not self.gone:
+            with contextlib.suppress(OSError):  # a client that has vanished is found out elsewhere
+                self.socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+        self._owes_acknowledgement = False
 
     def write(self, lines: bytes, count: int) -> bool:
         """Send `count` whole lines, now or later; False where they had to be dropped."""
@@ -105,6 +115,7 @@ class Connection:
         """Write what waits, as much as the socket takes."""
         try:
             del self._waiting[: self.socket.send(self._waiting)]
+            self._owes_acknowledgement = False
         except BlockingIOError:
             pass
         except OSError:

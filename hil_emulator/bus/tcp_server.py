@@ -25,6 +25,7 @@ from hil_emulator.frame import Frame
 
 DEFAULT_PORT = 29536  # socketcand's registered TCP port
 MAX_CLIENTS = 16  # assumed
+LOOK_AROUND_S = 0.005  # between looks for who comes; assumed
 
 _log = logging.getLogger(__name__)
 
@@ -80,6 +81,7 @@ class SocketcandServerBus(can.BusABC):
         self._silent: list[Connection] = []  # those in the pause after their handshake
         self._inbox: deque[Frame] = deque()
         self._own: set[int] = set()  # identifiers under which the owner has sent data
+        self._look_around = 0.0  # [s] of time.monotonic()
         self._warned = False
         self._lost = 0
         self._senseless = 0
@@ -120,8 +122,23 @@ class SocketcandServerBus(can.BusABC):
             raise can.CanOperationError("a client that does not read has lost this frame")
 
     def receive_frames(self, limit: int) -> list[Frame]:
-        """Serve every socket that is ready, once; return what has arrived, at most `limit`."""
-        self._poll(0)
+        """Read what every client has said, once; return what has arrived, at most `limit`.
+
+        Who comes, or is in the midst of joining, is looked after every few milliseconds: asking
+        the system which sockets are ready takes longer than reading from one.
+        """
+        now = time.monotonic()
+        if now >= self._look_around:
+            self._look_around = now + LOOK_AROUND_S
+            self._poll(0)
+        else:
+            for client in self._clients:
+                client.acknowledge()
+                if client.wants_to_write:
+                    client.flush()
+                self._read(client)
+                if client.gone or client.wants_to_write:
+                    self._watch(client)
         return [self._inbox.popleft() for _ in range(min(limit, len(self._inbox)))]
 
     def send_frames(self, frames: Iterable[Frame]) -> int:
@@ -163,6 +180,8 @@ class SocketcandServerBus(can.BusABC):
 
     def _poll(self, timeout: float | None) -> None:
         """Serve every socket that is ready, once; wait up to `timeout` [s] for the first."""
+        for known in self._clients:
+            known.acknowledge()
         if self._silent:
             timeout = self._end_pauses(timeout)
         for key, events in self._selector.select(timeout):
@@ -202,8 +221,9 @@ class SocketcandServerBus(can.BusABC):
             self._silent.append(client)
         if frames:
             self._inbox.extend(frames)
-            data = [frame for frame in frames if not frame.remote]
-            self._tell(data, (other for other in self._clients if other is not client))
+            others = [other for other in self._clients if other is not client]
+            if others:
+                self._tell([frame for frame in frames if not frame.remote], others)
 
     def _as_meant(self, frame: Frame) -> Frame:
         """Return a client's frame, or the remote frame that it was before it became text."""

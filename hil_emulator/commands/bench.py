@@ -97,6 +97,10 @@ def _table(s: Speeds, duration: float) -> str:
         (f"tick under the wall clock, {duration:g} s [us]", _spread(s.execution_us)),
         ("lateness under the wall clock [us]", _spread(s.lateness_us)),
         ("ticks a period late or more", str(s.overruns)),
+        ("tick with nobody on TCP [us]", _spread(s.client.idle_us)),
+        ("tick with a TCP client at 1 kHz [us]", _spread(s.client.execution_us)),
+        ("lateness with it [us]", _spread(s.client.lateness_us)),
+        ("highest rate held with it [Hz]", str(s.client.held_hz)),
         ("frames through TCP [1/s]", f"{s.tcp_frames_per_s:.0f}"),
         (
             f"{s.fleet.nodes} nodes, 4 buses of {s.fleet.pdos_per_ms:.1f} frames/ms: lock-step",
