@@ -18,6 +18,7 @@ GROUND = {"errors", "frame", "units", "__version__"}
 ROOMS = {
     "model": {"numpy", "numba", "scipy"},
     "platform": {"platformdirs", "distributed"},
+    "ccode": {"numpy", "model"},
     "pages": {"jinja2", "matplotlib"},
     "signals": {"numpy", "model"},
     "config": {"pydantic", "model"},

@@ -1,0 +1,174 @@
+"""All functions of the model that something calls, in C, each after those that it calls itself."""
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hil_emulator.ccode.c_types import (
+    INT,
+    REAL,
+    CType,
+    Numbers,
+    Several,
+    TranslationError,
+    c_name,
+    declared,
+)
+from hil_emulator.ccode.expressions import Expression, literal
+from hil_emulator.ccode.statements import Statements
+from hil_emulator.model.kernel import Kernel
+
+
+@dataclass(frozen=True)
+class Made:
+    """A function that has been translated: its name in C, its argument types, its result."""
+
+    name: str
+    takes: tuple[CType, ...]
+    gives: CType
+
+
+class Translation:
+    """The model in C, as far as it has been asked for.
+
+    Args:
+        kernel: the model, made with `compiled=False`.
+        single: float in place of double.
+
+    Attributes:
+        texts: of the functions, in their order.
+        constants: by name, as C writes them.
+        structures: of what functions give and take at once.
+
+    """
+
+    def __init__(self, kernel: Kernel, *, single: bool = False) -> None:
+        self.single = single
+        self.texts: list[str] = []
+        self.constants: dict[str, str] = {}
+        self.structures: dict[str, Several] = {}
+        self._scope: dict[str, Any] = kernel.tick.__globals__
+        parsed = ast.parse(kernel.source).body
+        self._source = {node.name: node for node in parsed if isinstance(node, ast.FunctionDef)}
+        self._made: dict[Callable[..., Any], Made] = {}
+
+    def need(self, name: str, *takes: CType) -> None:
+        """Translate a function of the model and all that it calls.
+
+        Args:
+            name: of the function.
+            takes: types of its arguments.
+
+        Raises:
+            TranslationError: if one of them holds what has no C here; says where.
+
+        """
+        self._function(name, self._scope[name], takes)
+
+    def call(
+        self, name: str, scope: Mapping[str, Any], arguments: Sequence[Expression]
+    ) -> Expression:
+        """Return the call of a function, or of a named tuple."""
+        if name not in scope:
+            raise TranslationError(f"'{name}()', which the model does not define")
+        called = scope[name]
+        kinds = tuple(a.kind for a in arguments)
+        if isinstance(called, type):
+            made = self.named_tuple(called, kinds)
+            return Expression(f"({made.name}){{{', '.join(a.text for a in arguments)}}}", made)
+        function = self._function(name, called, kinds)
+        given = ", ".join(text for a in arguments for text in _passed(a))
+        return Expression(f"{function.name}({given})", function.gives)
+
+    def constant(self, name: str, scope: Mapping[str, Any]) -> Expression:
+        """Return a constant of a module: an integer or a floating-point number."""
+        value = scope.get(name)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise TranslationError(f"'{name}', which is no number")
+        whole = isinstance(value, int)
+        text = str(value) if whole else literal(value, self.single)
+        plain = name.lstrip("_")
+        # modules may call different numbers by one name
+        known = self.constants.setdefault(plain, text) == text
+        return Expression(plain if known else text, INT if whole else REAL)
+
+    def named_tuple(self, made: type, kinds: Sequence[CType]) -> Several:
+        """Return the structure of a named tuple.
+
+        Args:
+            made: the tuple's class.
+            kinds: types of its fields.
+
+        Raises:
+            TranslationError: if there is another one of its name.
+
+        """
+        name = f"{c_name(made.__name__).lower()}_parts"
+        fields = tuple(zip(made._fields, kinds, strict=True))  # type: ignore[attr-defined]
+        found = Several(name, fields)
+        if self.structures.setdefault(name, found) != found:
+            raise TranslationError(f"two tuples called {made.__name__}")
+        return found
+
+    def _function(self, name: str, function: Callable[..., Any], takes: Sequence[CType]) -> Made:
+        made = self._made.get(function)
+        if made is None:
+            made = self._translate(name, function, takes)
+            self._made[function] = made
+        if made.takes != tuple(takes):
+            raise TranslationError(f"'{name}()', which is called in two ways")
+        return made
+
+    def _translate(self, name: str, function: Callable[..., Any], takes: Sequence[CType]) -> Made:
+        source = self._source_of(function)
+        arguments = dict(zip((a.arg for a in source.args.args), takes, strict=True))
+        translated = Statements(self, function.__globals__, arguments)
+        try:
+            translated.body(source)
+        except TranslationError as error:
+            raise TranslationError(f"{name}: {error} has no translation to C") from None
+        if isinstance(translated.gives, Several):
+            self.structures.setdefault(translated.gives.name, translated.gives)
+        own = self._free_name(name)
+        real = "float" if self.single else "double"
+        given = ", ".join(text for a in arguments.items() for text in _parameter(*a, real))
+        head = f"static {declared(translated.gives, own, real)}({given})"
+        self.texts.append("\n".join([*_comment(source), head, "{", *translated.lines, "}"]))
+        return Made(own, tuple(takes), translated.gives)
+
+    def _source_of(self, function: Callable[..., Any]) -> ast.FunctionDef:
+        if function.__globals__ is self._scope:
+            return self._source[function.__name__]
+        (node,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+        if not isinstance(node, ast.FunctionDef):
+            raise TranslationError(f"'{function.__name__}' is no plain function")
+        return node
+
+    def _free_name(self, name: str) -> str:
+        taken = {made.name for made in self._made.values()}
+        own = c_name(name)
+        return own if own not in taken else f"{own}_{len(taken)}"
+
+
+def _passed(argument: Expression) -> list[str]:
+    """Return an argument as a call hands it over, with its length where only a run knows it."""
+    unknown = isinstance(argument.kind, Numbers) and argument.kind.shape[0] is None
+    return [argument.text, f"{argument.text}_length"] if unknown else [argument.text]
+
+
+def _parameter(name: str, kind: CType, real: str) -> list[str]:
+    own = declared(kind, c_name(name), real)
+    unknown = isinstance(kind, Numbers) and kind.shape[0] is None
+    return [own, f"int {c_name(name)}_length"] if unknown else [own]
+
+
+def _comment(function: ast.FunctionDef) -> list[str]:
+    """Return the docstring of a function as a comment of C."""
+    said = ast.get_docstring(function)
+    if not said:
+        return []
+    first, *others = (said.replace("*/", "* /") + " */").splitlines()
+    return [f"/* {first}", *(f"   {line}".rstrip() for line in others)]
