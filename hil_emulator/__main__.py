@@ -227,6 +227,25 @@ def export(files: tuple[Path, ...], out: Path) -> None:
     command.export(files, out)
 
 
+@main.command("export-fmu")
+@FILES
+@click.option("--out", type=click.Path(path_type=Path), help="File to write, such as knee.fmu.")
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True)
+@click.option("--c-only", is_flag=True, help="One .h and one .c, without FMI.")
+@click.option("--float32", is_flag=True, help="With --c-only: compute with float.")
+@click.option("--all-effects", is_flag=True, help="Bring effects that are off, too.")
+def export_fmu(
+    files: tuple[Path, ...], out: Path | None, fmi: str, *, c_only: bool, float32: bool,
+    all_effects: bool,
+) -> None:  # fmt: skip
+    """Write plant and sensors as an FMU for co-simulation, or as C."""
+    from hil_emulator.commands import export_fmu as command
+
+    command.export_fmu(
+        files, out, int(fmi), c_only=c_only, single=float32, every_effect=all_effects
+    )
+
+
 @main.command()
 @click.argument("files", metavar="[CONFIG]...", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--duration", type=Duration(), default="10 s", help="Of the wall-clock part.")

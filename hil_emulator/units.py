@@ -209,6 +209,24 @@ def factor(unit: str, shown: str) -> float:
     return _value(f"1 {shown}", unit)
 
 
+_BASE = {
+    "meter": "m", "kilogram": "kg", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol",
+    "candela": "cd", "radian": "rad",
+}  # fmt: skip
+
+
+def base_exponents(unit: str) -> dict[str, float]:
+    """Return the powers of SI base units that an SI unit is made of: {"m": 1, "s": -1} of "m/s"."""
+    base = _registry().Quantity(1.0, unit).to_base_units()
+    return {_BASE[str(name)]: float(str(power)) for name, power in base.unit_items()}
+
+
+def display(unit: str, shown: str) -> tuple[float, float]:
+    """Return (factor, offset): a value v of SI `unit` is factor v + offset of `shown`."""
+    at_zero, at_one = (float(_registry().Quantity(v, unit).to(shown).magnitude) for v in (0.0, 1.0))
+    return at_one - at_zero, at_zero
+
+
 def count(text: object, one: str) -> float:
     """Return how many of `one`, such as "0.1 °C", a quantity such as "20 °C" is.
 

@@ -19,6 +19,8 @@ ROOMS = {
     "model": {"numpy", "numba", "scipy"},
     "platform": {"platformdirs", "distributed"},
     "ccode": {"numpy", "model"},
+    "fmi": set(),
+    "fmi/exporting": {"ccode", "model"},
     "pages": {"jinja2", "matplotlib"},
     "signals": {"numpy", "model"},
     "config": {"pydantic", "model"},

@@ -53,13 +53,16 @@ def host() -> System | None:
     return next((target for target in TARGETS if target.name == name), None)
 
 
-def build_library(sources: Sequence[Path], library: Path, target: System) -> None:
+def build_library(
+    sources: Sequence[Path], library: Path, target: System, flags: Sequence[str] = ()
+) -> None:
     """Compile C files into a shared library.
 
     Args:
         sources: the files; headers are looked for beside them.
         library: what becomes of them.
         target: the system that it is for.
+        flags: further ones than `FLAGS`.
 
     Raises:
         CompilerError: if there is no compiler for that, or it finds an error.
@@ -67,7 +70,16 @@ def build_library(sources: Sequence[Path], library: Path, target: System) -> Non
     """
     position = [] if target is WINDOWS else ["-fPIC"]
     maths = [] if target is WINDOWS else ["-lm"]
-    words = [*_compiler(target), *FLAGS, *position, "-o", str(library), *map(str, sources), *maths]
+    words = [
+        *_compiler(target),
+        *FLAGS,
+        *flags,
+        *position,
+        "-o",
+        str(library),
+        *map(str, sources),
+        *maths,
+    ]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode:
         raise CompilerError(f"{words[0]} says: {done.stderr.strip()}")

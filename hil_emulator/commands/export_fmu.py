@@ -1,0 +1,71 @@
+"""`hil-emulator export-fmu`: plant and sensors as an FMU, or as C alone."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from hil_emulator.ccode.c_types import TranslationError
+from hil_emulator.ccode.plant_source import Actuator, sources
+from hil_emulator.config.load import Configuration, load_whole
+from hil_emulator.errors import UserError
+from hil_emulator.fmi.exporting.archive import write_fmu
+from hil_emulator.platform.paths import near
+from hil_emulator.simulation.active_effects import acting
+
+
+def export_fmu(
+    files: Sequence[Path], out: Path | None, version: int, *, c_only: bool, single: bool,
+    every_effect: bool,
+) -> None:  # fmt: skip
+    """Write an FMU, or a header and a source file.
+
+    Args:
+        files: the configuration.
+        out: the FMU, or for C the file without its ending; named as the first file without it.
+        version: of FMI, 2 or 3.
+        c_only: write C alone.
+        single: compute with float in place of double; for C alone.
+        every_effect: bring also effects that are off, so that they can be switched on.
+
+    Raises:
+        UserError: if the configuration is wrong, an effect has no C or a file cannot be written.
+
+    """
+    if single and not c_only:
+        raise UserError("--float32 is for --c-only: an FMU's numbers are of 64 bit")
+    config = load_whole(files)
+    stem = out.with_suffix("") if out else Path(files[0].stem)
+    actuator = actuator_of(config if every_effect else acting(config), stem.name)
+    try:
+        if c_only:
+            for ending, text in zip((".h", ".c"), sources(actuator, single=single), strict=True):
+                stem.with_suffix(ending).write_text(text, encoding="utf-8")
+                click.echo(near(stem.with_suffix(ending)))
+        else:
+            write_fmu(actuator, version, stem.with_suffix(".fmu"), click.echo)
+            click.echo(near(stem.with_suffix(".fmu")))
+    except TranslationError as error:
+        raise UserError(
+            f"{error}; write the law with arithmetic, if, for and math alone, or leave it out"
+        ) from None
+    except OSError as error:
+        raise UserError(f"{stem}: cannot be written: {error.strerror}") from None
+
+
+def actuator_of(config: Configuration, stem: str) -> Actuator:
+    """Return what is put into C of a configuration, under a name that C can bear."""
+    name = re.sub(r"\W", "_", stem, flags=re.ASCII).lower()
+    if not name or name[0].isdigit():
+        name = f"plant_{name}"
+    return Actuator(
+        name=name,
+        title=f"hydraulic actuator of {', '.join(f.name for f in config.files)}",
+        effects=config.effects,
+        values=config.plant,
+        sensors=config.sensors,
+        step=config.step,
+        steps=config.steps,
+        seed=config.seed,
+    )

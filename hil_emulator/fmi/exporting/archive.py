@@ -1,0 +1,117 @@
+"""The FMU as a file: description, sources, and a library for each system that can be made here."""
+
+import re
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from string import Template
+
+from hil_emulator.ccode.compiler import LINUX, WINDOWS, CompilerError, System, build_library, host
+from hil_emulator.ccode.plant_source import Actuator, sources
+from hil_emulator.fmi.exporting import description
+from hil_emulator.fmi.exporting.variables import variables
+from hil_emulator.model.kernel import build
+
+_HERE = Path(__file__).parent
+
+_REFUSED = """
+    EnterEventMode GetFloat32 GetInt8 GetUInt8 GetInt16 GetUInt16 GetInt32 GetUInt32 GetInt64
+    GetUInt64 GetBoolean GetString GetBinary GetClock SetFloat32 SetInt8 SetUInt8 SetInt16 SetUInt16
+    SetInt32 SetUInt32 SetInt64 SetUInt64 SetBoolean SetString SetBinary SetClock
+    GetNumberOfVariableDependencies GetVariableDependencies GetDirectionalDerivative
+    GetAdjointDerivative EnterConfigurationMode ExitConfigurationMode GetIntervalDecimal
+    GetIntervalFraction GetShiftDecimal GetShiftFraction SetIntervalDecimal SetIntervalFraction
+    SetShiftDecimal SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates
+    EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates
+    GetContinuousStateDerivatives GetEventIndicators GetContinuousStates
+    GetNominalsOfContinuousStates GetNumberOfEventIndicators GetNumberOfContinuousStates
+    GetOutputDerivatives ActivateModelPartition"""
+"""Functions of FMI 3.0 that an FMU of this kind has no use for."""
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""The date of every file in the archive: what is made twice is the same twice."""
+
+
+def contents(actuator: Actuator, version: int) -> dict[str, str]:
+    """Return the texts of an FMU, by their names in the archive.
+
+    Args:
+        actuator: what it shall be.
+        version: of FMI, 2 or 3.
+
+    Raises:
+        TranslationError: if an effect's law holds what has no C here.
+
+    """
+    header, body = sources(actuator)
+    name = actuator.name
+    found = variables(actuator, build(actuator.effects, compiled=False))
+    token = str(uuid.uuid5(uuid.NAMESPACE_URL, f"{version} {header} {body}"))
+    files = (f"{name}.c", f"fmi{version}.c")
+    said = description.Said(name, actuator.title, token, actuator.step * actuator.steps, files)
+    given = {"name": name, "upper": name.upper(), "token": token}
+    given["refused"] = "\n".join(f"REFUSED(fmi3{word})" for word in _REFUSED.split())
+    texts = {
+        f"sources/{name}.h": header,
+        f"sources/{name}.c": body,
+        "sources/instance.h": _made("instance.h.in", given),
+        f"sources/fmi{version}.c": _made(f"fmi{version}.c.in", given),
+    }
+    if version == 2:
+        return {"modelDescription.xml": description.fmi2(said, found), **texts}
+    texts["sources/buildDescription.xml"] = description.build_description(said)
+    return {"modelDescription.xml": description.fmi3(said, found), **texts}
+
+
+def write_fmu(actuator: Actuator, version: int, file: Path, say: Callable[[str], None]) -> None:
+    """Write an FMU; a system that there is no compiler for is left out, and said.
+
+    Args:
+        actuator: what it shall be.
+        version: of FMI, 2 or 3.
+        file: where it goes.
+        say: told which systems it is for.
+
+    Raises:
+        TranslationError: if an effect's law holds what has no C here.
+        OSError: if the file cannot be written.
+
+    """
+    texts = contents(actuator, version)
+    own = host()
+    systems = {s.name: s for s in (LINUX, WINDOWS, own) if s}
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in texts.items():
+            archive.writestr(zipfile.ZipInfo(name, _EPOCH), text, zipfile.ZIP_DEFLATED)
+        for system in systems.values():
+            folder = system.fmi2 if version == 2 else system.name
+            if not folder:
+                say(f"{system.name}: FMI 2.0 has no folder for it; it compiles the sources")
+                continue
+            try:
+                binary = _library(texts, system)
+            except CompilerError as error:
+                say(f"{system.name}: left out: {error}")
+                continue
+            name = f"binaries/{folder}/{actuator.name}{system.suffix}"
+            archive.writestr(zipfile.ZipInfo(name, _EPOCH), binary, zipfile.ZIP_DEFLATED)
+            say(system.name if system is own else f"{system.name}: cross-compiled, not run here")
+
+
+def _library(texts: Mapping[str, str], system: System) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        made: list[Path] = []
+        for name, text in texts.items():
+            if re.fullmatch(r"sources/.*\.[ch]", name):
+                made.append(Path(folder) / Path(name).name)
+                made[-1].write_text(text, encoding="utf-8")
+        library = Path(folder) / f"model{system.suffix}"
+        compiled: Sequence[Path] = [file for file in made if file.suffix == ".c"]
+        build_library(compiled, library, system, ["-fvisibility=hidden"])
+        return library.read_bytes()
+
+
+def _made(template: str, given: Mapping[str, str]) -> str:
+    return Template((_HERE / template).read_text(encoding="utf-8")).substitute(given)

@@ -1,0 +1,163 @@
+"""`modelDescription.xml` of FMI 2.0 and 3.0."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+from hil_emulator import __version__, units
+from hil_emulator.fmi.exporting.variables import Variable
+
+Element = ElementTree.Element
+_child = ElementTree.SubElement
+
+
+_UNKNOWNS: dict[str, dict[str, str]] = {"Output": {"dependencies": ""}, "InitialUnknown": {}}
+"""Parts of the model's structure: no input passes through to an output before the next step."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """What is said of the FMU as a whole.
+
+    Attributes:
+        name: identifier of the model.
+        description: one line.
+        token: tells this FMU from every other one.
+        period: time that a tick takes [s].
+        sources: names of the files to compile.
+
+    """
+
+    name: str
+    description: str
+    token: str
+    period: float
+    sources: Sequence[str]
+
+
+def fmi2(said: Said, variables: Sequence[Variable]) -> str:
+    """Return the description for FMI 2.0."""
+    root = Element(
+        "fmiModelDescription", fmiVersion="2.0", modelName=said.name, guid=said.token,
+        description=said.description, generationTool=_tool(),
+        variableNamingConvention="structured",
+    )  # fmt: skip
+    simulation = _child(
+        root, "CoSimulation", modelIdentifier=said.name, canGetAndSetFMUstate="true",
+        canHandleVariableCommunicationStepSize="true", canSerializeFMUstate="true",
+        canNotUseMemoryManagementFunctions="true",
+    )  # fmt: skip
+    files = _child(simulation, "SourceFiles")
+    for name in said.sources:
+        _child(files, "File", name=name)
+    _units(root, variables)
+    _child(_child(root, "LogCategories"), "Category", name="logStatusError")
+    _child(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(said.period))
+    model = _child(root, "ModelVariables")
+    for v in variables:
+        scalar = _child(
+            model, "ScalarVariable", _initial(v), name=v.name, valueReference=str(v.reference),
+            description=v.description, causality=v.causality, variability=v.variability,
+        )  # fmt: skip
+        _child(scalar, "Real", _numbers(v))
+    structure = _child(root, "ModelStructure")
+    outputs = [str(i) for i, v in enumerate(variables, start=1) if v.causality == "output"]
+    for part, given in _UNKNOWNS.items():
+        unknowns = _child(structure, f"{part}s")
+        for index in outputs:
+            _child(unknowns, "Unknown", {"index": index} | given)
+    return _text(root)
+
+
+def fmi3(said: Said, variables: Sequence[Variable]) -> str:
+    """Return the description for FMI 3.0."""
+    root = Element(
+        "fmiModelDescription", fmiVersion="3.0", modelName=said.name,
+        instantiationToken=said.token, description=said.description, generationTool=_tool(),
+        variableNamingConvention="structured",
+    )  # fmt: skip
+    _child(
+        root, "CoSimulation", modelIdentifier=said.name, canGetAndSetFMUState="true",
+        canHandleVariableCommunicationStepSize="true", canSerializeFMUState="true",
+        fixedInternalStepSize=repr(said.period),
+    )  # fmt: skip
+    _units(root, variables)
+    _child(_child(root, "LogCategories"), "Category", name="logStatusError")
+    _child(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(said.period))
+    model = _child(root, "ModelVariables")
+    for v in variables:
+        _child(
+            model, "Float64", _numbers(v) | _initial(v), name=v.name,
+            valueReference=str(v.reference), description=v.description, causality=v.causality,
+            variability=v.variability,
+        )  # fmt: skip
+    _child(
+        model, "Float64", name="time", valueReference=str(len(variables)), unit="s",
+        causality="independent", variability="continuous", description="time",
+    )  # fmt: skip
+    structure = _child(root, "ModelStructure")
+    outputs = [str(v.reference) for v in variables if v.causality == "output"]
+    for part, given in _UNKNOWNS.items():
+        for reference in outputs:
+            _child(structure, part, {"valueReference": reference} | given)
+    return _text(root)
+
+
+def build_description(said: Said) -> str:
+    """Return `sources/buildDescription.xml` of FMI 3.0."""
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = _child(root, "BuildConfiguration", modelIdentifier=said.name)
+    files = _child(configuration, "SourceFileSet", language="C99")
+    for name in said.sources:
+        _child(files, "SourceFile", name=name)
+    return _text(root)
+
+
+def _tool() -> str:
+    return f"hil-emulator {__version__}"
+
+
+def _initial(v: Variable) -> dict[str, str]:
+    return {"output": {"initial": "calculated"}, "parameter": {"initial": "exact"}}.get(
+        v.causality, {}
+    )
+
+
+def _numbers(v: Variable) -> dict[str, str]:
+    """Return unit, bounds and start of a variable."""
+    found = {} if v.unit in ("", "1") else {"unit": v.unit}
+    if found and v.shown != v.unit:
+        found["displayUnit"] = v.shown
+    found |= {
+        word: repr(bound)
+        for word, bound in (("min", v.low), ("max", v.high))
+        if math.isfinite(bound)
+    }
+    return found if v.start is None else found | {"start": _number(v.start)}
+
+
+def _number(value: float) -> str:
+    """Return a number as XML Schema writes it."""
+    return repr(value) if math.isfinite(value) else repr(value).upper()
+
+
+def _units(root: Element, variables: Iterable[Variable]) -> None:
+    definitions = _child(root, "UnitDefinitions")
+    shown: dict[str, set[str]] = {"s": set()}
+    for v in variables:
+        if v.unit not in ("", "1"):
+            shown.setdefault(v.unit, set()).update({v.shown} - {v.unit})
+    for name, others in sorted(shown.items()):
+        unit = _child(definitions, "Unit", name=name)
+        exponents = units.base_exponents(name)
+        if all(n == round(n) for n in exponents.values()):
+            _child(unit, "BaseUnit", {n: str(round(power)) for n, power in exponents.items()})
+        for other in sorted(others):
+            factor, offset = units.display(name, other)
+            _child(unit, "DisplayUnit", name=other, factor=repr(factor), offset=repr(offset))
+
+
+def _text(root: Element) -> str:
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"

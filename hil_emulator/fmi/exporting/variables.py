@@ -1,0 +1,118 @@
+"""The variables of an exported FMU, from the model's declarations.
+
+They are named as in a configuration: `supply.pressure`, `friction.coulomb_friction.force`,
+`sensors.position.noise.sigma`; signals of the model as in a recording, `model.position`.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from hil_emulator.ccode.plant_source import Actuator
+from hil_emulator.model import quantities
+from hil_emulator.model.declare import Effect, Param
+from hil_emulator.model.kernel import Kernel
+from hil_emulator.model.layout import fill
+from hil_emulator.model.sensors import CHANNELS, Channel
+
+AT_START = "initial_position"
+"""The one parameter that matters at the start alone."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """What an importing tool is told of one number.
+
+    Attributes:
+        name: as in a configuration or a recording.
+        reference: its place among the numbers of the plant's structure.
+        causality: "parameter", "input" or "output".
+        variability: "fixed", "tunable" or "continuous".
+        unit: SI unit.
+        shown: the unit engineers write it in.
+        description: its meaning.
+        start: value at the start; None of an output.
+        low: smallest value, -inf without one.
+        high: largest value, inf without one.
+
+    """
+
+    name: str
+    reference: int
+    causality: str
+    variability: str
+    unit: str
+    shown: str
+    description: str
+    start: float | None = None
+    low: float = -math.inf
+    high: float = math.inf
+
+
+def variables(actuator: Actuator, kernel: Kernel) -> list[Variable]:
+    """Return all variables, in the order of the plant's structure."""
+    found = [*_parameters(actuator, kernel), *_transducers(actuator, kernel), *_inputs(kernel)]
+    return [*found, *_outputs(len(found))]
+
+
+def _parameters(actuator: Actuator, kernel: Kernel) -> Iterator[Variable]:
+    starts = fill(kernel.parameters, kernel.effects, actuator.values)
+    said: dict[str, tuple[str, Param]] = {
+        f"{table}_{p.name}": (f"{table}.{p.name}", p)
+        for table, params in quantities.PARAMS.items()
+        for p in params
+    }
+    said |= {e.field_of(p): (_in_table(e, p), p) for e in kernel.effects for p in e.params}
+    for place, field in enumerate(kernel.parameters.names or ()):
+        name, p = said[field]
+        yield Variable(
+            name, place, "parameter", "fixed" if field == AT_START else "tunable", p.unit,
+            p.display_unit, p.meaning, float(starts[place]), p.low, p.high,
+        )  # fmt: skip
+
+
+def _in_table(effect: Effect, param: Param) -> str:
+    return f"{effect.stage.table}.{effect.name}.{param.name}"
+
+
+def _transducers(actuator: Actuator, kernel: Kernel) -> Iterator[Variable]:
+    place = len(kernel.parameters.names or ())
+    own = {e.field_of(p): (e, p) for e in kernel.effects for p in e.params}
+    for channel in CHANNELS:
+        values = fill(kernel.channel, kernel.effects, actuator.sensors.get(channel.name, {}))
+        for field, start in zip(kernel.channel.names or (), values, strict=True):
+            yield _transducer(channel, *own[field], place, float(start))
+            place += 1
+
+
+def _transducer(
+    channel: Channel, effect: Effect, param: Param, place: int, start: float
+) -> Variable:
+    of_channel = param.unit == "span"
+    unit, scale = (channel.unit, channel.span) if of_channel else (param.unit, 1.0)
+    return Variable(
+        f"sensors.{channel.name}.{effect.name}.{param.name}", place, "parameter", "tunable", unit,
+        channel.shown if of_channel else param.display_unit, param.meaning, start,
+        param.low * scale, param.high * scale,
+    )  # fmt: skip
+
+
+def _inputs(kernel: Kernel) -> Iterator[Variable]:
+    place = len(kernel.parameters.names or ()) + len(CHANNELS) * len(kernel.channel.names or ())
+    for i, q in enumerate(quantities.INPUTS):
+        yield Variable(
+            q.name, place + i, "input", "continuous", q.unit, q.unit, q.meaning, start=0.0
+        )
+
+
+def _outputs(place: int) -> Iterator[Variable]:
+    shown = {c.signal: c.shown for c in CHANNELS}
+    for i, q in enumerate(quantities.SIGNALS):
+        yield Variable(
+            f"model.{q.name}", place + i, "output", "continuous", q.unit,
+            shown.get(q.name, q.unit), q.meaning,
+        )  # fmt: skip
+    place += len(quantities.SIGNALS)
+    for i, c in enumerate(CHANNELS):
+        meaning = f"what the sensor of {c.name.replace('_', ' ')} reports"
+        yield Variable(c.name, place + i, "output", "continuous", c.unit, c.shown, meaning)
