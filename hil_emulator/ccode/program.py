@@ -53,7 +53,7 @@ class Translation:
         self._scope: dict[str, Any] = kernel.tick.__globals__
         parsed = ast.parse(kernel.source).body
         self._source = {node.name: node for node in parsed if isinstance(node, ast.FunctionDef)}
-        self._made: dict[Callable[..., Any], Made] = {}
+        self._made: dict[tuple[Any, ...], Made] = {}
 
     def need(self, name: str, *takes: CType) -> None:
         """Translate a function of the model and all that it calls.
@@ -114,13 +114,11 @@ class Translation:
         return found
 
     def _function(self, name: str, function: Callable[..., Any], takes: Sequence[CType]) -> Made:
-        made = self._made.get(function)
-        if made is None:
-            made = self._translate(name, function, takes)
-            self._made[function] = made
-        if made.takes != tuple(takes):
-            raise TranslationError(f"'{name}()', which is called in two ways")
-        return made
+        # what is called with different records is a function for each
+        key = (function, *takes)
+        if key not in self._made:
+            self._made[key] = self._translate(name, function, takes)
+        return self._made[key]
 
     def _translate(self, name: str, function: Callable[..., Any], takes: Sequence[CType]) -> Made:
         source = self._source_of(function)
@@ -129,7 +127,7 @@ class Translation:
         try:
             translated.body(source)
         except TranslationError as error:
-            raise TranslationError(f"{name}: {error} has no translation to C") from None
+            raise TranslationError(f"{name}: {error}") from None
         if isinstance(translated.gives, Several):
             self.structures.setdefault(translated.gives.name, translated.gives)
         own = self._free_name(name)
@@ -148,9 +146,11 @@ class Translation:
         return node
 
     def _free_name(self, name: str) -> str:
-        taken = {made.name for made in self._made.values()}
-        own = c_name(name)
-        return own if own not in taken else f"{own}_{len(taken)}"
+        taken = [made.name for made in self._made.values()]
+        own, count = c_name(name), 2
+        while own in taken:
+            own, count = f"{c_name(name)}_{count}", count + 1
+        return own
 
 
 def _passed(argument: Expression) -> list[str]:

@@ -48,7 +48,8 @@ def export_fmu(
             click.echo(near(stem.with_suffix(".fmu")))
     except TranslationError as error:
         raise UserError(
-            f"{error}; write the law with arithmetic, if, for and math alone, or leave it out"
+            f"{error} has no translation to C; write the law with arithmetic, if, for and math "
+            "alone, or leave its file out"
         ) from None
     except OSError as error:
         raise UserError(f"{stem}: cannot be written: {error.strerror}") from None
