@@ -32,7 +32,6 @@ def test_an_effect_with_another_law_is_named_or_flagged() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="named a threshold alone since hysteresis is the motor's", strict=False)
 def test_a_law_between_two_is_said_to_be_either() -> None:
     """Play of several elements is named as one threshold or one hysteresis, and not as both."""
     outcome = asked("foreign", 4, SHORTEST)

@@ -10,14 +10,15 @@ from dataclasses import dataclass
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.candidate_refit import Trial
 
-RIVALLED = 0.75
-"""Part of the gain of an effect, when it was named, that the rival had then (assumed)."""
-
 BETWEEN = 0.1
 """Part of that gain below which the rival only completes its law (assumed)."""
 
 SAME_WORK = 0.5
 """Squared cosine between two candidates' sensitivities from which they do the same (assumed)."""
+
+RIVALLED = SAME_WORK
+"""Part of the gain of an effect, when it was named, that the rival had then: where the effect
+explains everything, what another explains of it is the squared cosine between both."""
 
 
 @dataclass(frozen=True)
