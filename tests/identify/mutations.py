@@ -1,6 +1,7 @@
 """Logs as accidents make them: cut, spiked, in other units, started again, renamed."""
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,14 @@ Columns = dict[str, np.ndarray]
 Mutation = Callable[[Columns, np.random.Generator], Columns]
 
 
-def sound(kind: str, seed: int) -> Columns:
-    """Return a sound log by heading."""
-    e = recorded({}, kind, seed, 1.0)
+DURATIONS = (2.5, 3.0, 3.3, 3.7, 4.0)
+"""Of the sound logs [s]: of a record of less than two seconds nothing would be named anyway."""
+
+
+@cache
+def sound(kind: str, which: int) -> Columns:
+    """Return a sound log by heading; `which` is an index of `DURATIONS`."""
+    e = recorded({}, kind, which, DURATIONS[which])
     shown = {"position": ("mm", 1e3), "load_force": ("N", 1.0)}
     columns = {"time [s]": np.arange(e.samples) * e.period, "valve_current [mA]": 1e3 * e.current}
     for name in INSTRUMENTS:
@@ -72,7 +78,7 @@ MUTATIONS: tuple[Mutation, ...] = (cut, spiked, scaled, restarted, renamed)
 def mutated(file: Path, seed: int) -> Path:
     """Write a log to which one to three accidents have happened."""
     random = np.random.default_rng(seed)
-    columns = sound(str(random.choice(["multisine", "steps", "triangles"])), seed % 5)
+    columns = sound(str(random.choice(["multisine", "steps", "triangles"])), seed % len(DURATIONS))
     for _ in range(random.integers(1, 4)):
         columns = MUTATIONS[random.integers(len(MUTATIONS))](columns, random)
     separator = str(random.choice([",", ";", "\t"]))

@@ -30,7 +30,6 @@ def found(changes: Mapping[str, float], **extra: object) -> Result:
         pytest.param("internal_leakage_conductance", 1e-13, "internal_leakage", marks=SLOW),
         pytest.param("stribeck_friction_excess", 40.0, "stribeck_friction", marks=SLOW),
         pytest.param("transport_delay_time", 1.5e-3, "transport_delay", marks=SLOW),
-        pytest.param("null_bias_bias", 2e-4, "null_bias", marks=SLOW),
     ],
 )
 def test_one_hidden_effect_is_named_with_its_value(field: str, value: float, name: str) -> None:
