@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import statistics
 import time
 from collections import deque
 from collections.abc import Mapping
@@ -21,6 +22,7 @@ PUNCTUAL = (LATENESS, EXECUTION)
 """Signals of which the timing of the loop is told."""
 _TELL_EVERY = FRAMES_PER_S // 5  # frames between two messages in words
 _LINES = 200  # of the trace, at a time (assumed)
+_AGES = 300  # of which the median is told: ten seconds (assumed)
 _KEPT = 64  # messages whose way to the screen is timed
 
 
@@ -42,7 +44,7 @@ class Session:
         self._wanted, self._after = "", 0  # of the trace: its filter, the last frame told
         self._told_events = 0
         self._stamps: deque[tuple[int, int]] = deque(maxlen=_KEPT)
-        self._latency: float | None = None
+        self._ages: deque[float] = deque(maxlen=_AGES)
 
     async def run(self) -> None:
         """Greet, then show and obey."""
@@ -125,7 +127,11 @@ class Session:
         """Take note that a message is on the screen: its age counts the way back, too."""
         for known, stamp_ns in self._stamps:
             if known == number:
-                self._latency = (time.monotonic_ns() - stamp_ns) * 1e-9
+                self._ages.append((time.monotonic_ns() - stamp_ns) * 1e-9)
+
+    def _latency(self) -> list[float]:
+        """Return median and maximum of how old ticks were lately when they had been painted [s]."""
+        return [statistics.median(self._ages), max(self._ages)] if self._ages else []
 
     def _words(self) -> dict[str, Any]:
         """Return what changes slowly, as far as the browser looks at it."""
@@ -134,7 +140,7 @@ class Session:
         self._told_events = events[-1][0] if events else self._told_events
         traffic = watched.traffic
         said: dict[str, Any] = {
-            "status": self._source.status, "events": events, "latency": self._latency,
+            "status": self._source.status, "events": events, "latency": self._latency(),
             "bus": {"rate": traffic.rate, "load": traffic.load},
             "oldest": watched.history.oldest * watched.history.tick, "now": watched.now,
         }  # fmt: skip

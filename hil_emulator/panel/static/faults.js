@@ -26,13 +26,14 @@ export class Faults {
     this.trouble = make("p", { class: "bad", role: "alert" });
     this.running = make("ul", { class: "list", id: "running" });
     this.all = make("button", { type: "button", onclick: () => this.end() }, "End all");
-    host.append(
+    this.injected = make("section", { hidden: true }, make("h3", { style: "margin-top:0" }, "Injected"), this.running,
+      make("div", { class: "row" }, this.all));
+    host.append(this.injected,
       make("form", { onsubmit: (event) => { event.preventDefault(); this.go(); } },
         make("div", { class: "row" }, make("label", {}, "Target ", this.target), this.other),
         this.kinds, this.meaning, this.fields,
         make("details", {}, make("summary", {}, "When, how likely"), this.common),
-        make("div", { class: "row" }, this.inject), this.trouble),
-      make("h3", {}, "Injected"), this.running, this.all);
+        make("div", { class: "row" }, this.inject), this.trouble));
     this.pickTarget();
   }
 
@@ -93,7 +94,7 @@ export class Faults {
       const time = left == null ? "until ended" : `${digits(left, 1)} s left`;
       line.children[1].textContent = began ? time : "waits";
     }
-    this.all.disabled = !faults.length;
+    this.injected.hidden = !faults.length;
   }
 }
 

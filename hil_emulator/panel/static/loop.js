@@ -22,7 +22,10 @@ export class LoopView {
     }
     const parts = [`Period ${this.tick * 1e3} ms`];
     if (timing) parts.push(`${timing.ticks} ticks, ${timing.late} late`, `${digits(slipped ?? 0, 3)} s behind the wall`);
-    if (latency != null) parts.push(`from a tick to the screen and back ${digits(latency * 1e3, 0)} ms`);
+    if (latency?.length) {
+      const [median, longest] = latency.map((age) => digits(age * 1e3, 0));
+      parts.push(`from a tick to the screen and back ${median} ms (median), ${longest} ms at most`);
+    }
     this.notes.textContent = `${parts.join("; ")}.`;
   }
 }
