@@ -145,7 +145,5 @@ class Tpdo:
         if self._type == RTR_SYNC and self._sampled is not None:
             data = self._sampled
         self._last = data
-        frame = Frame(self._can_id, data, extended=self._extended)
-        for _ in range(self._requests):
-            frames.append(frame)
+        frames += [Frame(self._can_id, data, False, self._extended)] * self._requests
         self._requests = 0
