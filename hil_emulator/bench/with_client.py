@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from hil_emulator.bench.cyclictest import lateness_p99_us
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.simulation.clock import WallClock
@@ -53,6 +54,7 @@ class ClientCost:
         idle_us: p50, p99, p999 and max of how long ticks took with nobody on the line.
         execution_us: the same with the client, at the lowest of `RATES`.
         lateness_us: p50, p99, p999 and max of how late those began.
+        system_us: p99 of how late `cyclictest` wakes up at 1 kHz, None where it is not installed.
         held_hz: the highest of `RATES` that was held with the client, 0 if none was.
 
     """
@@ -60,6 +62,7 @@ class ClientCost:
     idle_us: dict[str, float]
     execution_us: dict[str, float]
     lateness_us: dict[str, float]
+    system_us: float | None
     held_hz: int
 
 
@@ -83,7 +86,10 @@ def measure_with_client(config: Configuration, cache: Path, duration: float) -> 
             break
     held = [rate for rate, t in zip(RATES, timings, strict=False) if t.overruns <= HELD * t.ticks]
     execution, lateness = timings[0].execution.summary(), timings[0].lateness.summary()
-    return ClientCost(idle.execution.summary(), execution, lateness, max(held, default=0))
+    return ClientCost(
+        idle.execution.summary(), execution, lateness, lateness_p99_us(duration),
+        max(held, default=0),
+    )  # fmt: skip
 
 
 @contextmanager

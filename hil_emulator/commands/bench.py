@@ -83,6 +83,10 @@ def _spread(us: dict[str, float]) -> str:
     return ", ".join(f"{key} {value:.0f}" for key, value in us.items())
 
 
+def _system(p99_us: float | None) -> str:
+    return "not installed (package rt-tests)" if p99_us is None else f"p99 {p99_us:.0f}"
+
+
 def _table(s: Speeds, duration: float) -> str:
     rows = [
         ("start of a run, empty cache [s]", f"{s.start.cold_s:.1f}"),
@@ -100,6 +104,7 @@ def _table(s: Speeds, duration: float) -> str:
         ("tick with nobody on TCP [us]", _spread(s.client.idle_us)),
         ("tick with a TCP client at 1 kHz [us]", _spread(s.client.execution_us)),
         ("lateness with it [us]", _spread(s.client.lateness_us)),
+        ("lateness of cyclictest [us]", _system(s.client.system_us)),
         ("highest rate held with it [Hz]", str(s.client.held_hz)),
         ("frames through TCP [1/s]", f"{s.tcp_frames_per_s:.0f}"),
         (
