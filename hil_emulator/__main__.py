@@ -7,7 +7,9 @@ import click
 
 from hil_emulator import __version__
 from hil_emulator.commands.options import (
+    CONFIGURATION,
     FILES,
+    SCENARIO,
     Commands,
     Duration,
     Examination,
@@ -77,7 +79,7 @@ def list_faults() -> None:
 
 @main.command()
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=click.Path(path_type=Path))
+@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
 @click.pass_context
 def replay(ctx: click.Context, recording: Path, files: tuple[Path, ...]) -> None:
     """Feed a recorded controller's frames back; say where the response differs."""
@@ -107,9 +109,7 @@ def panel(path: Path) -> None:
 
 
 @main.command()
-@click.argument(
-    "files", metavar="SCENARIO...", nargs=-1, required=True, type=click.Path(path_type=Path)
-)
+@click.argument("files", metavar="SCENARIO...", nargs=-1, required=True, type=SCENARIO)
 @click.option("--workers", type=click.IntRange(1), help="Processes; all cores without it.")
 @click.option("--cluster", default="", help="Address of a Dask scheduler in place of processes.")
 @click.option("--junit", type=click.Path(path_type=Path), help="Write JUnit XML.")
@@ -168,6 +168,27 @@ def demo(ctx: click.Context, picture: Path) -> None:
     from hil_emulator.commands import demo as command
 
     ctx.exit(0 if command.demo(picture) else 1)
+
+
+@main.command()
+@click.option("--copy", "name", help="Copy this one with all that it names.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=".",
+    help="Folder for the copies; the present one without it.",
+)
+def configs(name: str | None, out: Path) -> None:
+    """List the configurations, scenarios and EDS that come with the package; copy one.
+
+    Each may be named in place of a file: hil-emulator run hyq_knee spring_load
+    """
+    from hil_emulator.commands import configs as command
+
+    if name is None:
+        command.listing()
+    else:
+        command.copy(name, out)
 
 
 @main.command()
@@ -247,7 +268,7 @@ def export_fmu(
 
 
 @main.command()
-@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=click.Path(path_type=Path))
+@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
 @click.option("--duration", type=Duration(), default="10 s", help="Of the wall-clock part.")
 @click.option("--identify", type=Duration(), help='Instead: find an effect in "60 s" of data.')
 @click.option(
@@ -365,7 +386,7 @@ def gap(
 @click.option("--duration", type=Duration(), help='How long, such as "2 s".')
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option(
-    "--config", "configs", multiple=True, type=click.Path(path_type=Path),
+    "--config", "configs", multiple=True, type=CONFIGURATION,
     help="The machine, for its stops and its valve.",
 )  # fmt: skip
 @click.option("--out", type=click.Path(path_type=Path), help="Stimulus file; NAME.csv without it.")
@@ -387,7 +408,7 @@ def experiment(
 @main.command()
 @click.argument("effects", nargs=-1)
 @click.option("--size", "sizes", multiple=True, help="small, medium, large, or a value; one each.")
-@click.option("--config", "configs", multiple=True, type=click.Path(path_type=Path))
+@click.option("--config", "configs", multiple=True, type=CONFIGURATION, help="The machine.")
 @click.option("--seed", type=click.IntRange(min=0), help="The same machine again.")
 @click.option("--surprise", is_flag=True, help="Draw an effect, and do not tell.")
 @click.option("--duration", type=Duration(), help='Of each experiment, such as "3 s".')

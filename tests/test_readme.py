@@ -9,10 +9,10 @@ from test_end_to_end import emulator
 
 from hil_emulator.__main__ import main
 from hil_emulator.config.load import load
+from hil_emulator.platform.packaged import packaged, with_named
 from hil_emulator.platform.paths import shipped
 
 ROOT = Path(__file__).parent.parent
-LOGS = ROOT / "tests" / "identify" / "data"
 README = (ROOT / "README.md").read_text()
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.M | re.S)
 COMMANDS = sorted(
@@ -27,7 +27,11 @@ COMMANDS = sorted(
 )
 
 
-MADE = set(re.findall(r"--out (\S+)", README))
+MADE = set(re.findall(r"--(?:out|record) (\S+)", README)) | {
+    copied.name
+    for name in re.findall(r"--copy (\w+)`?", README.replace("\n", " "))
+    for copied in with_named(packaged()[name])
+}
 """Folders and files that commands of the README write."""
 
 
@@ -37,18 +41,20 @@ def blocks(kind: str, beginning: str) -> str:
 
 
 @pytest.mark.parametrize("line", COMMANDS)
-def test_every_command_exists_with_its_options(line: str) -> None:
-    """Each command line in the README is one the program understands, with files that exist."""
+def test_every_command_exists_with_its_options(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each command of the README is understood in an empty folder, or after those before it."""
+    monkeypatch.chdir(tmp_path)
     _, name, *arguments = shlex.split(line)
     context = main.commands[name].make_context(name, arguments)
     for file in context.params.get("files", ()):
-        made = Path(file).parts[0] in MADE
-        assert made or any((folder / file).is_file() for folder in (ROOT, LOGS))
+        assert Path(file).parts[0] in MADE or Path(file).is_file(), file
 
 
 def test_the_connecting_client_works(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The Python lines connect to a running emulator, move it and print what it says."""
-    code = blocks("python", "import canopen").replace("eds/hyd", f"{ROOT}/eds/hyd")
+    code = blocks("python", "import canopen").replace('"hyd', f'"{ROOT}/eds/hyd')
     with emulator(tmp_path) as (port, _):
         exec(code.replace("29536", str(port)), {})
     name, values = capsys.readouterr().out.splitlines()

@@ -6,48 +6,49 @@ from typing import Any
 
 import click
 
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError
 
 
-class ConfigurationFile(click.ParamType[Path]):
-    """A configuration's file, or the name of a machine that comes with the package."""
+class PackagedFile(click.ParamType[Path]):
+    """A file, or the name of one that comes with the package.
 
-    name = "configuration"
+    Args:
+        name: what it is, for the message.
+        purposes: see `platform.packaged.Purpose`; all without any.
+
+    """
+
+    def __init__(self, name: str, *purposes: str) -> None:
+        self.name = name
+        self._purposes = purposes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """Return the path of the file; whether it is one is found out when it is read."""
-        from hil_emulator.platform.paths import machines
+        from hil_emulator.platform.packaged import Purpose, found
 
-        path = Path(value)
-        if path.suffix or path.exists():
-            return path
-        known = machines()
-        if str(value) not in known:
-            there = f"no file, and no machine of the package, which are {', '.join(known)}"
-            self.fail(f"{brief(str(value))} is {there}", param, ctx)
-        return known[str(value)]
+        try:
+            return found(str(value), *map(Purpose, self._purposes))
+        except UserError as error:
+            self.fail(str(error), param, ctx)
 
 
 def _some(ctx: click.Context, param: click.Parameter, files: tuple[Path, ...]) -> tuple[Path, ...]:
     """Ask for a file by what there is to choose from."""
-    from hil_emulator.platform.paths import machines
+    from hil_emulator.platform.packaged import Purpose, packaged, summary
 
     if files:
         return files
-    known = [f"  {name:<14} {_first_line(file)}" for name, file in machines().items()]
+    known = [f"  {name:<14} {summary(file)}" for name, file in packaged(Purpose.MACHINE).items()]
     text = (f"name a configuration (TOML), or a machine that comes with the package:\n"
             f"{chr(10).join(known)}\n"
             f"`hil-emulator init` writes a configuration of your own machine.")  # fmt: skip
     raise click.UsageError(text, ctx)
 
 
-def _first_line(file: Path) -> str:
-    return file.read_text(encoding="utf-8").partition("\n")[0].lstrip("# ").rstrip(".")
+CONFIGURATION = PackagedFile("configuration", "machine", "layer", "bench")
+SCENARIO = PackagedFile("scenario", "scenario")
 
-
-FILES = click.argument(
-    "files", metavar="CONFIG...", nargs=-1, type=ConfigurationFile(), callback=_some
-)
+FILES = click.argument("files", metavar="CONFIG...", nargs=-1, type=CONFIGURATION, callback=_some)
 
 
 class Commands(click.Group):
@@ -197,8 +198,7 @@ def recordings(function: Any) -> Any:
             help="Held-out data: all files up to the next option.",
         ),
         click.argument(
-            "files", metavar="CONFIG... DATA...", nargs=-1, required=True,
-            type=click.Path(path_type=Path),
+            "files", metavar="CONFIG... DATA...", nargs=-1, required=True, type=CONFIGURATION,
         ),
     ):  # fmt: skip
         function = option(function)

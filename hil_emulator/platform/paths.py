@@ -1,14 +1,12 @@
 """Where things are: the files that come with the package, and the cache."""
 
 import os
-import re
 from pathlib import Path
 
 import platformdirs
 
 from hil_emulator.errors import UserError
 
-_WHOLE = re.compile(r"^(\[valve\]|\[\[actuator\]\])", re.M)
 _PACKAGE = Path(__file__).parents[1]
 
 
@@ -23,12 +21,6 @@ def shipped(name: str) -> Path:
         if (root / name).is_file():
             return root / name
     raise UserError(f"{name} is missing from the installation; install hil-emulator again")
-
-
-def machines() -> dict[str, Path]:
-    """Return the whole machines that come with the package, by name; the other files are layers."""
-    files = sorted(shipped("configs/hyq_knee.toml").parent.glob("*.toml"))
-    return {file.stem: file for file in files if _WHOLE.search(file.read_text(encoding="utf-8"))}
 
 
 def cache_folder() -> Path:

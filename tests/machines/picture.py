@@ -14,7 +14,8 @@ from hil_emulator.characterise.stand import Bench
 from hil_emulator.config.load import load
 from hil_emulator.model.kernel import Kernel, build
 from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
-from hil_emulator.platform.paths import cache_folder, machines
+from hil_emulator.platform.packaged import packaged
+from hil_emulator.platform.paths import cache_folder
 
 WORKED = ("micro_rig", "hyq_knee", "test_axis", "press", "excavator_boom")
 _PART = 0.1  # of the rated current
@@ -23,7 +24,7 @@ _LONG = 20.0  # of the picture, in periods of the machine's natural frequency
 
 def play(model: Kernel, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return time [s] and position [mm], pressures a and b [bar] of one machine; shape (3, n)."""
-    config = load([machines()[name]])
+    config = load([packaged()[name]])
     bench = Bench(model, config.plant, config.sensors, step=config.step)
     stand = bench.stand({})
     period = 1.0 / (60.5 * quickness(bench))

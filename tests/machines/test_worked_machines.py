@@ -12,7 +12,8 @@ from hil_emulator.device.eds.load import load as load_eds
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.stability import required_step
-from hil_emulator.platform.paths import machines, shipped
+from hil_emulator.platform.packaged import packaged
+from hil_emulator.platform.paths import shipped
 
 WORKED = ("excavator_boom", "micro_rig", "press", "test_axis")
 
@@ -20,7 +21,7 @@ WORKED = ("excavator_boom", "micro_rig", "press", "test_axis")
 @pytest.fixture(params=WORKED)
 def config(request: pytest.FixtureRequest) -> Configuration:
     """Return one machine after the other."""
-    return load_rig([machines()[request.param]])
+    return load_rig([packaged()[request.param]])
 
 
 def test_the_stated_step_is_safe(config: Configuration, model: Kernel) -> None:
@@ -82,5 +83,5 @@ def test_the_eds_for_400_bar_differs_in_its_digits_alone() -> None:
 def test_check_says_no_warning(capsys: pytest.CaptureFixture[str]) -> None:
     """The command itself, machine by machine."""
     for name in WORKED:
-        check([machines()[name]])
+        check([packaged()[name]])
     assert "warning" not in capsys.readouterr().out

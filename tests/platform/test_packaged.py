@@ -1,0 +1,61 @@
+"""What comes with the package is named without a path, and copied whole."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.config.machine import load_machine
+from hil_emulator.errors import UserError
+from hil_emulator.platform.packaged import CONFIGURATIONS, Purpose, copy, found, packaged
+from hil_emulator.scenario import schema
+
+
+@pytest.mark.parametrize("name", packaged(Purpose.MACHINE))
+def test_a_copied_machine_is_whole_in_an_empty_folder(name: str, tmp_path: Path) -> None:
+    """It says what the packaged one says, and takes nothing from outside its folder."""
+    first, *others = copy(name, tmp_path)
+    original, copied = load_machine([packaged()[name]]), load_machine([first])
+    assert [a.config.plant for a in copied.actuators] == [
+        a.config.plant for a in original.actuators
+    ]
+    for actuator in copied.actuators:
+        assert all(node.eds.resolve().parent == tmp_path for node in actuator.config.nodes)
+    assert {f.parent for f in others} == {tmp_path}
+
+
+@pytest.mark.parametrize("name", packaged(Purpose.SCENARIO))
+def test_a_copied_scenario_brings_its_machine(name: str, tmp_path: Path) -> None:
+    """Its configuration files and profiles lie beside it."""
+    scenario = schema.load(copy(name, tmp_path)[0])
+    assert all((tmp_path / file).is_file() for file in scenario.config)
+    profiles = [step.profile.file for step in scenario.steps if step.profile]
+    assert all((tmp_path / file).is_file() for file in profiles)
+
+
+def test_a_bench_brings_its_logs(tmp_path: Path) -> None:
+    """The friction rig comes with its twelve measured logs and their licence."""
+    names = {file.suffix for file in copy("friction_rig", tmp_path)}
+    assert names == {".toml", ".csv", ""}
+    assert len(list(tmp_path.glob("*.csv"))) == 12
+
+
+def test_a_copy_that_the_user_has_changed_is_never_overwritten(tmp_path: Path) -> None:
+    """Twice the same is harmless; a changed file is kept, and told."""
+    file, *_ = copy("hyq_knee", tmp_path)
+    copy("hyq_knee", tmp_path)
+    file.write_text("mine")
+    with pytest.raises(UserError, match="is there, and differs"):
+        copy("hyq_knee", tmp_path)
+    assert file.read_text() == "mine"
+
+
+def test_names_stand_for_one_file_each() -> None:
+    """No packaged file hides another, and a wrong name lists the right ones."""
+    root = packaged()["hyq_knee"].parent
+    assert len(packaged()) == len({*root.rglob("*.toml"), *root.glob("*.eds"),
+                                   *root.parent.glob("eds/*.eds")})  # fmt: skip
+    with pytest.raises(UserError, match=r"hyq_kne is no file.* hyq_knee,"):
+        found("hyq_kne", Purpose.MACHINE)
+    for name in packaged(*CONFIGURATIONS):
+        assert tomllib.loads(found(name).read_text(encoding="utf-8"))
