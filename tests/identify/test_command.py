@@ -77,9 +77,21 @@ def test_gap_names_nothing() -> None:
 @pytest.mark.parametrize(
     ("words", "training", "held"),
     [
-        (["c.toml", "a", "b", "--validate", "v", "w"], ["c.toml", "a", "b"], ["v", "w"]),
-        (["--validate", "v", "w", "--out", "f", "c.toml", "a"], ["c.toml", "a"], ["v", "w"]),
-        (["c.toml", "--validate=v", "a", "--validate", "w", "x"], ["c.toml", "a"], ["v", "w", "x"]),
+        (
+            ["c.toml", "a.csv", "b.csv", "--validate", "v.csv", "w.csv"],
+            ["c.toml", "a.csv", "b.csv"],
+            ["v.csv", "w.csv"],
+        ),
+        (
+            ["--validate", "v.csv", "w.csv", "--out", "f", "c.toml", "a.csv"],
+            ["c.toml", "a.csv"],
+            ["v.csv", "w.csv"],
+        ),
+        (
+            ["c.toml", "--validate=v.csv", "a.csv", "--validate", "w.csv", "x.csv"],
+            ["c.toml", "a.csv"],
+            ["v.csv", "w.csv", "x.csv"],
+        ),
     ],
 )
 def test_held_out_data_go_up_to_the_next_option(
