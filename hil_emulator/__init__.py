@@ -1,3 +1,64 @@
-"""Hardware-in-the-loop emulator of hydraulic actuation on CAN."""
+"""Hardware-in-the-loop emulator of hydraulic actuation on CAN.
+
+import hil_emulator as hil
+
+knee = hil.load("hyq_knee")
+table = knee.simulate(current="3 mA", duration="200 ms")
+"""
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import Any
 
 __version__ = "0.1.0"
+
+_HOMES = {
+    "Actuator": "api.actuator:Actuator",
+    "Identification": "api.identification:Identification",
+    "LinearModel": "api.linear_model:LinearModel",
+    "Picture": "api.picture:Picture",
+    "Rig": "api.lockstep:LockstepRig",
+    "UserError": "errors:UserError",
+    "gap": "api.identification:gap",
+    "identify": "api.identification:identify",
+    "load": "api.actuator:load",
+    "machines": "api.actuator:machines",
+    "read": "api.reading:read",
+    "to_xarray": "api.tables:to_xarray",
+}
+"""Where each public name is found when it is first asked for; types stand in `__init__.pyi`."""
+
+__all__ = ["__version__", *_HOMES]
+
+
+class _Package(ModuleType):
+    """A package whose `identify` is the function, also once the room of that name is imported."""
+
+    @property
+    def identify(self) -> Any:
+        """Return `api.identification.identify`."""
+        return _public("identify")
+
+    @identify.setter
+    def identify(self, room: ModuleType) -> None:
+        """Do without the room as an attribute, which the import system would put here."""
+
+
+def _public(name: str) -> Any:
+    module, _, found = _HOMES[name].partition(":")
+    return getattr(import_module(f"{__name__}.{module}"), found)
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _public(name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+sys.modules[__name__].__class__ = _Package

@@ -337,7 +337,7 @@ def effects(as_json: bool) -> None:
 
 
 def _meaning(said: dict[str, Any]) -> Any:
-    from hil_emulator.commands.logs import Meaning, pairs
+    from hil_emulator.api.logs import Meaning, pairs
 
     names = pairs(said.pop("channels"))
     headings = [cell.strip() for cell in said.pop("columns").split(",") if cell.strip()]

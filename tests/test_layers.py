@@ -67,6 +67,11 @@ ROOMS = {
         "numpy", "canopen", "websockets", "bus", "config", "device", "faults", "identify/measured",
         "model", "platform", "recording", "remote", "scenario", "signals", "simulation",
     },
+    "api": {
+        "gymnasium", "matplotlib", "numpy", "pandas", "xarray", "bus", "captures", "config",
+        "device", "identify", "identify/conclusion", "identify/measured", "identify/reporting",
+        "model", "pages", "platform", "recording", "signals", "simulation",
+    },
 }  # fmt: skip
 """Rooms from the ground up; the first ones know least. What each may import, besides Python's own
 library, the ground and itself: other rooms, and libraries. The rooms of `identify` know those

@@ -40,8 +40,8 @@ def ctl(port: int, words: Sequence[str]) -> None:
         case ["end", number] if number.isdecimal():
             click.echo(f"ended {request(port, 'DELETE', f'/faults/{number}')['ended']}")
         case ["set", name, value]:
-            request(port, "PUT", "/settings", {name: value})
-            click.echo(f"{name} {value}")
+            answer = request(port, "PUT", "/settings", {name: value})
+            click.echo("\n".join([f"{name} {value}", *answer.get("waits", [])]))
         case _:
             raise UserError(f"ctl {shlex.join(words)}: not understood; {_USAGE}")
 

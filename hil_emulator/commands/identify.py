@@ -1,8 +1,6 @@
 """`hil-emulator identify` and `gap`: what the configuration lacks, and where it disagrees."""
 
-import json
-from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +8,13 @@ import click
 import numpy as np
 
 from hil_emulator import __version__
+from hil_emulator.api.identification import findings, today, write
+from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.commands.gap_table import gap_lines
-from hil_emulator.commands.logs import Meaning, experiments
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.reporting.headline import headline
-from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.reporting.report import report
 from hil_emulator.identify.session import Question
 from hil_emulator.identify.session import identify as run_identification
@@ -72,7 +70,7 @@ def identify(
         click.echo(f"bench     {config.bench}")
     click.echo(summary(result))
     if out is not None:
-        _write(out, _findings(result, configs))
+        write(out, findings(result, configs))
         click.echo(f"\nwritten   {near(out / 'result.json')}, identified.toml")
         _illustrate(result, configs, out)
         _keep_traces(result, out)
@@ -119,15 +117,6 @@ def _addition(result: Result) -> list[str]:
     return [f"          added to identified.toml as a table, {result.added.name}"]
 
 
-def _findings(result: Result, configs: Sequence[Path]) -> dict[str, str]:
-    """Return what a program reads on, by the name of its file."""
-    texts = {
-        "result.json": json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
-        "identified.toml": layer(result, configs, _today()),
-    }
-    return texts if result.added is None else texts | {EFFECT_FILE: result.added.text}
-
-
 def _illustrate(result: Result, configs: Sequence[Path], out: Path) -> None:
     """Write the page; whatever goes wrong with it, the findings are written already."""
     names = ", ".join(f.name for f in configs)
@@ -135,11 +124,11 @@ def _illustrate(result: Result, configs: Sequence[Path], out: Path) -> None:
     if result.verdict in MEASURED:
         title = f"{names} beside its measurements"
     try:
-        page = report(result, title, f"hil-emulator {__version__}, {_today()}")
+        page = report(result, title, f"hil-emulator {__version__}, {today()}")
     except Exception as error:
         click.echo(f"no page   report.html failed: {type(error).__name__}: {error}", err=True)
         return
-    _write(out, {"report.html": page})
+    write(out, {"report.html": page})
     click.echo(f"written   {near(out / 'report.html')}")
 
 
@@ -152,18 +141,5 @@ def _keep_traces(result: Result, out: Path) -> None:
     }
     try:
         np.savez(out / "traces.npz", **parts)
-    except OSError as error:
-        raise UserError(f"{out}: cannot be written: {error}") from None
-
-
-def _today() -> str:
-    return datetime.now(tz=UTC).strftime("%Y-%m-%d")
-
-
-def _write(out: Path, texts: Mapping[str, str]) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            (out / name).write_text(text, encoding="utf-8")
     except OSError as error:
         raise UserError(f"{out}: cannot be written: {error}") from None

@@ -95,7 +95,7 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
         UserError: with every mistake found, each with its place.
 
     """
-    if len(files) != 1 or not _has_actuators(files[0]):
+    if len(files) != 1 or not has_actuators(files[0]):
         config = load_rig(files)
         name = config.files[0].stem
         only = ActuatorSettings(name, config, ONLY_BUS)
@@ -114,7 +114,8 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
     return MachineSettings(actuators, buses, {name: wire for name, (_, wire) in made.items()})
 
 
-def _has_actuators(file: Path) -> bool:
+def has_actuators(file: Path) -> bool:
+    """Tell whether a file describes a machine of several actuators."""
     try:
         return "actuator" in read_toml(file, "configuration")
     except UserError:

@@ -30,8 +30,8 @@ class Controlled(Protocol):
         """Let something break."""
         ...
 
-    def set(self, name: str, value: float) -> None:
-        """Set a condition, SI."""
+    def set(self, name: str, value: float) -> str:
+        """Set a condition, SI; return what it waits for, "" for nothing."""
         ...
 
     def value(self, name: str) -> float:
@@ -195,9 +195,9 @@ def _end(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
 def _set(request: dict[str, Any], rig: Controlled) -> dict[str, Any]:
     values = {name: setting(name, text) for name, text in dict(request["set"]).items()}
     # what a node may still refuse comes first, so that a request is obeyed as a whole or not at all
-    for name in sorted(values, key=lambda name: name not in COMMANDS):
-        rig.set(name, values[name])
-    return {"set": values}
+    ordered = sorted(values, key=lambda name: name not in COMMANDS)
+    waits = [told for name in ordered if (told := rig.set(name, values[name]))]
+    return {"set": values, **({"waits": waits} if waits else {})}
 
 
 ANSWERS: Answers = {

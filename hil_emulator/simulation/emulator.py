@@ -2,12 +2,14 @@
 
 import itertools
 import os
+import warnings
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from typing import Any
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
+from hil_emulator.device.nmt import NMT_COB_ID
 from hil_emulator.errors import UserError
 from hil_emulator.faults.active import Running
 from hil_emulator.platform.paths import cache_folder
@@ -93,10 +95,21 @@ class Emulator(AbstractContextManager["Emulator"]):
         self._ticking = True
         try:
             self.rig.step()
+            if self.rig.now_ns == self.config.tick_ns:
+                self._tell_of_deaf_nodes()
             for call in self._listeners:
                 call()
         finally:
             self._ticking = False
+
+    def _tell_of_deaf_nodes(self) -> None:
+        """Warn of commands that came while the nodes were still booting."""
+        early = [f for _, sent, f in self.recorder.frames if not sent and f.can_id == NMT_COB_ID]
+        if early:
+            warnings.warn(
+                "an NMT command before the first tick: no node hears anything before its boot-up "
+                "message; let a tick pass first", RuntimeWarning, stacklevel=3,
+            )  # fmt: skip
 
     def run_for(self, time: Time) -> None:
         """Let emulator time pass.
@@ -142,11 +155,15 @@ class Emulator(AbstractContextManager["Emulator"]):
     def set(self, name: str, value: str) -> None:
         """Set a condition of the surroundings, such as `set("supply_pressure", "120 bar")`.
 
+        Warns of a set point that waits for a node which is not OPERATIONAL.
+
         Raises:
             UserError: for an unknown setting or a wrong unit.
 
         """
-        self.rig.set(name, setting(name, value))
+        waits = self.rig.set(name, setting(name, value))
+        if waits:
+            warnings.warn(waits, RuntimeWarning, stacklevel=2)
 
     def recording(self) -> Recording:
         """Return everything since the start."""

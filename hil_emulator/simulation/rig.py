@@ -14,6 +14,7 @@ from hil_emulator.device.abort import SdoAbort
 from hil_emulator.device.binding import raw_value
 from hil_emulator.device.emergency import ErrorBit, ErrorCode
 from hil_emulator.device.measured import Measured
+from hil_emulator.device.nmt import State
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 from hil_emulator.faults.active import Faults, Running
@@ -192,8 +193,11 @@ class Rig:
         running.others = others
         return running
 
-    def set(self, name: str, value: float) -> None:
+    def set(self, name: str, value: float) -> str:
         """Set a condition of the surroundings or a set point, SI: see `signals.inputs`.
+
+        Returns:
+            What a set point waits for before it is in force; "" where nothing waits.
 
         Raises:
             UserError: lists the settings that there are, or the bound or limit that it breaks.
@@ -202,6 +206,17 @@ class Rig:
         value = checked(name, value)
         for rig in (self, *(self.supply_mates if name in OF_SUPPLY else ())):
             rig._take(name, value)
+        return self._waits(name) if name in COMMANDS else ""
+
+    def _waits(self, command: str) -> str:
+        """Say which nodes will obey a command only once they are OPERATIONAL."""
+        waiting = [
+            n
+            for n in self.nodes
+            if n.state is not State.OPERATIONAL and n.dictionary.named(command) is not None
+        ]
+        states = ", ".join(f"node {n.node_id} is {n.state.name.replace('_', '-')}" for n in waiting)
+        return f"{command} waits: {states}; an NMT start puts it in force" if waiting else ""
 
     def _take(self, name: str, value: float) -> None:
         if name in COMMANDS:

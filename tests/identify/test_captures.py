@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from rigs import bench
 
+from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.commands.export import contents
-from hil_emulator.commands.logs import Meaning, experiments
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.device.message import Field

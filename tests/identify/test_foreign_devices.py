@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rigs import reference
 
-from hil_emulator.commands.logs import Meaning, experiments, pairs
+from hil_emulator.api.logs import Meaning, experiments, pairs
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import shipped
 

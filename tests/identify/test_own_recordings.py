@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rigs import START, bench, reference, set_point
 
-from hil_emulator.commands.logs import Meaning, experiments
+from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.recording import journal

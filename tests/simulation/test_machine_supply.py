@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rigs import START, set_point
 
+from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.bus.bus import Bus
-from hil_emulator.commands.logs import Meaning, experiments
 from hil_emulator.commands.replay import replay
 from hil_emulator.config.load import load
 from hil_emulator.config.machine import load_machine

@@ -1,0 +1,196 @@
+"""`gap` and `identify` from Python, with results that print and draw themselves."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hil_emulator import __version__
+from hil_emulator.api.actuator import Actuator
+from hil_emulator.api.logs import Meaning, experiments
+from hil_emulator.api.picture import Picture
+from hil_emulator.api.reading import as_experiments
+from hil_emulator.config.load import Configuration
+from hil_emulator.errors import UserError
+from hil_emulator.identify import session
+from hil_emulator.identify.conclusion.findings import Finding
+from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.reporting import pictures
+from hil_emulator.identify.reporting.headline import headline
+from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
+from hil_emulator.identify.reporting.report import report
+from hil_emulator.identify.session import Question
+from hil_emulator.platform.paths import cache_folder
+
+if TYPE_CHECKING:
+    import pandas
+
+    Log = str | Path | pandas.DataFrame
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What `gap` measured or `identify` found.
+
+    Attributes:
+        actuator: what the logs were held against.
+        result: everything, as the report and `result.json` have it.
+
+    """
+
+    actuator: Actuator
+    result: Result
+
+    @property
+    def verdict(self) -> str:
+        """The outcome in a word: see `hil_emulator.identify.conclusion.result.Verdict`."""
+        return self.result.verdict
+
+    @property
+    def missing(self) -> dict[str, Finding]:
+        """The effects that the configuration lacks, by name, the first found first."""
+        return {finding.name: finding for finding in self.result.effects}
+
+    def improved(self) -> Actuator:
+        """Return the actuator with what was found, and the ordinary parameters as refitted.
+
+        Raises:
+            UserError: if a part of it is a table of its own, which has to be saved first.
+
+        """
+        if self.result.added is not None:
+            raise UserError("an unknown term was added as a file: save(), then load the folder's")
+        text = layer(self.result, self.actuator.config.files, today())
+        return self.actuator.with_layer(text, "identified.toml")
+
+    def plot(self) -> Picture:
+        """Return measurement and models where they disagree most.
+
+        Raises:
+            UserError: if nothing could be examined.
+
+        """
+        if not self.result.traces:
+            raise UserError(f"nothing to draw: {self.result.reason}")
+        return Picture(pictures.trace(self.result, pictures.widest_trace(self.result)))
+
+    def page(self) -> str:
+        """Return the report as one HTML page."""
+        title = f"{self.actuator.name} beside its measurements"
+        return report(self.result, title, f"hil-emulator {__version__}, {today()}")
+
+    def save(self, folder: str | Path) -> None:
+        """Write result.json, identified.toml and report.html into a folder.
+
+        Raises:
+            UserError: if it cannot be written.
+
+        """
+        texts = findings(self.result, self.actuator.config.files)
+        write(Path(folder), {**texts, "report.html": self.page()})
+
+    def __repr__(self) -> str:
+        told = [self.verdict, *headline(self.result)]
+        return "\n".join([*told, *(f"missing {finding}" for finding in self.result.effects)])
+
+    def _repr_html_(self) -> str:
+        told = "".join(f"<p>{escape(sentence)}</p>" for sentence in headline(self.result))
+        items = "".join(f"<li>{escape(str(finding))}</li>" for finding in self.result.effects)
+        return f"<h4>{escape(self.verdict.replace('_', ' '))}</h4>{told}<ul>{items}</ul>"
+
+
+def gap(
+    actuator: Actuator, *logs: "Log", validate: Sequence["Log"] = (), jobs: int = 1
+) -> Identification:
+    """Measure where logs and an actuator's configuration disagree.
+
+    Args:
+        actuator: what should describe the machine.
+        logs: files in any format of `identify`, or tables, see `reading.as_experiments`.
+        validate: logs that take no part in refitting ordinary parameters.
+        jobs: threads.
+
+    Raises:
+        UserError: if a log cannot be used.
+
+    """
+    return _examined(actuator, logs, validate, Question(search=False), jobs, lambda _: None)
+
+
+def identify(
+    actuator: Actuator, *logs: "Log", validate: Sequence["Log"] = (), only: Sequence[str] = (),
+    exclude: Sequence[str] = (), jobs: int = 1, tell: Callable[[str], None] = lambda _: None,
+) -> Identification:  # fmt: skip
+    """Name the physical effects that logs show and the configuration lacks.
+
+    Args:
+        actuator: what should describe the machine.
+        logs: see `gap`.
+        validate: logs that take no part in the fit.
+        only: effects that may be named; all without any.
+        exclude: effects that may not.
+        jobs: threads.
+        tell: takes progress in words, such as `print`.
+
+    Raises:
+        UserError: if a log cannot be used, or an effect is unknown.
+
+    """
+    return _examined(actuator, logs, validate, Question(only, exclude), jobs, tell)
+
+
+def findings(result: Result, configs: Sequence[Path]) -> dict[str, str]:
+    """Return what a program reads on, by the name of its file."""
+    texts = {
+        "result.json": json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
+        "identified.toml": layer(result, configs, today()),
+    }
+    return texts if result.added is None else texts | {EFFECT_FILE: result.added.text}
+
+
+def write(out: Path, texts: Mapping[str, str]) -> None:
+    """Write texts into a folder, by the names of their files.
+
+    Raises:
+        UserError: if it cannot be written.
+
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (out / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{out}: cannot be written: {error}") from None
+
+
+def today() -> str:
+    """Return the date, UTC."""
+    return datetime.now(tz=UTC).strftime("%Y-%m-%d")
+
+
+def _examined(
+    actuator: Actuator, logs: Sequence["Log"], validate: Sequence["Log"], question: Question,
+    jobs: int, tell: Callable[[str], None],
+) -> Identification:  # fmt: skip
+    if not logs:
+        raise UserError("name at least one log")
+    learn, check = (_experiments(some, actuator.config) for some in (logs, validate))
+    result = session.identify(
+        actuator.config, learn, check, question, tell, cache_folder(), jobs
+    )  # fmt: skip
+    return Identification(actuator, result)
+
+
+def _experiments(logs: Sequence["Log"], config: Configuration) -> list[Experiment]:
+    """Read files and tables, in their order."""
+    made: list[Experiment] = []
+    for number, log in enumerate(logs, 1):
+        if isinstance(log, str | Path):
+            made += experiments([Path(log)], config, Meaning())
+        else:
+            made += as_experiments(log, number)
+    return made
