@@ -33,8 +33,8 @@ _COMPARED: dict[type[ast.cmpop], tuple[str, int]] = {
 _AND, _OR, _CHOICE = 5, 4, 3
 
 _MATH = frozenset(
-    ("sqrt", "exp", "expm1", "log", "log10", "log1p", "pow", "sin", "cos", "tan", "asin", "acos",
-     "atan", "atan2", "sinh", "cosh", "tanh", "copysign", "floor", "ceil", "hypot", "fmod")
+    ("sqrt", "exp", "expm1", "log", "log2", "log10", "log1p", "pow", "sin", "cos", "tan", "asin",
+     "acos", "atan", "atan2", "sinh", "cosh", "tanh", "copysign", "floor", "ceil", "hypot", "fmod")
 )  # fmt: skip
 """Functions that are called in `math` as they are in C."""
 

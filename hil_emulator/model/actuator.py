@@ -27,6 +27,8 @@ from hil_emulator.model.stages import (
     cross_leakage,
     cross_relief,
     full_flow,
+    gas_expansion,
+    gas_octave,
     gas_pressure,
     heat,
     line_flow,
@@ -79,6 +81,12 @@ def hold(x: Any, par: Any, inputs: Any, held: Any) -> None:
     held.temperature = temperature(par, x, held, par.oil_temperature)
     held.viscosity = viscosity(par, held, held, 1.0, held.temperature)
     held.gas_pressure = gas_pressure(par, held, held)
+    p_a = chamber_pressure(x.pressure_a, held.gas_pressure)
+    p_b = chamber_pressure(x.pressure_b, held.gas_pressure)
+    held.gas_octave_a = gas_octave(par, x, held, p_a)
+    held.gas_octave_b = gas_octave(par, x, held, p_b)
+    held.gas_expansion_a = gas_expansion(par, x, held, held.gas_octave_a)
+    held.gas_expansion_b = gas_expansion(par, x, held, held.gas_octave_b)
     held.transition = transition(par, held.viscosity)
 
 
@@ -220,8 +228,14 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     q_tb = port_relief(par, x, dx, y.pressure_b, y.tank_pressure)
     q_ea = outward_leakage(par, x, dx, y.pressure_a, held.viscosity)
     q_eb = outward_leakage(par, x, dx, y.pressure_b, held.viscosity)
-    beta_a = oil(par, x, dx, par.oil_bulk_modulus, p_a, v_a, held.temperature)
-    beta_b = oil(par, x, dx, par.oil_bulk_modulus, p_b, v_b, held.temperature)
+    beta_a = oil(
+        par, x, dx, par.oil_bulk_modulus, p_a, v_a, held.temperature,
+        held.gas_octave_a, held.gas_expansion_a,
+    )  # fmt: skip
+    beta_b = oil(
+        par, x, dx, par.oil_bulk_modulus, p_b, v_b, held.temperature,
+        held.gas_octave_b, held.gas_expansion_b,
+    )  # fmt: skip
     y.pressure_rate_a = beta_a / v_a * (y.flow_a - q_ab - q_ea - area_a * x.velocity - q_r - q_ta)
     y.pressure_rate_b = beta_b / v_b * (q_ab - y.flow_b - q_eb + area_b * x.velocity + q_r - q_tb)
     dx.pressure_a = y.pressure_rate_a * gas_factor(p_a, gas)
@@ -294,7 +308,7 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 
 BALANCES = (
-    transition, hold, pressure_root, chamber_pressure, gas_factor, ports, *PORTS, move_spool,
+    transition, chamber_pressure, hold, pressure_root, gas_factor, ports, *PORTS, move_spool,
     edge_flow, meter, fill_chambers, *MECHANICS, move, feed, account,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

@@ -31,6 +31,14 @@ gas_pressure = Stage(
     "gas_pressure", "oil", (), "pressure below which gas makes a chamber softer than oil does",
     "Pa", "sum", balances=FLOWS,
 )  # fmt: skip
+gas_octave = Stage(
+    "gas_octave", "oil", ("pressure",), "power of two below a chamber's pressure, where gas is",
+    "Pa", "sum", repeated=True, balances=FLOWS,
+)  # fmt: skip
+gas_expansion = Stage(
+    "gas_expansion", "oil", ("octave",), "volume of gas over that at 1 atm, amid such an octave",
+    "1", "sum", repeated=True, balances=FLOWS,
+)  # fmt: skip
 
 # supply and tank
 supply = Stage(
@@ -161,7 +169,8 @@ vapour = Stage(
     balances=FLOWS,
 )  # fmt: skip
 oil = Stage(
-    "oil", "oil", ("bulk_modulus", "pressure", "volume", "temperature"),
+    "oil", "oil",
+    ("bulk_modulus", "pressure", "volume", "temperature", "octave", "expansion"),
     "effective bulk modulus in a chamber", "Pa", "chain", repeated=True, balances=FLOWS,
 )  # fmt: skip
 heat = Stage(
@@ -250,12 +259,12 @@ transducer = Stage(
 )  # fmt: skip
 
 CONTINUOUS = (
-    temperature, viscosity, gas_pressure, supply, tank, pilot_flow, line_flow, line_rates,
-    source, relief, pump_loss, full_flow, pump_drag, capacity, return_rates, command, pilot,
-    spool_force, spool, spool_reach, travel, metering, line_a, line_b, line_flow_a, line_flow_b,
-    cylinder_line_rates, holding, holding_rates, cross_relief, port_relief, vapour, oil, heat,
-    cross_leakage, outward_leakage, friction, dry_friction, friction_scale, stop, inertia,
-    coupling, play, load, load_inertia, joint_angle, joint_lever, joint_lever_slope,
+    temperature, viscosity, gas_pressure, gas_octave, gas_expansion, supply, tank, pilot_flow,
+    line_flow, line_rates, source, relief, pump_loss, full_flow, pump_drag, capacity, return_rates,
+    command, pilot, spool_force, spool, spool_reach, travel, metering, line_a, line_b, line_flow_a,
+    line_flow_b, cylinder_line_rates, holding, holding_rates, cross_relief, port_relief, vapour,
+    oil, heat, cross_leakage, outward_leakage, friction, dry_friction, friction_scale, stop,
+    inertia, coupling, play, load, load_inertia, joint_angle, joint_lever, joint_lever_slope,
     joint_inertia, joint_mass_moment, joint_carries,
 )  # fmt: skip
 TICKED = (set_point,)

@@ -2,13 +2,28 @@
 
 import math
 
+from numba.extending import register_jitable
+
 from hil_emulator.model.constants import ATMOSPHERE, REFERENCE_TEMPERATURE
 from hil_emulator.model.declare import Param, effect
-from hil_emulator.model.stages import gas_pressure, oil, vapour, viscosity
+from hil_emulator.model.stages import (
+    gas_expansion,
+    gas_octave,
+    gas_pressure,
+    oil,
+    vapour,
+    viscosity,
+)
 
 LARGEST_GAS_PRESSURE = 1e5
 """Bound of the gas pressure [Pa] (assumed): mixtures that are soft above it are not stiff, and
 a small value keeps the chamber's state close to its pressure."""
+
+LEAST_GAS_PRESSURE = 1e-9
+"""Pressure that keeps logarithms finite [Pa] (assumed); p > 0 wherever there is air."""
+
+THIN = 0.1
+"""p/E up to which six terms give exp(p/E), to 2e-11."""
 
 
 @effect(
@@ -70,6 +85,46 @@ def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus:
     return min(LARGEST_GAS_PRESSURE, math.pow(balance, 1.0 / (k + 1.0)))
 
 
+@register_jitable
+def _gas_octave(pressure: float) -> float:
+    """2^n <= p < 2^(n + 1)."""
+    return math.pow(2.0, math.floor(math.log2(max(pressure, LEAST_GAS_PRESSURE))))
+
+
+@register_jitable
+def _gas_expansion(octave: float, polytropic_exponent: float) -> float:
+    """(p_0/(sqrt(2) p))^(1/k)."""
+    return math.pow(ATMOSPHERE / (math.sqrt(2.0) * octave), 1.0 / polytropic_exponent)
+
+
+@register_jitable
+def _compression(pressure: float, octave: float, k: float) -> tuple[float, float]:
+    """Return numerator and denominator of (p_m/p)^(1/k) in an octave with p_m amid it.
+
+    With s = (p - p_m)/(p + p_m) it is ((1 - s)/(1 + s))^(1/k) = (c - t)/(c + t), t = s/k, and
+    c = 1 + (t² - s²)/(3 + (t² - 4 s²)/(5 + (t² - 9 s²)/(7 + (t² - 16 s²)/(9 + ...)))) (the
+    continued fraction of Gauss). To there its relative error is below 4e-12 for k from 1 to 1.4.
+    """
+    middle = math.sqrt(2.0) * octave
+    t = (pressure - middle) / (k * (pressure + middle))
+    t_2 = t * t
+    s_2 = k * k * t_2
+    third = 63.0 + t_2 - 16.0 * s_2
+    second = 5.0 * third + 9.0 * (t_2 - 9.0 * s_2)
+    lower = 3.0 * second + (t_2 - 4.0 * s_2) * third
+    upper = lower + (t_2 - s_2) * second
+    return upper - t * lower, upper + t * lower
+
+
+@register_jitable
+def _thinning(strain: float) -> float:
+    """Return exp(p/E)."""
+    if strain > THIN:
+        return math.exp(strain)
+    rest = 1.0 / 6.0 + strain * (1.0 / 24.0 + strain * (1.0 / 120.0 + strain * (1.0 / 720.0)))
+    return 1.0 + strain * (1.0 + strain * (0.5 + strain * rest))
+
+
 @effect(
     oil,
     knob=Param("fraction", "1", "air volume at 1 atm over oil volume", 0.005, 0.0, 0.2, shown="%"),
@@ -88,11 +143,16 @@ def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus:
     source="S2 eq. 1, corrected: the printed one does not give E for vanishing air",
     signature="chambers get soft below some 50 bar; pressures end above vacuum",
     not_modelled="air going into and out of solution; see the cavitation floor for vapour",
-    also=((gas_pressure, _gas_pressure),),
+    also=(
+        (gas_pressure, _gas_pressure),
+        (gas_octave, _gas_octave),
+        (gas_expansion, _gas_expansion),
+    ),
 )
 def entrained_air(
-    bulk_modulus: float, pressure: float, fraction: float, polytropic_exponent: float
-) -> float:
+    bulk_modulus: float, pressure: float, octave: float, expansion: float,
+    fraction: float, polytropic_exponent: float,
+) -> float:  # fmt: skip
     """E' = E (1 + w) / (1 + w E / (k p)), w = r (p_0/p)^(1/k) exp(p/E).
 
     There is air in the oil.
@@ -101,13 +161,19 @@ def entrained_air(
     tangent modulus E, as the balances have it, and a polytropic gas; w is the volume of the gas
     over that of the oil. V_L (1 - p/E), the other usual form, has a modulus E - p without any air.
     E' tends to E at high pressure and to k p towards vacuum, so that a pressure cannot become
-    negative.
+    negative. The power is known amid the octave in which the pressure was when the call of the
+    integrator began, and followed from there.
     """
-    # the guard only keeps the logarithm finite; p > 0 wherever there is air
-    p = max(pressure, 1e-9)
-    expansion = math.log(ATMOSPHERE / p) / polytropic_exponent
-    gas: float = fraction * math.exp(expansion + p / bulk_modulus)
-    return bulk_modulus * (1.0 + gas) / (1.0 + gas * bulk_modulus / (polytropic_exponent * p))
+    p = max(pressure, LEAST_GAS_PRESSURE)
+    if not octave <= p < 2.0 * octave:
+        octave = _gas_octave(p)
+        expansion = _gas_expansion(octave, polytropic_exponent)
+    upper, lower = _compression(p, octave, polytropic_exponent)
+    # w as a quotient of both, so that one division is enough
+    upper *= fraction * expansion * _thinning(p / bulk_modulus)
+    softest = polytropic_exponent * p
+    modulus: float = bulk_modulus * softest * (lower + upper)
+    return modulus / (softest * lower + bulk_modulus * upper)
 
 
 @effect(
