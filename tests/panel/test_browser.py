@@ -1,5 +1,6 @@
 """The page in headless Chromium, touched as people touch it."""
 
+import contextlib
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -9,6 +10,7 @@ from typing import Any
 import can
 import pytest
 from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
@@ -64,11 +66,12 @@ def page(bench: Bench, browser: webdriver.Chrome) -> Iterator[webdriver.Chrome]:
 
 
 def until(found: Callable[[], Any]) -> Any:
-    """Wait for something; return it."""
+    """Wait for something; return it. What goes while one looks at it is looked for again."""
     deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
-        if result := found():
-            return result
+        with contextlib.suppress(StaleElementReferenceException):
+            if result := found():
+                return result
         time.sleep(0.05)
     raise AssertionError("what was waited for did not come")
 
