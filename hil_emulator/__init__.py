@@ -14,7 +14,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Actuator": "api.actuator:Actuator",
+    "Actuator": "api.actuator:ActuatorModel",
     "Identification": "api.identification:Identification",
     "LinearModel": "api.linear_model:LinearModel",
     "Picture": "api.picture:Picture",

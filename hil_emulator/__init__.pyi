@@ -1,4 +1,4 @@
-from hil_emulator.api.actuator import Actuator as Actuator
+from hil_emulator.api.actuator import ActuatorModel as Actuator
 from hil_emulator.api.actuator import load as load
 from hil_emulator.api.actuator import machines as machines
 from hil_emulator.api.identification import Identification as Identification

@@ -42,7 +42,7 @@ _UNITS = {q.name: q.unit for q in INPUTS}
 
 
 @dataclass(frozen=True)
-class Actuator:
+class ActuatorModel:
     """A configured actuator; what changes it returns another one.
 
     Attributes:
@@ -100,7 +100,7 @@ class Actuator:
 
     def with_effect(
         self, name: str, value: Quantity | None = None, *, channel: str = "", **shape: Quantity
-    ) -> "Actuator":
+    ) -> "ActuatorModel":
         """Return the actuator with an effect of the catalogue at a value.
 
         Args:
@@ -126,7 +126,7 @@ class Actuator:
         table = ".".join(filter(None, (effect.stage.table, channel)))
         return self.with_layer(f"[{table}]\n{name} = {{ {pairs} }}\n", f"with_effect({name})")
 
-    def with_layer(self, text: str, origin: str = "with_layer") -> "Actuator":
+    def with_layer(self, text: str, origin: str = "with_layer") -> "ActuatorModel":
         """Return the actuator with a layer of configuration, as TOML, laid over it.
 
         Raises:
@@ -137,7 +137,7 @@ class Actuator:
         files = [*old.files, Path(origin)]
         new = load_texts(files, [*old.texts, text], lambda path, content: None)
         new = dataclasses.replace(new, nodes=old.nodes, supply_mates=old.supply_mates)
-        return Actuator(self.name, new)
+        return ActuatorModel(self.name, new)
 
     @property
     def effects(self) -> dict[str, str]:
@@ -165,7 +165,7 @@ class Actuator:
         return f"<b>{escape(self.name)}</b><table><tr><th>effect<th>value</tr>{rows}</table>"
 
 
-def load(*what: str | Path, actuator: str = "") -> Actuator:
+def load(*what: str | Path, actuator: str = "") -> ActuatorModel:
     """Return an actuator by the names or files that describe it, later ones over earlier ones.
 
     Args:
@@ -180,12 +180,12 @@ def load(*what: str | Path, actuator: str = "") -> Actuator:
         raise UserError(f"name a machine of the package, {', '.join(machines())}, or a file")
     files = [found(str(w), *CONFIGURATIONS) for w in what]
     if len(files) > 1 or not has_actuators(files[0]):
-        return Actuator(files[0].stem, load_one(files))
+        return ActuatorModel(files[0].stem, load_one(files))
     several = {a.name: a.config for a in load_machine(files).actuators}
     if actuator not in several:
         known = " or ".join(f'actuator="{name}"' for name in several)
         raise UserError(f"{files[0]}: has several actuators; name one, {known}")
-    return Actuator(actuator, several[actuator])
+    return ActuatorModel(actuator, several[actuator])
 
 
 def machines() -> list[str]:

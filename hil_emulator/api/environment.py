@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hil_emulator.api.actuator import Actuator, Quantity, load, si
+from hil_emulator.api.actuator import ActuatorModel, Quantity, load, si
 from hil_emulator.api.standalone import StandAlone
 
 Observation = NDArray[np.float32]
@@ -42,7 +42,7 @@ class Reaching(gymnasium.Env[Observation, NDArray[np.float32]]):
     metadata = {"render_modes": []}  # noqa: RUF012  as Gymnasium declares it
 
     def __init__(
-        self, machine: Actuator | str = "hyq_knee", largest_current: Quantity = "10 mA"
+        self, machine: ActuatorModel | str = "hyq_knee", largest_current: Quantity = "10 mA"
     ) -> None:
         actuator = load(machine) if isinstance(machine, str) else machine
         self._config = actuator.config

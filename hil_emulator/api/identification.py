@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hil_emulator import __version__
-from hil_emulator.api.actuator import Actuator
+from hil_emulator.api.actuator import ActuatorModel
 from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.api.picture import Picture
 from hil_emulator.api.reading import as_experiments
@@ -42,7 +42,7 @@ class Identification:
 
     """
 
-    actuator: Actuator
+    actuator: ActuatorModel
     result: Result
 
     @property
@@ -55,7 +55,7 @@ class Identification:
         """The effects that the configuration lacks, by name, the first found first."""
         return {finding.name: finding for finding in self.result.effects}
 
-    def improved(self) -> Actuator:
+    def improved(self) -> ActuatorModel:
         """Return the actuator with what was found, and the ordinary parameters as refitted.
 
         Raises:
@@ -104,7 +104,7 @@ class Identification:
 
 
 def gap(
-    actuator: Actuator, *logs: "Log", validate: Sequence["Log"] = (), jobs: int = 1
+    actuator: ActuatorModel, *logs: "Log", validate: Sequence["Log"] = (), jobs: int = 1
 ) -> Identification:
     """Measure where logs and an actuator's configuration disagree.
 
@@ -122,7 +122,7 @@ def gap(
 
 
 def identify(
-    actuator: Actuator, *logs: "Log", validate: Sequence["Log"] = (), only: Sequence[str] = (),
+    actuator: ActuatorModel, *logs: "Log", validate: Sequence["Log"] = (), only: Sequence[str] = (),
     exclude: Sequence[str] = (), jobs: int = 1, tell: Callable[[str], None] = lambda _: None,
 ) -> Identification:  # fmt: skip
     """Name the physical effects that logs show and the configuration lacks.
@@ -173,7 +173,7 @@ def today() -> str:
 
 
 def _examined(
-    actuator: Actuator, logs: Sequence["Log"], validate: Sequence["Log"], question: Question,
+    actuator: ActuatorModel, logs: Sequence["Log"], validate: Sequence["Log"], question: Question,
     jobs: int, tell: Callable[[str], None],
 ) -> Identification:  # fmt: skip
     if not logs:

@@ -4,7 +4,7 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from hil_emulator.api.actuator import Actuator, Quantity, load
+from hil_emulator.api.actuator import ActuatorModel, Quantity, load
 from hil_emulator.api.tables import recorded
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import on_bus
@@ -34,8 +34,8 @@ class LockstepRig(Emulator):
 
     """
 
-    def __init__(self, machine: Actuator | str | Path, seed: int | None = None) -> None:
-        actuator = machine if isinstance(machine, Actuator) else load(machine)
+    def __init__(self, machine: ActuatorModel | str | Path, seed: int | None = None) -> None:
+        actuator = machine if isinstance(machine, ActuatorModel) else load(machine)
         config = on_bus(actuator.config)
         super().__init__(config if seed is None else dataclasses.replace(config, seed=seed))
         self.name = actuator.name
@@ -61,7 +61,7 @@ class LockstepRig(Emulator):
         return self.signals
 
     def table(self) -> "pandas.DataFrame":
-        """Return everything since the start, as `Actuator.simulate` does."""
+        """Return everything since the start, as `ActuatorModel.simulate` does."""
         return recorded(self.recorder.rows(), machine=self.name, digest=self.config.digest)
 
     def __enter__(self) -> Self:
