@@ -166,6 +166,8 @@ def test_bench_tells_what_the_machine_achieves() -> None:
     assert speeds["fleet"]["pdos_per_ms"] >= 8
     assert speeds["lockstep_x"] > 0
     assert speeds["tcp_frames_per_s"] > 0
+    assert speeds["start"]["memory_mb"] > 0
+    assert speeds["client"]["execution_us"]["p50"] <= speeds["client"]["execution_us"]["p99"]
 
 
 @pytest.mark.slow
