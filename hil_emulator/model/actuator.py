@@ -26,6 +26,19 @@ from hil_emulator.model.stages import (
     command,
     cross_leakage,
     cross_relief,
+    cushion_a,
+    cushion_b,
+    cushion_flow_a,
+    cushion_flow_b,
+    cushion_rates,
+    edge_at,
+    edge_at_acts,
+    edge_bt,
+    edge_bt_acts,
+    edge_sa,
+    edge_sa_acts,
+    edge_sb,
+    edge_sb_acts,
     full_flow,
     gas_expansion,
     gas_octave,
@@ -38,6 +51,7 @@ from hil_emulator.model.stages import (
     outward_leakage,
     pilot,
     pilot_flow,
+    port_area,
     port_relief,
     pump_drag,
     pump_loss,
@@ -179,6 +193,23 @@ def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
     return flow
 
 
+def open_edges(x: Any, dx: Any, par: Any, u: float) -> tuple[float, float, float, float]:
+    """Return the openings of the edges s-a, b-t, s-b and a-t at a spool travel [A].
+
+    They open two by two where none is unlike the others.
+    """
+    if edge_sa_acts(par) or edge_bt_acts(par) or edge_sb_acts(par) or edge_at_acts(par):
+        return (
+            metering(par, x, dx, edge_sa(par, x, dx, u), u),
+            metering(par, x, dx, edge_bt(par, x, dx, u), u),
+            metering(par, x, dx, edge_sb(par, x, dx, -u), u),
+            metering(par, x, dx, edge_at(par, x, dx, -u), u),
+        )
+    opens = metering(par, x, dx, u, u)
+    closes = metering(par, x, dx, -u, u)
+    return opens, opens, closes, closes
+
+
 def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Four metering edges (S1 eq. 3.9, 3.10, with flow in both directions through each)."""
     p_s = y.supply_pressure
@@ -186,12 +217,11 @@ def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     p_a = y.port_pressure_a
     p_b = y.port_pressure_b
     u = travel(par, x, dx, y.spool_position, y.spool_speed)
-    opens = metering(par, x, dx, u, u)
-    closes = metering(par, x, dx, -u, u)
-    q_sa = edge_flow(par, held, opens, p_s - p_a)
-    q_bt = edge_flow(par, held, opens, p_b - p_t)
-    q_sb = edge_flow(par, held, closes, p_s - p_b)
-    q_at = edge_flow(par, held, closes, p_a - p_t)
+    u_sa, u_bt, u_sb, u_at = open_edges(x, dx, par, u)
+    q_sa = edge_flow(par, held, u_sa, p_s - p_a)
+    q_bt = edge_flow(par, held, u_bt, p_b - p_t)
+    q_sb = edge_flow(par, held, u_sb, p_s - p_b)
+    q_at = edge_flow(par, held, u_at, p_a - p_t)
     q_st = pilot_flow(par, x, dx, p_s, p_t)
     y.port_flow_a = q_sa - q_at
     y.port_flow_b = q_bt - q_sb
@@ -215,12 +245,12 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
 
     A piston in its stop, or beyond one that is off, leaves a chamber its dead volume.
     """
-    area_a = par.cylinder_piston_area
-    area_b = par.cylinder_area_ratio * area_a
-    dead_a = par.cylinder_dead_volume_a
-    dead_b = par.cylinder_dead_volume_b
-    v_a = dead_a + area_a * max(0.0, x.position)
-    v_b = dead_b + area_b * max(0.0, par.cylinder_stroke - x.position)
+    left_a = max(0.0, x.position)
+    left_b = max(0.0, par.cylinder_stroke - x.position)
+    area_a = port_area(par, x, dx, par.cylinder_piston_area, left_a)
+    area_b = port_area(par, x, dx, par.cylinder_area_ratio * par.cylinder_piston_area, left_b)
+    v_a = par.cylinder_dead_volume_a + area_a * left_a
+    v_b = par.cylinder_dead_volume_b + area_b * left_b
     gas = held.gas_pressure
     q_ab = cross_leakage(par, x, dx, y.pressure_a, y.pressure_b, held.viscosity)
     q_r = cross_relief(par, x, dx, y.pressure_a, y.pressure_b)
@@ -228,6 +258,8 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     q_tb = port_relief(par, x, dx, y.pressure_b, y.tank_pressure)
     q_ea = outward_leakage(par, x, dx, y.pressure_a, held.viscosity)
     q_eb = outward_leakage(par, x, dx, y.pressure_b, held.viscosity)
+    q_ca = cushion_flow_a(par, x, dx, left_a, held.viscosity)
+    q_cb = cushion_flow_b(par, x, dx, left_b, held.viscosity)
     beta_a = oil(
         par, x, dx, par.oil_bulk_modulus, p_a, v_a, held.temperature,
         held.gas_octave_a, held.gas_expansion_a,
@@ -236,8 +268,16 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
         par, x, dx, par.oil_bulk_modulus, p_b, v_b, held.temperature,
         held.gas_octave_b, held.gas_expansion_b,
     )  # fmt: skip
-    y.pressure_rate_a = beta_a / v_a * (y.flow_a - q_ab - q_ea - area_a * x.velocity - q_r - q_ta)
-    y.pressure_rate_b = beta_b / v_b * (q_ab - y.flow_b - q_eb + area_b * x.velocity + q_r - q_tb)
+    into_a = y.flow_a - q_ab - q_ea - area_a * x.velocity - q_r - q_ta + q_ca
+    into_b = q_ab - y.flow_b - q_eb + area_b * x.velocity + q_r - q_tb + q_cb
+    y.pressure_rate_a = beta_a / v_a * into_a
+    y.pressure_rate_b = beta_b / v_b * into_b
+    cushion_rates(
+        par, x, dx, left_a, left_b, x.velocity, y.pressure_rate_a, y.pressure_rate_b, beta_a,
+        beta_b, held.viscosity,
+    )  # fmt: skip
+    y.cushion_pressure_a = cushion_a(par, x, dx, y.pressure_a)
+    y.cushion_pressure_b = cushion_b(par, x, dx, y.pressure_b)
     dx.pressure_a = y.pressure_rate_a * gas_factor(p_a, gas)
     dx.pressure_b = y.pressure_rate_b * gas_factor(p_b, gas)
     y.leakage_flow = q_ab
@@ -256,6 +296,8 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     y.relief_loss = (
         q_r * (y.pressure_a - y.pressure_b)
         + q_ta * (y.pressure_a - y.tank_pressure) + q_tb * (y.pressure_b - y.tank_pressure)
+        + q_ca * (y.cushion_pressure_a - y.pressure_a)
+        + q_cb * (y.cushion_pressure_b - y.pressure_b)
     )  # fmt: skip
 
 
@@ -309,6 +351,6 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 BALANCES = (
     transition, chamber_pressure, hold, pressure_root, gas_factor, ports, *PORTS, move_spool,
-    edge_flow, meter, fill_chambers, *MECHANICS, move, feed, account,
+    edge_flow, open_edges, meter, fill_chambers, *MECHANICS, move, feed, account,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

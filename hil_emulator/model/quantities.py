@@ -169,6 +169,8 @@ SIGNALS = (
     Quantity("bulk_modulus_b", "Pa", "effective bulk modulus in chamber b"),
     Quantity("volume_a", "m^3", "volume of chamber a"),
     Quantity("volume_b", "m^3", "volume of chamber b"),
+    Quantity("cushion_pressure_a", "Pa", "pressure at the end of chamber a, cushioned or not"),
+    Quantity("cushion_pressure_b", "Pa", "pressure at the end of chamber b, cushioned or not"),
     Quantity("pressure_rate_a", "Pa/s", "rate of change of pressure a"),
     Quantity("pressure_rate_b", "Pa/s", "rate of change of pressure b"),
     Quantity("acceleration", "m/s^2", "acceleration of the rod"),

@@ -127,7 +127,10 @@ def _severe_states(plant: Plant) -> Iterator[None]:
     limit = _knob(plant, "current_saturation_limit", RATED_CURRENT)
     currents = (-limit, 0.0, limit)
     stroke, depth = float(par.cylinder_stroke), _depth(plant)
-    places = (-depth, 0.5 * stroke, stroke + depth)
+    plunger = min(_knob(plant, "cushion_plunger_length", 0.0), 0.5 * stroke)
+    places = [-depth, 0.5 * stroke, stroke + depth]
+    # a gap is widest where it is hardly entered
+    places += [0.99 * plunger, stroke - 0.99 * plunger] if plunger else []
     gap = _knob(plant, "backlash_gap", 0.0)
     flow = float(par.valve_gain) * currents[-1] * math.sqrt(p_s)
     speeds = (0.0, min(FASTEST_ROD, flow / float(par.cylinder_piston_area)))

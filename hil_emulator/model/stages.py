@@ -116,6 +116,24 @@ travel = Stage(
     "travel", "valve", ("travel", "spool_speed"), "spool travel that the edges see", "A", "chain",
     balances=(SPOOL,),
 )  # fmt: skip
+edge_sa = Stage(
+    "edge_sa", "valve", ("opening",), "travel of the edge P-A past its port", "A", "chain",
+    balances=(SPOOL, FLOW_A),
+)  # fmt: skip
+edge_at = Stage(
+    "edge_at", "valve", ("opening",), "travel of the edge A-T past its port", "A", "chain",
+    balances=(SPOOL, FLOW_A),
+)  # fmt: skip
+edge_sb = Stage(
+    "edge_sb", "valve", ("opening",), "travel of the edge P-B past its port", "A", "chain",
+    balances=(SPOOL, FLOW_B),
+)  # fmt: skip
+edge_bt = Stage(
+    "edge_bt", "valve", ("opening",), "travel of the edge B-T past its port", "A", "chain",
+    balances=(SPOOL, FLOW_B),
+)  # fmt: skip
+edge_sa_acts, edge_at_acts = Acts(edge_sa), Acts(edge_at)
+edge_sb_acts, edge_bt_acts = Acts(edge_sb), Acts(edge_bt)
 metering = Stage(
     "metering", "valve", ("opening", "travel"), "opening of one metering edge", "A", "chain",
     repeated=True, balances=(SPOOL, *FLOWS, NULL_FLOW),
@@ -183,6 +201,33 @@ cross_leakage = Stage(
 outward_leakage = Stage(
     "outward_leakage", "cylinder", ("pressure", "viscosity"), "flow from one chamber outwards",
     "m^3/s", "sum", repeated=True, balances=FLOWS,
+)  # fmt: skip
+
+port_area = Stage(
+    "port_area", "cylinder", ("area", "left"), "area of the piston that a chamber's port reaches, "
+    "over the way left to its end", "m^2", "chain", repeated=True, balances=FLOWS,
+)  # fmt: skip
+cushion_a = Stage(
+    "cushion_a", "cylinder", ("pressure",), "pressure at the end of chamber a", "Pa", "chain",
+    balances=(PISTON,),
+)  # fmt: skip
+cushion_b = Stage(
+    "cushion_b", "cylinder", ("pressure",), "pressure at the end of chamber b", "Pa", "chain",
+    balances=(PISTON,),
+)  # fmt: skip
+cushion_flow_a = Stage(
+    "cushion_flow_a", "cylinder", ("left", "viscosity"), "flow from the end of chamber a to its "
+    "port", "m^3/s", "sum", balances=(FLOW_A,),
+)  # fmt: skip
+cushion_flow_b = Stage(
+    "cushion_flow_b", "cylinder", ("left", "viscosity"), "flow from the end of chamber b to its "
+    "port", "m^3/s", "sum", balances=(FLOW_B,),
+)  # fmt: skip
+cushion_rates = Stage(
+    "cushion_rates", "cylinder",
+    ("left_a", "left_b", "velocity", "pressure_rate_a", "pressure_rate_b", "bulk_modulus_a",
+     "bulk_modulus_b", "viscosity"),
+    "rates of the oil trapped at the ends", "", "rates", balances=(PISTON, *FLOWS),
 )  # fmt: skip
 
 # rod and load
@@ -260,13 +305,18 @@ transducer = Stage(
 
 CONTINUOUS = (
     temperature, viscosity, gas_pressure, gas_octave, gas_expansion, supply, tank, pilot_flow,
-    line_flow, line_rates, source, relief, pump_loss, full_flow, pump_drag, capacity, return_rates,
-    command, pilot, spool_force, spool, spool_reach, travel, metering, line_a, line_b, line_flow_a,
-    line_flow_b, cylinder_line_rates, holding, holding_rates, cross_relief, port_relief, vapour,
-    oil, heat, cross_leakage, outward_leakage, friction, dry_friction, friction_scale, stop,
-    inertia, coupling, play, load, load_inertia, joint_angle, joint_lever, joint_lever_slope,
-    joint_inertia, joint_mass_moment, joint_carries,
+    line_flow, line_rates, source, relief, pump_loss, full_flow, pump_drag, capacity,
+    return_rates, command, pilot, spool_force, spool, spool_reach, travel, edge_sa, edge_at,
+    edge_sb, edge_bt, metering, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates,
+    holding, holding_rates, cross_relief, port_relief, vapour, oil, heat, cross_leakage,
+    outward_leakage, port_area, cushion_a, cushion_b, cushion_flow_a, cushion_flow_b,
+    cushion_rates, friction, dry_friction, friction_scale, stop, inertia, coupling, play, load,
+    load_inertia, joint_angle, joint_lever, joint_lever_slope, joint_inertia, joint_mass_moment,
+    joint_carries,
 )  # fmt: skip
 TICKED = (set_point,)
 SAMPLED = (element, transducer)
-ACTS = (source_acts, dry_friction_acts, holding_acts, coupling_acts, element_acts)
+ACTS = (
+    source_acts, dry_friction_acts, holding_acts, coupling_acts, element_acts, edge_sa_acts,
+    edge_at_acts, edge_sb_acts, edge_bt_acts,
+)  # fmt: skip

@@ -69,15 +69,21 @@ def test_a_flow_alone_is_too_little() -> None:
 @pytest.mark.parametrize(
     ("changes", "names"),
     [
-        ({"null_bias_bias": 1e-4}, ["null_bias"]),
-        ({"gain_asymmetry_asymmetry": 0.05}, ["gain_asymmetry"]),
+        ({"null_bias_bias": 1e-4}, [{"null_bias"}]),
+        # seen from one chamber, with a gain that is unknown, these are one and the same
+        ({"gain_asymmetry_asymmetry": 0.05}, [{"gain_asymmetry", "gain_sa", "gain_at"}]),
         ({}, []),
     ],
 )
-def test_effects_of_the_valve_are_named(changes: Mapping[str, float], names: list[str]) -> None:
+def test_effects_of_the_valve_are_named(
+    changes: Mapping[str, float], names: list[set[str]]
+) -> None:
     """From current, pressures and flow; a gain that is 6 % off is no effect."""
     kinds = ("steps", "triangles", "steps")
     train = [metered(changes, kind, 1 + i) for i, kind in enumerate(kinds)]
     result = identify(knee(), train, [metered(changes, "triangles", 9)], cache=CACHE)
-    assert [f.name for f in result.effects] == names
+    assert len(result.effects) == len(names)
+    for found, alike in zip(result.effects, names, strict=True):
+        assert found.name in alike
+        assert alike - {found.name} <= {rival.name for rival in found.rivals}
     assert {"stribeck_friction", "internal_leakage", "line_compliance"} <= set(result.unseen)

@@ -6,7 +6,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from experiment import record, settle
-from reference_machine import ballistic, bare, machine
+from reference_machine import STEP, ballistic, bare, machine, pond
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from hil_emulator.model.plant import Plant
 
@@ -230,3 +232,75 @@ def test_position_friction_is_higher_at_the_ends(make_plant: MakePlant) -> None:
                                 initial_position=position))  # fmt: skip
         found.append(friction_at(plant, 0.1) / 100.0)
     assert found == pytest.approx([1.2, 1.05, 1.0, 1.2], rel=1e-9)
+
+
+PLUNGER = {"cushion_plunger_length": 10e-3, "cushion_plunger_volume": 1e-6}
+AROUND, GAP = math.pi * 9e-3, 5e-5
+"""Circumference of the plunger and the gap around it [m]."""
+
+
+def gap_loss(flow: float, entered: float) -> float:
+    """Return the pressure that a gap and its mouth lose: Hagen-Poiseuille and Bernoulli."""
+    gain = 0.6 * AROUND * GAP * math.sqrt(2.0 / 850.0)
+    laminar = 12.0 * 850.0 * 46e-6 * entered / (AROUND * GAP**3)
+    # a gap that is hardly entered counts as laminar up to some 1 bar
+    return flow * abs(flow) / gain**2 + flow * math.hypot(laminar, 2.0 * math.sqrt(1e5) / gain)
+
+
+@pytest.mark.parametrize("extends", [True, False])
+def test_cushion_plunger_brakes_as_its_three_balances_say(
+    extends: bool, make_plant: MakePlant
+) -> None:
+    """Speed and peak pressure of a rod that runs into it are those of Radau, at either end."""
+    area = 0.7 * 2.0106e-4 * (0.61 if extends else 1.0)
+    plant = make_plant(pond(**PLUNGER) | {"load_mass": 50.0, "initial_position": 0.04})
+    plant.state.position = 0.07 if extends else 0.01
+    plant.state.velocity = 0.5 if extends else -0.5
+    end = "cushion_pressure_b" if extends else "cushion_pressure_a"
+    plant.step(0)
+    before = float(plant.signals[end])
+    seen, speed = record(plant, 1500, end, "velocity")
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        left, v, excess = state
+        entered = 10e-3 - left
+        flow = brentq(lambda q: gap_loss(q, entered) - excess, -1e-2, 1e-2, xtol=1e-16)
+        into = area * v - flow - 2e-3 / 60.0 * max(0.0, -excess) / 5e5
+        return [-v, -area * excess / 50.0, 1.3e9 / (1e-6 + area * left) * into]
+
+    times = STEP * np.arange(1, 1501)
+    exact = solve_ivp(rates, (0.0, times[-1]), [10e-3, 0.5, 0.0], "Radau", times, rtol=1e-8,
+                      atol=[1e-12, 1e-10, 1.0])  # fmt: skip
+    assert exact.y[2].max() > 100e5
+    assert seen.max() - before == pytest.approx(exact.y[2].max(), rel=1e-3)
+    assert np.abs(seen - before - exact.y[2]).max() < 2e-3 * exact.y[2].max()
+    assert np.abs(np.abs(speed) - np.abs(exact.y[1])).max() < 1e-3 * 0.5
+
+
+def test_cushion_plunger_divides_a_chamber_and_loses_no_oil(make_plant: MakePlant) -> None:
+    """What a closed chamber takes up is what the piston displaces: sum of V dp = E alpha A dx."""
+    plant = make_plant(bare(**PLUNGER, valve_gain=1e-30, load_mass=500.0))
+    plant.state.position, plant.state.velocity = 0.0701, 0.4
+    port, end, position = record(plant, 300, "pressure_b", "cushion_pressure_b", "position")
+    area = 0.61 * 2.0106e-4
+    left = 0.08 - position
+    middle = 0.5 * (left[1:] + left[:-1])
+    stored = (3e-6 + 0.3 * area * middle) * np.diff(port)
+    stored += (1e-6 + 0.7 * area * middle) * np.diff(end)
+    assert position.max() > 0.072
+    assert np.sum(stored) / 1.3e9 == pytest.approx(area * (position[-1] - position[0]), rel=1e-3)
+
+
+def test_cushion_plunger_lets_the_rod_go_through_its_check_valve(make_plant: MakePlant) -> None:
+    """Leaving the end at a steady speed, the trapped oil is under the port by 5 bar s A v/q_0."""
+    shut = {"cushion_plunger_gap": 5e-6, "load_viscous_friction_coefficient": 2e4}
+    plant = make_plant(pond(**PLUNGER, **shut) | {"load_mass": 20.0})
+    plant.state.position = 0.0795
+    plant.inputs.external_force = 1500.0
+    settle(plant, 0.05)
+    s = plant.signals
+    assert 0.0705 < s.position < 0.079
+    drawn = 0.7 * 0.61 * 2.0106e-4 * -s.velocity
+    assert s.pressure_b - s.cushion_pressure_b == pytest.approx(
+        5e5 * drawn / (2e-3 / 60.0), rel=0.01
+    )

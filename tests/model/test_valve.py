@@ -256,6 +256,77 @@ def test_overlap_takes_its_lap_from_the_opening(make_plant: MakePlant) -> None:
     assert flows[2] / flows[1] == pytest.approx(2.0, rel=1e-5)
 
 
+EDGES = {"sa": (1, "a", P_S), "at": (-1, "a", P_T), "sb": (-1, "b", P_S), "bt": (1, "b", P_T)}
+"""Of each edge: sign of the travel that opens it, its chamber, the pressure beyond it."""
+
+
+def one_unlike_three(make_plant: MakePlant, unlike: str, lap: float, gain: float) -> None:
+    """Hold four edges against q = K_v (1 + g) (u - lap) sqrt(dp), with one of another land."""
+    own = {f"lap_{unlike}_lap": lap, f"gain_{unlike}_excess": gain}
+    plant = make_plant(pond(**own, valve_critical_reynolds_number=0.0, valve_laminar_width=1e3))
+    for edge, (sign, chamber, beyond) in EDGES.items():
+        plant.set_pressures(80e5, 80e5)
+        plant.state.spool_position = sign * 1e-3
+        plant.step(0)
+        opening = (1.0 + gain) * (1e-3 - lap) if edge == unlike else 1e-3
+        flow = K_V * opening * math.sqrt(abs(beyond - 80e5))
+        assert sign * plant.signals[f"flow_{chamber}"] == pytest.approx(flow, rel=1e-6)
+
+
+def test_lap_sa_is_that_of_one_edge_alone(make_plant: MakePlant) -> None:
+    """P-A opens 0.2 mA late; the others as ever."""
+    one_unlike_three(make_plant, "sa", 2e-4, 0.0)
+
+
+def test_lap_at_is_that_of_one_edge_alone(make_plant: MakePlant) -> None:
+    """A-T opens 0.1 mA early."""
+    one_unlike_three(make_plant, "at", -1e-4, 0.0)
+
+
+def test_lap_sb_is_that_of_one_edge_alone(make_plant: MakePlant) -> None:
+    """P-B opens 0.2 mA late."""
+    one_unlike_three(make_plant, "sb", 2e-4, 0.0)
+
+
+def test_lap_bt_is_that_of_one_edge_alone(make_plant: MakePlant) -> None:
+    """B-T opens 0.1 mA early."""
+    one_unlike_three(make_plant, "bt", -1e-4, 0.0)
+
+
+def test_gain_sa_is_that_of_one_edge_alone(make_plant: MakePlant) -> None:
+    """P-A is 5 % wider than the others."""
+    one_unlike_three(make_plant, "sa", 0.0, 0.05)
+
+
+def test_gain_at_is_that_of_one_edge_alone(make_plant: MakePlant) -> None:
+    """A-T is 5 % narrower, and has a lap as well."""
+    one_unlike_three(make_plant, "at", 2e-4, -0.05)
+
+
+def test_gain_sb_is_that_of_one_edge_alone(make_plant: MakePlant) -> None:
+    """P-B is 5 % wider."""
+    one_unlike_three(make_plant, "sb", 0.0, 0.05)
+
+
+def test_gain_bt_is_that_of_one_edge_alone(make_plant: MakePlant) -> None:
+    """B-T is 5 % narrower, and open at null."""
+    one_unlike_three(make_plant, "bt", -1e-4, -0.05)
+
+
+def test_edges_of_different_lap_share_the_pressure_of_a_blocked_port(make_plant: MakePlant) -> None:
+    """At null equal flows pass both edges of a: (p_s - p_a) u_sa² = (p_a - p_t) u_at².
+
+    Of an underlap of 3 % P-A has lost 2 %, A-T has won 1 %; chamber b, unlike a, stays halfway.
+    """
+    plant = make_plant(bare(underlap_lap=3e-4, lap_sa_lap=2e-4, lap_at_lap=-1e-4, load_mass=1e5,
+                            valve_critical_reynolds_number=0.0))  # fmt: skip
+    lock(plant, 1.0)
+    shares = 1.0**2, 4.0**2
+    expected = (shares[0] * P_S + shares[1] * P_T) / sum(shares)
+    assert plant.signals.pressure_a == pytest.approx(expected, rel=0.01)
+    assert plant.signals.pressure_b == pytest.approx(0.5 * (P_S + P_T), rel=0.01)
+
+
 def test_underlap_gives_the_published_pressure_sensitivity(make_plant: MakePlant) -> None:
     """Blocked ports: dp/du = p_s/u_0, 5.7e11 Pa/A for 28 uA (S1 3.5.1), within 2 %."""
     pressures = []

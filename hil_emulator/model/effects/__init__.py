@@ -6,6 +6,7 @@ The tuple below is the order in which effects act at their stage.
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import (
     coupling,
+    cushion,
     cylinder,
     edges,
     element,
@@ -14,6 +15,7 @@ from hil_emulator.model.effects import (
     lines,
     load,
     oil,
+    single_edges,
     supply,
     transducer,
     valve,
@@ -23,10 +25,12 @@ CATALOGUE: tuple[Effect, ...] = (
     *supply.EFFECTS,
     *valve.EFFECTS,
     *edges.EFFECTS,
+    *single_edges.EFFECTS,
     *lines.EFFECTS,
     *oil.EFFECTS,
     *heat.EFFECTS,
     *cylinder.EFFECTS,
+    *cushion.EFFECTS,
     *friction.EFFECTS,
     *coupling.EFFECTS,
     *load.EFFECTS,

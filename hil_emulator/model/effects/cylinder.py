@@ -79,7 +79,7 @@ def end_stops(
     source="orifice of a tapered cushion plunger: drop ~ flow squared; brakes the rod directly "
            "instead of raising a trapped volume's pressure; sizes assumed",
     signature="the rod slows before the ends, and leaves them freely",
-    not_modelled="pressure in the trapped volume",
+    not_modelled="pressure in the trapped volume, see `cushion_plunger`",
 )  # fmt: skip
 def cushion(
     position: float, velocity: float, coefficient: float, length: float, cylinder_stroke: float

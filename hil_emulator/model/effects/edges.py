@@ -25,7 +25,7 @@ def gain_asymmetry(opening: float, travel: float, asymmetry: float) -> float:
     knob=Param("lap", "A", "spool travel before an edge opens", 1e-4, 0.0, 2e-3, shown="mA"),
     source="S1 Fig. 3.3",
     signature="chamber pressures and velocity stay flat around null",
-    not_modelled="different laps on the four edges",
+    not_modelled="different laps on the four edges, see `lap_sa` and its like",
 )
 def overlap(opening: float, lap: float) -> float:
     """u_i = u_i - u_lap, on each of the four edges.
