@@ -89,11 +89,11 @@ def characterise(
 
 
 def _fair(result: BenchResult, bench: Bench) -> BenchResult:
-    """Return a result without the documents' figures where they are those of another machine."""
+    """Return a result without what documents say of their machine, where it is another one."""
     if of_documents(bench):
         return result
     own = [c for c in result.comparisons if c.kind != Agreement.DOCUMENT]
     left_out = len(result.comparisons) - len(own)
     note = f"Left out: {left_out} figures of the documents, which are of another machine."
     notes = [*result.notes, note] if left_out else result.notes
-    return dataclasses.replace(result, comparisons=own, notes=notes)
+    return dataclasses.replace(result, comparisons=own, notes=notes, figures=())

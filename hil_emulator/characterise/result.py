@@ -120,7 +120,8 @@ class BenchResult:
         columns: the table, by column name; all of the same length.
         comparisons: what the summary shows.
         notes: what a reader of the numbers has to know.
-        figures: those of the documents that the picture shows too.
+        figures: those of the documents that the picture shows too; of another machine than the
+            documents' none, and the picture then draws nothing of them.
 
     """
 

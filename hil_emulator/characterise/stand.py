@@ -131,7 +131,6 @@ class Bench:
     def stand(self, changes: Mapping[str, float], period: float = 1e-3) -> Stand:
         """Set the actuator up anew with some parameters changed."""
         plant = Plant(self.kernel, {**self.values, **changes}, self.step)
-        _hold_weight(plant)
         random = np.random.default_rng(self.seed)
         return Stand(plant, Sensors(self.kernel, self.sensors, period, random), period)
 
@@ -201,18 +200,3 @@ class Bench:
         """Current that opens the valve fully [A]."""
         limit = self.values.get("current_saturation_limit", np.inf)
         return float(limit) if np.isfinite(limit) else RATED_CURRENT
-
-
-def _hold_weight(plant: Plant) -> None:
-    """Start with pressures that hold the load, so that it does not ring through the test.
-
-    A_p (p_a - alpha p_b) is the weight, and p_a + p_b the supply pressure as without one.
-    """
-    par = plant.parameters
-    if not par.gravity_force:
-        return
-    supply, alpha = float(par.supply_pressure), float(par.cylinder_area_ratio)
-    wanted = float(par.gravity_force / par.cylinder_piston_area)
-    low = float(par.tank_pressure)
-    pressure_a = min(supply, max(low, (alpha * supply + wanted) / (1.0 + alpha)))
-    plant.set_pressures(pressure_a, max(low, supply - pressure_a))

@@ -21,7 +21,8 @@ from hil_emulator.model.quantities import PARAMS
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stability import Bound, required_step, step_bound
 from hil_emulator.platform.paths import cache_folder, near
-from hil_emulator.simulation.active_effects import acting
+from hil_emulator.simulation.active_effects import acting_together
+from hil_emulator.simulation.machine import by_supply
 from hil_emulator.simulation.rig import compiled, nodes
 from hil_emulator.units import show
 
@@ -44,6 +45,10 @@ def check(files: Sequence[Path]) -> None:
     for name, there in on_bus.items():
         refuse_collisions(name, there)
         click.echo(_load(name, settings, there))
+    configs = {actuator.name: actuator.config for actuator in settings.actuators}
+    for names in by_supply(settings):
+        for warning in step_warnings({name: configs[name] for name in names}):
+            click.echo(f"warning: {warning}")
     for actuator in settings.actuators:
         for warning in warnings(actuator.config):
             click.echo(f"warning: {actuator.name}: {warning}")
@@ -72,17 +77,25 @@ def _of_nodes(made: Sequence[Node], wire: WireSettings) -> Iterator[str]:
             yield f"{near(Path(node.dictionary.source))} knows no bit rate of {rate / 1e3:g} kbit/s"
 
 
+def step_warnings(sharing: Mapping[str, Configuration]) -> Iterator[str]:
+    """Yield that the step is too wide for actuators on one supply: they are one system."""
+    lean = acting_together(list(sharing.values()))
+    model = compiled(lean[0].effects, cache_folder(), len(lean))
+    values = [config.plant for config in lean]
+    if lean[0].step <= required_step(model, *values):
+        return
+    bound = step_bound(model, *values)
+    name, config = list(sharing.items())[bound.place]
+    beside = ", on one supply with what it shares it with" if len(lean) > 1 else ""
+    yield (
+        f"{name}: the integration step of {config.step * 1e6:.3g} us is too wide for this actuator"
+        f"{beside}{_reason(bound, config, values[bound.place])}; set [rig] step to "
+        f"{widest_step(config.tick_ns, bound.step) * 1e6:.4g} us or less"
+    )
+
+
 def warnings(config: Configuration) -> Iterator[str]:
-    """Yield what will run, but not as well as it should."""
-    lean = acting(config)
-    model = compiled(lean.effects, cache_folder())
-    if config.step > required_step(model, lean.plant):
-        bound = step_bound(model, lean.plant)
-        yield (
-            f"the integration step of {config.step * 1e6:.3g} us is too wide for this actuator"
-            f"{_reason(bound, config, lean.plant)}; set [rig] step to "
-            f"{widest_step(config.tick_ns, bound.step) * 1e6:.4g} us or less"
-        )
+    """Yield what will run, but not as well as it should, beside its step."""
     longest = longest_delay(config.tick_ns * 1e-9)
     told: Mapping[str, Mapping[str, float]] = {"plant": config.plant, **config.sensors}
     for effect in config.effects:

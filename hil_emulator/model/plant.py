@@ -18,6 +18,9 @@ Matrix = np.ndarray[Any, np.dtype[np.float64]]
 NOT_FOLLOWED: Matrix = np.empty((0, len(CHANNELS)))
 """The path of quantities of which only the end is known."""
 
+_HOLDINGS = 20
+"""How often the joints of a leg are held in turn: each bears what the others leave (assumed)."""
+
 _BLOCK = 256  # normal numbers are drawn for that many samples at once
 
 
@@ -69,8 +72,9 @@ class Supply:
 class Plant:
     """One actuator: parameters, state, inputs and signals, each a record over flat memory.
 
-    Starts at rest at the configured position, in the equilibrium of an unloaded valve:
-    p_a = alpha p_s / (1 + alpha), p_b = p_s / (1 + alpha) (S1, operating point).
+    Starts at rest at the configured position, in equilibrium with its load and with an unloaded
+    valve: p_a + p_b = p_s and A_p (p_a - alpha p_b) = F, without a load p_a = alpha p_s/(1 + alpha)
+    and p_b = p_s/(1 + alpha) (S1, operating point).
 
     Args:
         kernel: the compiled model.
@@ -113,12 +117,40 @@ class Plant:
         self._start()
 
     def _start(self) -> None:
-        par, state = self.parameters, self.state
+        par = self.parameters
         alpha = par.cylinder_area_ratio
-        state.position = par.initial_position
+        self.state.position = par.initial_position
         self.set_pressures(
             alpha * par.supply_pressure / (1.0 + alpha), par.supply_pressure / (1.0 + alpha)
         )
+        self.hold_load()
+
+    def hold_load(self) -> None:
+        """Put pressures into the chambers that hold the load as it rests.
+
+        A load that no pressures between tank and supply hold is left to fall.
+        """
+        par, force = self.parameters, float(self.signals.resisting_force)
+        if not force or not math.isfinite(force):
+            return
+        low, high = float(par.tank_pressure), float(par.supply_pressure)
+        alpha, wanted = float(par.cylinder_area_ratio), force / float(par.cylinder_piston_area)
+        pressure_b = min(high, max(low, (high - wanted) / (1.0 + alpha)))
+        pressure_a = wanted + alpha * pressure_b
+        if not low <= pressure_a <= high:
+            return
+        self.state.stretch = self._stretch_under(force)
+        self.set_pressures(pressure_a, pressure_b)
+
+    def _stretch_under(self, force: float) -> float:
+        """Return how far the rod is ahead of a load that it holds with a force [N]."""
+        par, stretch = self.parameters, 0.0
+        if self.knows("coupling_compliance_compliance"):
+            stretch += force * float(par.coupling_compliance_compliance)
+        if self.knows("backlash_gap"):
+            gap = float(par.backlash_gap)
+            stretch += math.copysign(0.5 * gap, force) + force * gap * float(par.backlash_softness)
+        return stretch
 
     def set_pressures(self, pressure_a: float, pressure_b: float) -> None:
         """Put pressures [Pa] into the chambers, and evaluate the signals there."""
@@ -176,6 +208,9 @@ def on_one_supply(
     supply = Supply(kernel, step)
     plants = [Plant(kernel, own, step, supply, place) for place, own in enumerate(values)]
     supply.step(0)
+    for _ in range(_HOLDINGS):
+        for plant in plants:
+            plant.hold_load()
     return plants
 
 

@@ -167,14 +167,14 @@ def assemble_machine(
         junction = junctions.get(actuator.bus)
         doors[actuator.name] = junction.tap() if junction else timed[actuator.bus]
     rigs: dict[str, Rig] = {}
-    for names in _by_supply(settings):
+    for names in by_supply(settings):
         made = assemble_together([configs[n] for n in names], [doors[n] for n in names], cache)
         rigs |= dict(zip(names, made, strict=True))
     in_order = {actuator.name: rigs[actuator.name] for actuator in settings.actuators}
     return Machine(in_order, junctions.values(), {n: door.wire for n, door in timed.items()})
 
 
-def _by_supply(settings: MachineSettings) -> list[list[str]]:
+def by_supply(settings: MachineSettings) -> list[list[str]]:
     """Return the names of the actuators on each supply; one that has its own is alone on it."""
     found: dict[object, list[str]] = {}
     for actuator in settings.actuators:

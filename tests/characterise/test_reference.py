@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
@@ -150,6 +151,19 @@ def test_a_picture_names_each_figure_that_it_repeats(
     texts += [axes.get_title("left") for axes in picture.axes]
     for figure in result.figures:
         assert any(figure.name in text for text in texts)
+
+
+def test_a_picture_of_another_machine_repeats_no_figure(
+    performed: tuple[Procedure, BenchResult],
+) -> None:
+    """Without figures of its own machine a picture shows nothing of the documents."""
+    (test, result), picture = performed, new_figure()
+    test.draw(replace(result, figures=()), picture)
+    legends = [axes.get_legend() for axes in picture.axes]
+    texts = [text.get_text() for legend in legends if legend for text in legend.get_texts()]
+    texts += [axes.get_title("left") for axes in picture.axes]
+    for figure in result.figures:
+        assert not any(figure.name in text for text in texts)
 
 
 def test_a_number_that_is_a_parameter_is_only_found_again(

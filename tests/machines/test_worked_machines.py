@@ -48,7 +48,7 @@ def test_it_extends_at_the_speed_of_its_valve(config: Configuration, model: Kern
     alpha, area = par.cylinder_area_ratio, par.cylinder_piston_area
     force = friction + config.plant.get("gravity_force", 0.0)
     drop = par.supply_pressure - alpha * par.tank_pressure - force / area
-    opening = par.current_saturation_limit + par.underlap_lap
+    opening = par.current_saturation_limit + par.land_leakage_clearance
     flow = par.valve_gain * opening * math.sqrt(drop / (1.0 + alpha**3))
     # on which side of its loop the spool has come to stand, the data sheet leaves open
     loop = 0.5 * par.hysteresis_width + par.threshold_current

@@ -28,7 +28,30 @@ def test_gravity_is_carried_by_the_load_cell_at_rest(make_plant: MakePlant) -> N
     plant = make_plant(bare(gravity_force=200.0, viscous_friction_coefficient=5000.0))
     settle(plant, 1.0)
     assert plant.signals.load_force == pytest.approx(200.0, rel=1e-3)
-    assert plant.signals.position < 0.04
+
+
+@pytest.mark.parametrize(
+    ("load", "force"),
+    [
+        ({"gravity_force": 1500.0}, 1500.0),
+        ({"gravity_force": -1000.0, "coupling_compliance_compliance": 1e-7,
+          "backlash_gap": 1e-4}, -1000.0),
+        ({"load_spring_stiffness": 5e4, "load_spring_rest_position": 0.03}, 500.0),
+        # 160 bar on the piston hold 3200 N: this one falls, and swings on its oil
+        ({"gravity_force": 5000.0}, None),
+    ],
+)  # fmt: skip
+def test_a_plant_starts_in_balance_with_its_load(
+    load: dict[str, float], force: float | None, make_plant: MakePlant
+) -> None:
+    """Nothing moves from the start on, but a load that no pressure of the supply holds."""
+    plant = make_plant(bare(**load, rod_mass_mass=0.3))
+    readings, velocity = record(plant, 1000, "load_force", "velocity")
+    if force is None:
+        assert velocity.min() < -1e-3
+        return
+    assert np.abs(velocity).max() < 1e-6
+    assert readings == pytest.approx(np.full(1000, force), rel=1e-4)
 
 
 def test_load_spring_rings_with_the_mass(make_plant: MakePlant) -> None:

@@ -93,6 +93,32 @@ def test_a_cylinder_without_configured_stops_needs_no_smaller_step(
     assert required_step(model, values) == pytest.approx(REACH / fastest, rel=0.02)
 
 
+def test_joints_of_a_leg_are_one_system(two_actuators: Kernel) -> None:
+    """Both rods on their stops: K over the least eigenvalue of a double pendulum's mass matrix.
+
+    In rods' terms, stretched out: (J_1 + J_2 + 2 h)/l², (J_2 + h)/l², J_2/l², h = L (m c)_2. The
+    shank alone would swing at K l²/J_2, a third as fast.
+    """
+    stiffness, thigh, shank, length, moment = 1e10, 0.03, 0.002, 0.35, 0.02
+    names = two_actuators.parameters.names or ()
+    common = {name: value for name, value in machine().items() if name in names}
+    common |= {"load_mass": 0.1, "end_stops_stiffness": stiffness, "end_stops_damping": 0.0}
+    carrying = common | {"rotary_joint_inertia": thigh, "rotary_joint_mass_moment": 0.1,
+                         "rotary_joint_link_length": length}  # fmt: skip
+    carried = common | {"rotary_joint_inertia": shank, "rotary_joint_mass_moment": moment}
+    # triangle of 0.322, 0.045 and 0.282 m: its height is the lever
+    angle = math.acos((0.322**2 + 0.045**2 - 0.282**2) / (2.0 * 0.322 * 0.045))
+    lever, h = 0.322 * 0.045 * math.sin(angle) / 0.282, length * moment
+    mass = np.array([[thigh + shank + 2.0 * h, shank + h], [shank + h, shank]]) / lever**2
+    least = np.linalg.eigvalsh(mass + 0.1 * np.eye(2)).min()
+    bound = step_bound(two_actuators, carrying, carried)
+    assert bound.step == pytest.approx(REACH / math.sqrt(stiffness / least), rel=0.01)
+    assert (bound.place, bound.state) == (1, "velocity")
+    assert required_step(two_actuators, carrying, carried) == bound.step
+    alone = {**carrying, "rotary_joint_link_length": 0.0}
+    assert required_step(two_actuators, alone, carried) > 1.4 * bound.step
+
+
 def choice(param: Param) -> st.SearchStrategy[float]:
     """Draw a value from a parameter's whole allowed range, small ones as often as large ones."""
     scale = LARGE * max(abs(param.typical), 1e-30)
@@ -142,7 +168,11 @@ def test_no_configuration_leaves_physics(
     plant = Plant(model, values, step)
     rng = np.random.default_rng(seed)
     force = values["cylinder_piston_area"] * values["supply_pressure"]
-    friction = stop = coupling = passed = throughput = 0.0
+    friction = stop = passed = throughput = 0.0
+    # the weight of the load stretches it from the start
+    coupling = 0.5 * abs(float(plant.signals.load_force * plant.state.stretch))
+    alpha, piston = values["cylinder_area_ratio"], values["cylinder_piston_area"]
+    trapped = piston * values.get("cushion_plunger_share", 0.0)
     for _ in range(20):
         plant.inputs.valve_current = rng.uniform(-0.02, 0.02)
         plant.inputs.external_force = rng.uniform(-1.0, 1.0) * force
@@ -154,7 +184,11 @@ def test_no_configuration_leaves_physics(
             assert s.valve_loss >= -1e-9 * abs(s.supply_power)
             assert s.leakage_loss >= 0.0
             friction += s.friction_loss * step
-            stop -= s.stop_force * s.velocity * step
+            # oil that a cushion traps only keeps what it gets from piston and chamber
+            oil = (
+                s.cushion_pressure_a - s.pressure_a - alpha * (s.cushion_pressure_b - s.pressure_b)
+            )
+            stop -= (s.stop_force - trapped * oil) * s.velocity * step
             coupling += s.load_force * (s.velocity - s.load_velocity) * step
             passed += abs(s.load_force * (s.velocity - s.load_velocity)) * step
             throughput += step * (

@@ -104,9 +104,10 @@ def draw(result: BenchResult, figure: Figure) -> None:
               label="emulated compression")  # fmt: skip
     axes.plot(result["pressure"], result["exact expression"], "--", color=BLACK, linewidth=1,
               label="oil with entrained air, exact")  # fmt: skip
-    axes.plot(result["pressure"], result["20 % of air, S2"], ":", color=VERMILION, linewidth=1.5,
-              label="20 % of air, the most of S2 on eq. 1")  # fmt: skip
-    axes.axvline(STRONG_AIR * 1e-5, color=GREY, linewidth=0.8)
+    if result.figures:
+        axes.plot(result["pressure"], result["20 % of air, S2"], ":", color=VERMILION,
+                  linewidth=1.5, label="20 % of air, the most of S2 on eq. 1")  # fmt: skip
+        axes.axvline(STRONG_AIR * 1e-5, color=GREY, linewidth=0.8)
     axes.set_ylim(bottom=0)
     look.decade_axis(axes)
     look.label(axes, "absolute pressure [bar]", "effective bulk modulus [MPa]",

@@ -76,7 +76,8 @@ def draw(result: BenchResult, figure: Figure) -> None:
     axes.plot(result["velocity"][order], result["fit of S1 eq. 3.18"][order], color=BLACK,
               linewidth=1, label="S1 eq. 3.18 fitted")  # fmt: skip
     grid = np.linspace(np.min(result["velocity"]), np.max(result["velocity"]), 400)
-    for name, law, line in (("3.8", ILLUSTRATED, ":"), ("3.9", DOCUMENT_FIT, "--")):
+    laws = (("3.8", ILLUSTRATED, ":"), ("3.9", DOCUMENT_FIT, "--")) if result.figures else ()
+    for name, law, line in laws:
         axes.plot(grid, law(grid), line, color=PINK, linewidth=2, label=f"S1 Fig. {name}")
     look.label(
         axes, "velocity [m/s]", "friction [N]", "Friction from pressure sensors and load cell"

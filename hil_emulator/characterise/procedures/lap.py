@@ -110,7 +110,8 @@ def draw(result: BenchResult, figure: Figure) -> None:
         axes.plot(result["current"], result[name], color=colour, linewidth=3, label=name)
         axes.plot(result["current"], result[f"{name}, straight edges"], "--", color=BLACK,
                   linewidth=1)  # fmt: skip
-    axes.plot([], [], "--", color=BLACK, linewidth=1, label="shapes of S1 Fig. 3.3")
+    shapes = "shapes of S1 Fig. 3.3" if result.figures else "straight edges"
+    axes.plot([], [], "--", color=BLACK, linewidth=1, label=shapes)
     look.label(axes, "current [% of rated]", "flow a to b [l/min]", "Flow about null at 70 bar")
     look.legend(axes)
 

@@ -152,9 +152,11 @@ def draw(result: BenchResult, figure: Figure) -> None:
     for name, colour in (("pressure a", BLUE), ("pressure b", VERMILION)):
         axes.plot(result["current"], result[name], ".", markersize=2, color=colour)
         axes.plot([], [], color=colour, label=name)
-    for name in ("pressure a", "pressure b"):
-        axes.plot(result["current"], result[f"{name}, S1 3.5.1"], "--", color=BLACK, linewidth=1)
-    axes.plot([], [], "--", color=BLACK, linewidth=1, label="slopes of S1 3.5.1")
+    if result.figures:
+        for name in ("pressure a", "pressure b"):
+            axes.plot(result["current"], result[f"{name}, S1 3.5.1"], "--", color=BLACK,
+                      linewidth=1)  # fmt: skip
+        axes.plot([], [], "--", color=BLACK, linewidth=1, label="slopes of S1 3.5.1")
     look.label(axes, "current [uA]", "pressure [bar]", "Pressure sensitivity, blocked ports")
     look.legend(axes)
 

@@ -110,8 +110,9 @@ def draw(result: BenchResult, figure: Figure) -> None:
     for name, colour in (("volumetric", SKY), ("mechanical", VERMILION), ("overall", BLUE)):
         shares.plot(result["pressure"], result[f"{name} efficiency"], ".-", color=colour,
                     label=name)  # fmt: skip
-    shares.plot(DOCUMENT_PRESSURE * 1e-5, DOCUMENT_OVERALL * 100.0, "s", color=BLACK,
-                label="S1 Table 3.1")  # fmt: skip
+    if result.figures:
+        shares.plot(DOCUMENT_PRESSURE * 1e-5, DOCUMENT_OVERALL * 100.0, "s", color=BLACK,
+                    label="S1 Table 3.1")  # fmt: skip
     shares.set_ylim(65.0, 101.0)
     look.label(shares, "pressure [bar]", "efficiency [%]", "Variable displacement, full stroke")
     look.legend(shares)

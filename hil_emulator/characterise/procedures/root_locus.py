@@ -134,21 +134,21 @@ def _poles(result: BenchResult, force: str) -> Poles:
     return np.asarray(np.array(parts[0]) + 1j * np.array(parts[1])).T
 
 
-def _locus(plane: Axes, near: Axes, poles: Poles, gains: Series, force: str) -> None:
+def _locus(plane: Axes, near: Axes, poles: Poles, gains: Series) -> None:
     """Draw the upper half plane, and the real poles near the origin over the gain."""
     plane.plot(poles.real, poles.imag, ".", markersize=3, color=BLUE)
     plane.plot(poles[0].real, poles[0].imag, "x", color=VERMILION)
     plane.axvline(0.0, color=BLACK, linewidth=0.8, linestyle=":")
-    plane.set_xlim(-2000.0, 800.0)
-    plane.set_ylim(-50.0, 2500.0)
-    look.label(plane, "real part [rad/s]", "imaginary [rad/s]", f"Feedback of {force}")
+    fastest = float(np.abs(poles[0]).max())
+    plane.set_xlim(-1.3 * fastest, 0.5 * fastest)
+    plane.set_ylim(-0.03 * fastest, 1.6 * fastest)
+    look.label(plane, "real part [rad/s]", "imaginary [rad/s]")
     real = np.where(np.abs(poles.imag) < 1e-6 * np.abs(poles), poles.real, np.nan)
     near.semilogy(real, gains, ".", markersize=3, color=BLUE)
     near.plot([], [], ".", color=BLUE, label="real poles")
-    near.axvline(
-        _ZEROS[force], color=BLACK, linestyle="--", linewidth=1, label="zero, S1 Fig. 3.14"
-    )
-    near.set_xlim(-60.0, 0.0)
+    # the slowest of the real poles tends to the zero
+    slow = -real[-1][np.isfinite(real[-1]) & (real[-1] < 0.0)]
+    near.set_xlim(-2.0 * float(slow.min(initial=np.inf)) if slow.size else -60.0, 0.0)
     look.label(near, "real part [rad/s]", "gain [uA/N]")
 
 
@@ -156,7 +156,12 @@ def draw(result: BenchResult, figure: Figure) -> None:
     """Draw both loci, and below them how a real pole tends to the zero."""
     grid = figure.subplots(2, 2)
     for (plane, near), force in zip(grid.T, _FORCES, strict=True):
-        _locus(plane, near, _poles(result, force), result["gain"], force)
+        _locus(plane, near, _poles(result, force), result["gain"])
+        plane.set_title(f"Feedback of {force}", fontsize="medium", loc="left")
+        if result.figures:
+            near.axvline(_ZEROS[force], color=BLACK, linestyle="--", linewidth=1,
+                         label="zero, S1 Fig. 3.14")  # fmt: skip
+            near.set_xlim(-60.0, 0.0)
     for axes in grid[:, 1]:
         axes.set_ylabel("")
     look.legend(grid[1, 0])

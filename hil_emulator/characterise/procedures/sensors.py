@@ -160,7 +160,7 @@ def draw(result: BenchResult, figure: Figure) -> None:
     for i, (axes, name) in enumerate(zip(rows, names, strict=True)):
         axes.plot(result["time"], result[name], linewidth=0.6, color=colours[i % len(colours)])
         title = name
-        if name == "load force":
+        if name == "load force" and result.figures:
             title += ", dotted: S1 3.4.3"
             for sign in (1.0, -1.0):
                 axes.axhline(sign * DOCUMENT_LOAD_CELL_NOISE, color=BLACK, linewidth=0.8,

@@ -114,8 +114,9 @@ def draw(result: BenchResult, figure: Figure) -> None:
             result["frequency"][rows], result["gain"][rows], line, color=colour, label=text
         )
         phase.semilogx(result["frequency"][rows], result["phase"][rows], line, color=colour)
-    gain.plot(list(DOCUMENT_BANDWIDTH.values()), [-3.0103] * len(DOCUMENT_BANDWIDTH), "s",
-              color=BLACK, markerfacecolor="none", label="S1 3.3.1")  # fmt: skip
+    if result.figures:
+        gain.plot(list(DOCUMENT_BANDWIDTH.values()), [-3.0103] * len(DOCUMENT_BANDWIDTH), "s",
+                  color=BLACK, markerfacecolor="none", label="S1 3.3.1")  # fmt: skip
     gain.axhline(-3.0103, color=BLACK, linewidth=0.8, linestyle=":")
     phase.axhline(-90.0, color=BLACK, linewidth=0.8, linestyle=":")
     gain.set_ylim(-15, 3)

@@ -42,7 +42,7 @@ class Plunger(NamedTuple):
     check_flow: float
 
 
-class Ends(NamedTuple):
+class Approach(NamedTuple):
     """Way left to both ends, and what the chambers' oil does."""
 
     left_a: float
@@ -87,20 +87,20 @@ def trapped_rate(
 
 
 def _rates(
-    velocity: float, viscosity: float, excess_a: float, excess_b: float, ends: Ends,
+    velocity: float, viscosity: float, excess_a: float, excess_b: float, to: Approach,
     plunger: Plunger, oil: Oil, cylinder_piston_area: float, cylinder_area_ratio: float,
 ) -> tuple[float, float]:  # fmt: skip
     """Continuity in both trapped volumes; outside the bores their pressure is the chamber's."""
     rate_a, rate_b = -excess_a / RELEASE, -excess_b / RELEASE
-    if ends.left_a < plunger.length:
-        flow = gap_flow(excess_a, ends.left_a, viscosity, plunger, oil)
-        rate_a = trapped_rate(excess_a, flow, ends.left_a, -velocity, cylinder_piston_area,
-                              ends.bulk_modulus_a, plunger) - ends.pressure_rate_a  # fmt: skip
-    if ends.left_b < plunger.length:
+    if to.left_a < plunger.length:
+        flow = gap_flow(excess_a, to.left_a, viscosity, plunger, oil)
+        rate_a = trapped_rate(excess_a, flow, to.left_a, -velocity, cylinder_piston_area,
+                              to.bulk_modulus_a, plunger) - to.pressure_rate_a  # fmt: skip
+    if to.left_b < plunger.length:
         area = cylinder_area_ratio * cylinder_piston_area
-        flow = gap_flow(excess_b, ends.left_b, viscosity, plunger, oil)
-        rate_b = trapped_rate(excess_b, flow, ends.left_b, velocity, area, ends.bulk_modulus_b,
-                              plunger) - ends.pressure_rate_b  # fmt: skip
+        flow = gap_flow(excess_b, to.left_b, viscosity, plunger, oil)
+        rate_b = trapped_rate(excess_b, flow, to.left_b, velocity, area, to.bulk_modulus_b,
+                              plunger) - to.pressure_rate_b  # fmt: skip
     return rate_a, rate_b
 
 
