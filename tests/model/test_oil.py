@@ -134,6 +134,15 @@ def test_entrained_air_moves_the_machine_as_its_exact_power_does() -> None:
     assert np.max(np.abs(np.subtract(*reached)) / ranges) < 1e-9
 
 
+def test_entrained_air_in_a_broken_state_is_reported_and_raises_nothing(
+    make_plant: MakePlant,
+) -> None:
+    """A pressure that is no number leaves a tick as "not finite"."""
+    plant = make_plant(bare(entrained_air_fraction=0.02))
+    plant.state.pressure_a = math.nan
+    assert not plant.step(4)
+
+
 def test_entrained_air_is_compressed_to_the_volume_that_is_left(make_plant: MakePlant) -> None:
     """What fills a locked chamber from 2 to 150 bar is what V(p) of its contents gave way."""
     plant = make_plant(bare(entrained_air_fraction=0.02, load_mass=1e5))

@@ -88,7 +88,9 @@ def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus:
 @register_jitable
 def _gas_octave(pressure: float) -> float:
     """2^n <= p < 2^(n + 1)."""
-    return math.pow(2.0, math.floor(math.log2(max(pressure, LEAST_GAS_PRESSURE))))
+    # as a real number: of a state that is none, an integer's power would raise
+    whole = 1.0 * math.floor(math.log2(max(pressure, LEAST_GAS_PRESSURE)))
+    return math.pow(2.0, whole)
 
 
 @register_jitable
