@@ -33,16 +33,20 @@ __all__ = ["__version__", *_HOMES]
 
 
 class _Package(ModuleType):
-    """A package whose `identify` is the function, also once the room of that name is imported."""
+    """A package of which some rooms have the name of a public function."""
 
-    @property
-    def identify(self) -> Any:
-        """Return `api.identification.identify`."""
-        return _public("identify")
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Take what the import system puts here; what is called like a function can be called."""
+        if name in _HOMES and isinstance(value, ModuleType):
+            value.__class__ = _CallableRoom
+        super().__setattr__(name, value)
 
-    @identify.setter
-    def identify(self, room: ModuleType) -> None:
-        """Do without the room as an attribute, which the import system would put here."""
+
+class _CallableRoom(ModuleType):
+    """A room that, called, is the public function of its name: `identify`, `machines`."""
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        return _public(self.__name__.rpartition(".")[2])(*args, **kwargs)
 
 
 def _public(name: str) -> Any:
