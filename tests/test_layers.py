@@ -25,6 +25,7 @@ ROOMS = {
     "signals": {"numpy", "model"},
     "config": {"pydantic", "model"},
     "machines": {"config", "model"},
+    "fmi/importing": {"fmpy", "numpy", "config", "model"},
     "device": {"canopen"},
     "bus": {"can"},
     "wire": set(),
@@ -46,8 +47,8 @@ ROOMS = {
     "characterise": {"numpy", "matplotlib", "model", "pages"},
     "conformance": {"pytest", "bus", "device", "pages"},
     "simulation": {
-        "numpy", "bus", "config", "device", "faults", "model", "platform", "recording", "signals",
-        "wire",
+        "numpy", "bus", "config", "device", "faults", "fmi/importing", "model", "platform",
+        "recording", "signals", "wire",
     },
     "demo": {
         "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",

@@ -28,6 +28,7 @@ from hil_emulator.signals import condition
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.simulation.loop import Timing
+from hil_emulator.simulation.not_finite import PlantFailedError
 from hil_emulator.simulation.rig import Rig, assemble
 from hil_emulator.wire.wire import TimedWire
 
@@ -143,6 +144,8 @@ def _live(
         )
     finally:
         click.echo(summary(rig, timing, [bus], _wires(rig), departures({"the rod": rig})))
+    if rig.plant.supply.failure:
+        raise PlantFailedError(rig.plant.supply.failure)
 
 
 @contextmanager
@@ -219,6 +222,8 @@ def _banner(
     files = ", ".join(near(f) for f in config.files)
     lines = [f"hil-emulator {__version__}  {files}  (digest {config.digest})"]
     lines += [f"node      {n.id}  {near(n.eds)}" for n in config.nodes]
+    if config.fmu:
+        lines.append(f"plant     {near(config.fmu.file)}")
     lines.append(f"bus       {bus.description}")
     lines.append(
         f"tick      {config.tick_ns / 1e6:g} ms, {config.steps} steps of {config.step * 1e6:g} us, "

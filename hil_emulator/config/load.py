@@ -17,6 +17,7 @@ from hil_emulator.config.derived import derived
 from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.nodes import UNCONFIGURED, NodeSettings, NodeTable, node_settings
+from hil_emulator.config.plant import FmuSettings, fmu_settings
 from hil_emulator.config.schema import plant_tables, schema
 from hil_emulator.config.table import StrictTable
 from hil_emulator.config.toml_file import parse_toml, read_text
@@ -57,6 +58,7 @@ class Configuration:
         digest: digest of what the files say together.
         files: where it comes from.
         texts: what each of them says.
+        fmu: what moves in place of the built-in plant, where something does.
         unsaid: fields of `plant` that no file states: they follow from the others.
         bench: what of an actuator it describes; what it need not say of the plant is not a number,
             so that nothing which depends on it has a value.
@@ -83,6 +85,7 @@ class Configuration:
     bench: BenchSettings
     supply_mates: tuple[str, ...] = ()
     unsaid: frozenset[str] = frozenset()
+    fmu: FmuSettings | None = None
 
 
 Admit = Callable[[Path, bytes], None]
@@ -157,10 +160,16 @@ def load_whole(files: Sequence[Path]) -> Configuration:
     """Read and check a configuration of a whole actuator, which can be simulated.
 
     Raises:
-        UserError: as `load` does, or if it describes less.
+        UserError: as `load` does, or if it describes less, or an FMU moves in its place.
 
     """
-    return whole(load(files))
+    config = whole(load(files))
+    if config.fmu:
+        raise UserError(
+            f"{config.fmu.file.name} moves in place of the built-in plant, which this command "
+            "needs: leave the file with [plant] fmu out"
+        )
+    return config
 
 
 def whole(config: Configuration) -> Configuration:
@@ -326,6 +335,12 @@ def _configuration(
     channels = type(checked.sensors).model_fields
     bus, wire = split(checked.bus)
     nodes = _nodes(checked.node, wire, origin.get(("node",), files[-1]))
+    fmu = fmu_settings(checked.plant, origin.get(("plant",), files[-1]))
+    if fmu and rig.not_finite == "reset":
+        raise UserError(
+            f'{files[-1]}: [rig] not_finite = "reset" needs the built-in plant: an FMU that has '
+            "failed stays so"
+        )
     canonical = json.dumps(merged, sort_keys=True, default=str).encode()
     said = _plant_values(checked, effects)
     unsaid = _unsaid(checked, said)
@@ -348,4 +363,5 @@ def _configuration(
         files=tuple(files),
         texts=tuple(texts),
         bench=described(checked.bench),
+        fmu=fmu,
     )

@@ -10,6 +10,7 @@ from hil_emulator.config import datasheet
 from hil_emulator.config.bench import BenchTable, Kind
 from hil_emulator.config.bus import BusTable
 from hil_emulator.config.nodes import NodeTable
+from hil_emulator.config.plant import PlantTable
 from hil_emulator.config.table import QuantityReader, StrictTable
 from hil_emulator.config.tables import (
     ChannelTable,
@@ -139,6 +140,7 @@ def schema(effects: tuple[Effect, ...], kind: Kind, *, on_bus: bool = False) -> 
         "bench": (BenchTable, BenchTable()),
         "rig": (RigTable, RigTable()),
         "model": (ModelTable, ModelTable()),
+        "plant": (PlantTable, PlantTable()),
         "bus": (BusTable, BusTable()),
         "node": (list[NodeTable], ... if on_bus else []),
     }

@@ -16,6 +16,7 @@ class PlantParameters:
 
     def __init__(self, plant: Plant) -> None:
         self._vector = plant.parameter_vector
+        self._built_in = plant.supply.built_in
         self._index = {name: i for i, name in enumerate(plant.kernel.parameters.names or ())}
         self._sound: dict[str, float] = {}
 
@@ -30,6 +31,8 @@ class PlantParameters:
             UserError: if the machine lacks what it acts on.
 
         """
+        if not self._built_in:
+            raise UserError(f"{name}: an FMU moves in place of the built-in plant that has it")
         effect = NEEDED.get(name)
         if effect is None:
             return

@@ -31,9 +31,16 @@ class Supply:
         kernel: the model, compiled for so many actuators.
         step: width of an integration step [s].
 
+    Attributes:
+        built_in: whether it is the model's balances that move them.
+        failure: what has ended its motion for good; "" while nothing has.
+
     """
 
+    built_in = True
+
     def __init__(self, kernel: Kernel, step: float) -> None:
+        self.failure = ""
         count = kernel.actuators
         self.kernel = kernel
         self.step_width = step

@@ -1,4 +1,4 @@
-"""What ends a run whose model has lost its state."""
+"""What a run ends with whose plant has failed: its state lost, or an FMU that gave up."""
 
 from hil_emulator.errors import UserError
 
@@ -19,3 +19,9 @@ class NotFiniteError(UserError):
             f"at {now_ns * 1e-9:.3f} s the model's {state} is not finite any more; `check` tells "
             "whether the integration step is too wide, an effect of one's own may be the reason"
         )
+
+
+class PlantFailedError(UserError):
+    """What moved in place of the built-in plant has failed; the nodes have stayed on the bus."""
+
+    exit_code = 1

@@ -22,6 +22,7 @@ from hil_emulator.faults.fault import Fault, fault
 from hil_emulator.faults.frames import BusFaultKind
 from hil_emulator.faults.objects import ObjectFaultKind
 from hil_emulator.faults.plant import SUPPLY, PlantFaultKind
+from hil_emulator.fmi.importing.supply import FmuSupply
 from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
@@ -303,7 +304,9 @@ class Rig:
         return Measured([math.nan] * count, [0] * count)
 
     def _recover(self) -> None:
-        """End the run, or begin again at rest."""
+        """End the run, or begin again at rest; an FMU that has failed does neither."""
+        if self.plant.supply.failure:  # said by the nodes, which stay on the bus
+            return
         error = NotFiniteError(self.now_ns - self.tick_ns, self.plant.culprit())
         if not self._resets:
             raise error
@@ -364,11 +367,22 @@ def assemble_together(
     """Make the rigs of one supply, see `assemble`; the bus of each may be the same."""
     configs = acting_together(configs)
     model = compiled(configs[0].effects, cache, len(configs))
-    plants = on_one_supply(model, [config.plant for config in configs], configs[0].step)
+    plants = _plants(model, configs)
     rigs = [_rig(*parts) for parts in zip(configs, plants, buses, strict=True)]
     for rig in rigs:
         rig.supply_mates = [mate for mate in rigs if mate is not rig]
     return rigs
+
+
+def _plants(model: kernel.Kernel, configs: Sequence[Configuration]) -> list[Plant]:
+    """Return the plants of one supply: the built-in one, or a single FMU."""
+    first = configs[0]
+    if not any(config.fmu for config in configs):
+        return on_one_supply(model, [config.plant for config in configs], first.step)
+    if len(configs) > 1 or first.fmu is None:
+        raise UserError("an FMU has a supply of its own: it shares none with other actuators")
+    supply = FmuSupply(model, first.step, first.steps, first.fmu)
+    return [Plant(model, first.plant, first.step, supply)]
 
 
 def _rig(config: Configuration, plant: Plant, bus: FrameDoor) -> Rig:

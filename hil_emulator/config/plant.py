@@ -1,0 +1,99 @@
+"""`[plant]`: what moves in place of the built-in plant."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from hil_emulator.config.table import DescribedTable, QuantityReader
+from hil_emulator.errors import UserError
+from hil_emulator.model.declare import Param
+from hil_emulator.model.quantities import INPUTS, SIGNALS
+
+_TIMEOUT = Param("timeout", "s", "time that a step of an FMU may take", 1.0, 1e-3, 3600.0)
+
+
+class PlantTable(DescribedTable):
+    """An FMU in place of the built-in plant."""
+
+    fmu: str | None = None
+    """File beside this one: a functional mock-up unit for co-simulation, FMI 2.0 or 3.0"""
+    inputs: dict[str, str] = Field(default_factory=dict)
+    """Its variables for what acts on the plant: valve_current = "u [mA]"; unit as in the FMU"""
+    outputs: dict[str, str] = Field(default_factory=dict)
+    """Its variables for the model's signals that sensors measure: position = "cylinder.s" """
+    parameters: dict[str, float] = Field(default_factory=dict)
+    """Values of its parameters, by their names and in their units there"""
+    timeout: Annotated[float, QuantityReader(_TIMEOUT)] = 1.0
+    """Time that one of its steps may take before it counts as hung"""
+
+
+@dataclass(frozen=True)
+class Lead:
+    """A variable of an FMU, and the unit that the configuration says it has; "" for its own."""
+
+    variable: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class FmuSettings:
+    """An FMU in place of the built-in plant.
+
+    Attributes:
+        file: where it is.
+        inputs: its variables by the model's inputs.
+        outputs: its variables by the model's signals.
+        parameters: values of its parameters, in its own units.
+        timeout: time that one of its steps may take [s].
+
+    """
+
+    file: Path
+    inputs: Mapping[str, Lead]
+    outputs: Mapping[str, Lead]
+    parameters: Mapping[str, float]
+    timeout: float
+
+
+def fmu_settings(table: PlantTable, file: Path) -> FmuSettings | None:
+    """Return what a configuration says of an FMU; None where the built-in plant moves.
+
+    Args:
+        table: as it was read.
+        file: the configuration that names the FMU.
+
+    Raises:
+        UserError: if a signal is unknown, or there is no FMU for what is wired.
+
+    """
+    if table.fmu is None:
+        if table.inputs or table.outputs or table.parameters:
+            raise UserError(f'{file}: [plant] wires an FMU and names none: add fmu = "crane.fmu"')
+        return None
+    for kind, given, known in (
+        ("inputs", table.inputs, INPUTS), ("outputs", table.outputs, SIGNALS),
+    ):  # fmt: skip
+        names = [q.name for q in known]
+        for name in given:
+            if name not in names:
+                raise UserError(
+                    f"{file}: [plant.{kind}] {name}: there is none; there are {', '.join(names)}"
+                )
+    return FmuSettings(
+        file.parent / table.fmu, _leads(table.inputs), _leads(table.outputs), table.parameters,
+        table.timeout,
+    )  # fmt: skip
+
+
+def _leads(given: Mapping[str, str]) -> dict[str, Lead]:
+    """Take "cylinder.s [mm]" apart; a bracket of an array's element has no space before it."""
+    found = {}
+    for name, text in given.items():
+        match = re.fullmatch(r"(.*?)(?:\s+\[(.+)\])?", text.strip())
+        assert match is not None
+        found[name] = Lead(match[1], match[2] or "")
+    return found

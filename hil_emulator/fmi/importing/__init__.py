@@ -1,0 +1,1 @@
+"""Another plant behind our instruments: an FMU in a process of its own."""

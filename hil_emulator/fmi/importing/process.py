@@ -1,0 +1,106 @@
+"""The other end of `worker`: an FMU that is stepped from here, and can fail without harm."""
+
+import json
+import os
+import select
+import subprocess
+import sys
+import weakref
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.fmi.importing import worker
+from hil_emulator.fmi.importing.wiring import Wiring
+
+Vector = np.ndarray[tuple[int], np.dtype[np.float64]]
+
+_STARTING = 60.0
+"""Longest time that unpacking, loading and initialising may take [s] (assumed)."""
+
+
+class FmuFailedError(Exception):
+    """An FMU has failed, crashed or hung; says which."""
+
+
+class FmuProcess:
+    """An FMU in a process of its own.
+
+    Args:
+        file: the FMU.
+        wiring: its variables.
+        period: communication step [s].
+        timeout: time that one step may take [s].
+
+    Attributes:
+        outputs: values at the time it has reached, in the FMU's units.
+
+    Raises:
+        FmuFailedError: if it cannot be started.
+
+    """
+
+    def __init__(self, file: Path, wiring: Wiring, period: float, timeout: float) -> None:
+        request = {
+            "inputs": [w.reference for w in wiring.inputs.values()],
+            "outputs": [w.reference for w in wiring.outputs.values()],
+            "parameters": list(wiring.parameters.items()),
+            "period": period,
+        }
+        words = [sys.executable, "-m", worker.__name__, str(file.resolve()), json.dumps(request)]
+        self._process = subprocess.Popen(
+            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._to, self._from = self._process.stdin.fileno(), self._process.stdout.fileno()
+        self._poll = select.poll()
+        self._poll.register(self._from, select.POLLIN)
+        self._end = weakref.finalize(self, _kill, self._process)
+        self._size = 1 + 8 * len(wiring.outputs)
+        self._timeout = timeout
+        self.outputs = self._answer(_STARTING)
+
+    def step(self, inputs: Vector) -> None:
+        """Take a step with the inputs held, in the FMU's units.
+
+        Raises:
+            FmuFailedError: if it failed, crashed or hung; it has ended then.
+
+        """
+        try:
+            os.write(self._to, inputs.tobytes() or b"\0")
+        except OSError:
+            raise self._failed(self._last_words()) from None
+        self.outputs = self._answer(self._timeout)
+
+    def close(self) -> None:
+        """End the process."""
+        self._end()
+
+    def _answer(self, timeout: float) -> Vector:
+        if not self._poll.poll(timeout * 1e3):
+            raise self._failed(f"has not answered for {timeout:g} s")
+        said = os.read(self._from, self._size + worker.MESSAGE)
+        if len(said) < self._size:
+            raise self._failed(self._last_words())
+        if said[0] != worker.OK:
+            raise self._failed(said[self._size :].decode(errors="replace").strip())
+        return np.frombuffer(said, np.float64, offset=1)
+
+    def _last_words(self) -> str:
+        """Say how a process has ended that should not have."""
+        code = self._process.wait(timeout=5.0)
+        return f"has crashed: signal {-code}" if code < 0 else f"has ended with exit code {code}"
+
+    def _failed(self, why: str) -> FmuFailedError:
+        self.close()
+        return FmuFailedError(why)
+
+
+def _kill(process: "subprocess.Popen[bytes]") -> None:
+    process.kill()
+    process.wait()
+    for pipe in (process.stdin, process.stdout):
+        if pipe:
+            pipe.close()

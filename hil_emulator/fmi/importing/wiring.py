@@ -1,0 +1,119 @@
+"""Which variables of an FMU are which quantities of ours; wrong ones are told before it runs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hil_emulator import units
+from hil_emulator.config.plant import FmuSettings, Lead
+from hil_emulator.errors import UserError, brief
+from hil_emulator.model.quantities import INPUTS, SIGNALS
+
+_REAL = {"Real", "Float64"}
+
+
+@dataclass(frozen=True)
+class Wired:
+    """A variable of an FMU: `value = factor * SI + offset`."""
+
+    name: str
+    reference: int
+    factor: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """An FMU that can be run here.
+
+    Attributes:
+        inputs: by name of the model's input.
+        outputs: by name of the model's signal.
+        parameters: value references and values, in the FMU's own units.
+
+    """
+
+    inputs: Mapping[str, Wired]
+    outputs: Mapping[str, Wired]
+    parameters: Mapping[int, float]
+
+
+def wire(settings: FmuSettings) -> Wiring:
+    """Read an FMU's description and find what the configuration names.
+
+    Raises:
+        UserError: for a file that is no FMU, one for another system or without co-simulation, a
+            variable that is missing, of another causality, type or dimension.
+
+    """
+    file = settings.file
+    description = _description(file)
+    known = {v.name: v for v in description.modelVariables}
+    declared = {q.name: q.unit for q in (*SIGNALS, *INPUTS)}
+    inputs = {
+        name: _wired(file, known, lead, declared[name], "input")
+        for name, lead in settings.inputs.items()
+    }
+    outputs = {
+        name: _wired(file, known, lead, declared[name], "output")
+        for name, lead in settings.outputs.items()
+    }
+    parameters = {
+        _variable(file, known, name, "parameter").valueReference: value
+        for name, value in settings.parameters.items()
+    }
+    return Wiring(inputs, outputs, parameters)
+
+
+def _description(file: Path) -> Any:
+    try:
+        import fmpy
+    except ImportError:
+        raise UserError(f"{file}: FMUs need FMPy: pip install 'hil-emulator[fmi]'") from None
+    if not file.is_file():
+        raise UserError(f"{file}: there is no such FMU")
+    try:
+        description = fmpy.read_model_description(str(file))
+        systems = fmpy.supported_platforms(str(file))
+    except Exception as error:  # a damaged archive or description ends in many kinds
+        raise UserError(f"{file}: is no FMU: {brief(str(error))}") from None
+    if description.fmiVersion[:2] not in ("2.", "3."):
+        raise UserError(f"{file}: is of FMI {description.fmiVersion}; 2.0 and 3.0 can be run")
+    if description.coSimulation is None:
+        raise UserError(f"{file}: has no co-simulation; export it from its tool with a solver")
+    if not {fmpy.platform, fmpy.platform_tuple} & set(systems):
+        raise UserError(
+            f"{file}: is for {', '.join(systems) or 'no system'}, this is {fmpy.platform}; "
+            "`fmpy compile` makes a library of its sources, where it has them"
+        )
+    return description
+
+
+def _variable(file: Path, known: Mapping[str, Any], name: str, causality: str) -> Any:
+    if name not in known:
+        near = ", ".join([v for v, one in known.items() if one.causality == causality][:12])
+        raise UserError(f"{file}: no variable '{name}'; of kind {causality} there are {near}")
+    found = known[name]
+    if found.causality != causality and not (causality == "output" and found.causality == "local"):
+        raise UserError(f"{file}: '{name}' is of kind {found.causality}, wanted is {causality}")
+    if found.type not in _REAL:
+        raise UserError(f"{file}: '{name}' is {found.type}; only real numbers can be wired")
+    return found
+
+
+def _wired(file: Path, known: Mapping[str, Any], lead: Lead, unit: str, causality: str) -> Wired:
+    found = _variable(file, known, lead.variable, causality)
+    # a declared type may carry the unit
+    declared = found.unit or getattr(found.declaredType, "unit", None) or ""
+    there = lead.unit or declared or unit
+    if there == unit:
+        return Wired(found.name, found.valueReference, 1.0, 0.0)
+    try:
+        factor, offset = units.display(unit, there)
+    except Exception:  # pint answers an unknown unit with many kinds of exception
+        raise UserError(
+            f"{file}: '{found.name}' is in '{brief(there)}', wanted is a unit like {unit}; say it "
+            f'as "{found.name} [{unit}]"'
+        ) from None
+    return Wired(found.name, found.valueReference, factor, offset)
