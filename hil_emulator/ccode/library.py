@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.ccode.compiler import CompilerError, build_library, host
-from hil_emulator.ccode.plant_source import Actuator, sources
+from hil_emulator.ccode.plant_source import Exported, sources
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import length
 from hil_emulator.model.sensors import CHANNELS
@@ -53,7 +53,7 @@ class CompiledPlant:
 
     """
 
-    def __init__(self, actuator: Actuator, kernel: Kernel, *, single: bool = False) -> None:
+    def __init__(self, actuator: Exported, kernel: Kernel, *, single: bool = False) -> None:
         target = host()
         if target is None:
             raise CompilerError("this system is none that a library is made for")
@@ -79,7 +79,7 @@ class CompiledPlant:
         return bool(self._tick(self._address))
 
 
-def write_sources(actuator: Actuator, folder: Path, *, single: bool = False) -> list[Path]:
+def write_sources(actuator: Exported, folder: Path, *, single: bool = False) -> list[Path]:
     """Write header and source file; return what is to be compiled."""
     header, body = sources(actuator, single=single)
     (folder / f"{actuator.name}.h").write_text(header, encoding="utf-8")

@@ -33,7 +33,7 @@ _COUNT = len(CHANNELS)
 
 
 @dataclass(frozen=True)
-class Actuator:
+class Exported:
     """What is put into C.
 
     Attributes:
@@ -58,7 +58,7 @@ class Actuator:
     seed: int = 0
 
 
-def sources(actuator: Actuator, *, single: bool = False) -> tuple[str, str]:
+def sources(actuator: Exported, *, single: bool = False) -> tuple[str, str]:
     """Return header and source file.
 
     Args:
@@ -138,7 +138,7 @@ def _filled(kernel: Kernel, values: Mapping[str, float]) -> np.ndarray[Any, Any]
     return fill(kernel.parameters, kernel.effects, values)
 
 
-def _channel(kernel: Kernel, actuator: Actuator, name: str, single: bool) -> str:
+def _channel(kernel: Kernel, actuator: Exported, name: str, single: bool) -> str:
     values = fill(kernel.channel, kernel.effects, actuator.sensors.get(name, {}))
     inner = _initial(kernel.channel, values, single, 2)
     return f"    {{ /* {name} */\n{inner}\n    }}"

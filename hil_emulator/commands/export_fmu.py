@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from hil_emulator.ccode.c_types import TranslationError
-from hil_emulator.ccode.plant_source import Actuator, sources
+from hil_emulator.ccode.plant_source import Exported, sources
 from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.errors import UserError
 from hil_emulator.fmi.exporting.archive import write_fmu
@@ -55,12 +55,12 @@ def export_fmu(
         raise UserError(f"{stem}: cannot be written: {error.strerror}") from None
 
 
-def actuator_of(config: Configuration, stem: str) -> Actuator:
+def actuator_of(config: Configuration, stem: str) -> Exported:
     """Return what is put into C of a configuration, under a name that C can bear."""
     name = re.sub(r"\W", "_", stem, flags=re.ASCII).lower()
     if not name or name[0].isdigit():
         name = f"plant_{name}"
-    return Actuator(
+    return Exported(
         name=name,
         title=f"hydraulic actuator of {', '.join(f.name for f in config.files)}",
         effects=config.effects,

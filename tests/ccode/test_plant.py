@@ -14,7 +14,7 @@ import pytest
 from hil_emulator.ccode.c_types import TranslationError
 from hil_emulator.ccode.compiler import WINDOWS, CompilerError, build_library, host
 from hil_emulator.ccode.library import CompiledPlant, write_sources
-from hil_emulator.ccode.plant_source import Actuator, sources
+from hil_emulator.ccode.plant_source import Exported, sources
 from hil_emulator.config.load import load
 from hil_emulator.model.declare import Param, effect
 from hil_emulator.model.effects import CATALOGUE
@@ -26,7 +26,7 @@ from hil_emulator.platform.paths import shipped
 
 STEP, STEPS = 2e-5, 50
 REFERENCE = load([shipped("configs/hyq_knee.toml")])
-WHOLE = Actuator("plant", "whole catalogue", CATALOGUE, REFERENCE.plant, {}, STEP, STEPS, seed=1)
+WHOLE = Exported("plant", "whole catalogue", CATALOGUE, REFERENCE.plant, {}, STEP, STEPS, seed=1)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from pathlib import Path
 from string import Template
 
 from hil_emulator.ccode.compiler import LINUX, WINDOWS, CompilerError, System, build_library, host
-from hil_emulator.ccode.plant_source import Actuator, sources
+from hil_emulator.ccode.plant_source import Exported, sources
 from hil_emulator.fmi.exporting import description
 from hil_emulator.fmi.exporting.variables import variables
 from hil_emulator.model.kernel import build
@@ -34,7 +34,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 """The date of every file in the archive: what is made twice is the same twice."""
 
 
-def contents(actuator: Actuator, version: int) -> dict[str, str]:
+def contents(actuator: Exported, version: int) -> dict[str, str]:
     """Return the texts of an FMU, by their names in the archive.
 
     Args:
@@ -65,7 +65,7 @@ def contents(actuator: Actuator, version: int) -> dict[str, str]:
     return {"modelDescription.xml": description.fmi3(said, found), **texts}
 
 
-def write_fmu(actuator: Actuator, version: int, file: Path, say: Callable[[str], None]) -> None:
+def write_fmu(actuator: Exported, version: int, file: Path, say: Callable[[str], None]) -> None:
     """Write an FMU; a system that there is no compiler for is left out, and said.
 
     Args:

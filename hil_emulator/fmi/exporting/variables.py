@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from hil_emulator.ccode.plant_source import Actuator
+from hil_emulator.ccode.plant_source import Exported
 from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect, Param
 from hil_emulator.model.kernel import Kernel
@@ -49,13 +49,13 @@ class Variable:
     high: float = math.inf
 
 
-def variables(actuator: Actuator, kernel: Kernel) -> list[Variable]:
+def variables(actuator: Exported, kernel: Kernel) -> list[Variable]:
     """Return all variables, in the order of the plant's structure."""
     found = [*_parameters(actuator, kernel), *_transducers(actuator, kernel), *_inputs(kernel)]
     return [*found, *_outputs(len(found))]
 
 
-def _parameters(actuator: Actuator, kernel: Kernel) -> Iterator[Variable]:
+def _parameters(actuator: Exported, kernel: Kernel) -> Iterator[Variable]:
     starts = fill(kernel.parameters, kernel.effects, actuator.values)
     said: dict[str, tuple[str, Param]] = {
         f"{table}_{p.name}": (f"{table}.{p.name}", p)
@@ -75,7 +75,7 @@ def _in_table(effect: Effect, param: Param) -> str:
     return f"{effect.stage.table}.{effect.name}.{param.name}"
 
 
-def _transducers(actuator: Actuator, kernel: Kernel) -> Iterator[Variable]:
+def _transducers(actuator: Exported, kernel: Kernel) -> Iterator[Variable]:
     place = len(kernel.parameters.names or ())
     own = {e.field_of(p): (e, p) for e in kernel.effects for p in e.params}
     for channel in CHANNELS:
