@@ -42,11 +42,14 @@ class Plunger(NamedTuple):
     check_flow: float
 
 
-class Approach(NamedTuple):
-    """Way left to both ends, and what the chambers' oil does."""
+class Endwards(NamedTuple):
+    """The piston's way to both ends, the oil trapped there, and what the chambers' oil does."""
 
+    velocity: float
     left_a: float
     left_b: float
+    excess_a: float
+    excess_b: float
     pressure_rate_a: float
     pressure_rate_b: float
     bulk_modulus_a: float
@@ -75,9 +78,8 @@ def gap_flow(excess: float, left: float, viscosity: float, plunger: Plunger, oil
 
 @register_jitable
 def trapped_rate(
-    excess: float, flow: float, left: float, closing: float, area: float, modulus: float,
-    plunger: Plunger,
-) -> float:  # fmt: skip
+    flow: float, left: float, closing: float, area: float, modulus: float, plunger: Plunger
+) -> float:
     """Return the rate of the trapped oil's pressure [Pa/s], that of its chamber not yet taken off.
 
     `closing` is the speed towards the end [m/s].
@@ -87,19 +89,19 @@ def trapped_rate(
 
 
 def _rates(
-    velocity: float, viscosity: float, excess_a: float, excess_b: float, to: Approach,
-    plunger: Plunger, oil: Oil, cylinder_piston_area: float, cylinder_area_ratio: float,
+    viscosity: float, to: Endwards, plunger: Plunger, oil: Oil, cylinder_piston_area: float,
+    cylinder_area_ratio: float,
 ) -> tuple[float, float]:  # fmt: skip
     """Continuity in both trapped volumes; outside the bores their pressure is the chamber's."""
-    rate_a, rate_b = -excess_a / RELEASE, -excess_b / RELEASE
+    rate_a, rate_b = -to.excess_a / RELEASE, -to.excess_b / RELEASE
     if to.left_a < plunger.length:
-        flow = gap_flow(excess_a, to.left_a, viscosity, plunger, oil)
-        rate_a = trapped_rate(excess_a, flow, to.left_a, -velocity, cylinder_piston_area,
+        flow = gap_flow(to.excess_a, to.left_a, viscosity, plunger, oil)
+        rate_a = trapped_rate(flow, to.left_a, -to.velocity, cylinder_piston_area,
                               to.bulk_modulus_a, plunger) - to.pressure_rate_a  # fmt: skip
     if to.left_b < plunger.length:
         area = cylinder_area_ratio * cylinder_piston_area
-        flow = gap_flow(excess_b, to.left_b, viscosity, plunger, oil)
-        rate_b = trapped_rate(excess_b, flow, to.left_b, velocity, area, to.bulk_modulus_b,
+        flow = gap_flow(to.excess_b, to.left_b, viscosity, plunger, oil)
+        rate_b = trapped_rate(flow, to.left_b, to.velocity, area, to.bulk_modulus_b,
                               plunger) - to.pressure_rate_b  # fmt: skip
     return rate_a, rate_b
 
