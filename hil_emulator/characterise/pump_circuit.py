@@ -23,6 +23,15 @@ def own_or_typical(bench: Bench, effect: str) -> float:
     return own if own != known.off else known.knob.typical
 
 
+def pump_flow(bench: Bench) -> float:
+    """Return the flow of the machine's pump, of either kind, or of the catalogue's [m³/s]."""
+    for effect in ("variable_pump", "fixed_pump"):
+        own = bench.value(f"{effect}_flow")
+        if math.isfinite(own):
+            return own
+    return own_or_typical(bench, "variable_pump")
+
+
 def pump_circuit(bench: Bench, changes: dict[str, float]) -> Stand:
     """Return a pump whose flow goes through the valve and back, by pipes that are soon steady."""
     size = bench.valve_size
@@ -52,7 +61,7 @@ def at_full_stroke(
     bench: Bench, changes: dict[str, float], names: Sequence[str]
 ) -> dict[str, Series]:
     """Load a variable pump of the machine's size from low to high pressure; return signals."""
-    flow, leakage = (own_or_typical(bench, n) for n in ("variable_pump", "pump_leakage"))
+    flow, leakage = pump_flow(bench), own_or_typical(bench, "pump_leakage")
     pump = {"supply_pressure": SET_HIGH, "variable_pump_flow": flow, "pump_leakage_flow": leakage}
     stand = pump_circuit(bench, pump | changes)
     # about what is left of the flow there: it only places the points

@@ -164,6 +164,10 @@ class Bench:
             "internal_leakage_conductance": size * _METER_CONDUCTANCE,
         }
 
+    def sealed(self) -> dict[str, float]:
+        """Return the changes that close closed lands tightly, and leave open edges as they are."""
+        return {"land_leakage_clearance": 0.0, "underlap_lap": self.null_opening}
+
     def smooth(self) -> dict[str, float]:
         """Return the changes that switch off what no linear model has: dry friction, hysteresis.
 

@@ -37,7 +37,7 @@ def _flow(bench: Bench, current: float, drop: float) -> tuple[float, float]:
     """Return drop [Pa] and flow [m³/s] of one edge."""
     ideal = bench.off("supply", "tank", "valve", "oil", keep=_KEPT)
     pressures = {"supply_pressure": _TANK + 2.0 * drop, "tank_pressure": _TANK}
-    changes = ideal | bench.joined() | pressures
+    changes = ideal | bench.joined() | bench.sealed() | pressures
     stand = bench.stand(changes)
     stand.plant.state.pressure_a = stand.plant.state.pressure_b = _TANK + drop
     stand.plant.state.spool_position = current

@@ -40,10 +40,15 @@ def _move(bench: Bench, sign: float, null: float) -> BenchRecord:
     speed = (
         bench.value("valve_gain") * current * math.sqrt(drop) / bench.value("cylinder_piston_area")
     )
-    free = bench.off("supply", "tank", "friction", "load", "cylinder") | {
-        "load_mass": _FREE_MASS,
-        "initial_position": 0.5 * stroke * (1.0 - sign * _TRAVEL),
-    }
+    ideal = bench.off("supply", "tank", "friction", "load", "cylinder")
+    free = (
+        ideal
+        | bench.sealed()
+        | {
+            "load_mass": _FREE_MASS,
+            "initial_position": 0.5 * stroke * (1.0 - sign * _TRAVEL),
+        }
+    )
     stand = bench.stand(free)
     return stand.drive(
         np.full(round(_TRAVEL * stroke / speed / stand.period), null + sign * current)

@@ -1,7 +1,7 @@
 """Volumetric efficiency of the pump against pressure, and the loss over a relief valve (S1 3.2).
 
 The valve, its ports joined, is the load: opened step by step it draws more flow at a lower
-pressure. Two pumps, of the machine's own size where it has one, else of the catalogue's:
+pressure. Two pumps, of the size of the machine's own where it has one, else of the catalogue's:
 
     variable displacement   99 % below 100 bar, some 90 % at 250 bar, at full stroke
     fixed displacement      what the valve does not draw passes the relief valve and is lost
@@ -15,8 +15,8 @@ from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.pump_circuit import (
     at_full_stroke,
     current_for,
-    own_or_typical,
     pump_circuit,
+    pump_flow,
     steady,
 )
 from hil_emulator.characterise.result import (
@@ -39,13 +39,13 @@ _TO_LITRES = 6e4  # m³/s -> l/min
 
 def run(bench: Bench) -> BenchResult:
     """Load both pumps with the valve."""
-    flow, fixed = (own_or_typical(bench, n) for n in ("variable_pump", "fixed_pump"))
+    flow = pump_flow(bench)
     p_set = bench.value("supply_pressure")
     variable = at_full_stroke(bench, {}, ("pump_pressure", "pump_power", "supply_power"))
     p_v, efficiency = variable["pump_pressure"], variable["supply_power"] / variable["pump_power"]
     # lands of a large valve would draw what a small pump gives
-    stand = pump_circuit(bench, _CLOSED | {"fixed_pump_flow": fixed})
-    opening = _PARTS * current_for(bench, fixed, p_set)
+    stand = pump_circuit(bench, _CLOSED | {"fixed_pump_flow": flow})
+    opening = _PARTS * current_for(bench, flow, p_set)
     names = ("pump_pressure", "pump_power", "supply_power", "relief_flow")
     p_f, power_f, useful_f, relief = np.array([steady(stand, float(u), names) for u in opening]).T
     return BenchResult(
@@ -59,7 +59,7 @@ def run(bench: Bench) -> BenchResult:
             "pressure, variable pump": column("bar", p_v * 1e-5),
             "efficiency, variable pump": column("%", efficiency * 100.0),
             "pressure, fixed pump": column("bar", p_f * 1e-5),
-            "flow through the valve": column("l/min", (fixed - relief) * _TO_LITRES),
+            "flow through the valve": column("l/min", (flow - relief) * _TO_LITRES),
             "loss over the relief valve": column("kW", (power_f - useful_f) * 1e-3),
         },
         comparisons=[
@@ -69,11 +69,11 @@ def run(bench: Bench) -> BenchResult:
                            Agreement.DOCUMENT)
                 for p, wanted in DOCUMENT_EFFICIENCY.items()
             ),
-            Comparison("loss of a fixed pump, valve closed", "kW", fixed * p_set * 1e-3,
+            Comparison("loss of a fixed pump, valve closed", "kW", flow * p_set * 1e-3,
                        "q p (S1 eq. 3.2)", float(power_f[0] - useful_f[0]) * 1e-3, 0.02,
                        Agreement.DERIVED),
         ],
-        notes=[f"Pumps of {flow * _TO_LITRES:.3g} and {fixed * _TO_LITRES:.3g} l/min."],
+        notes=[f"Pumps of {flow * _TO_LITRES:.3g} l/min."],
         figures=[
             DocumentFigure("S1 3.2", "99 % below 100 bar and about 90 % at 250 bar, of a pump with "
                            "variable displacement", "two points"),

@@ -17,6 +17,7 @@ from hil_emulator.characterise.pump_circuit import (
     current_for,
     own_or_typical,
     pump_circuit,
+    pump_flow,
     steady,
 )
 from hil_emulator.characterise.result import (
@@ -37,6 +38,7 @@ _SIGNALS = ("pump_pressure", "shaft_torque", "shaft_power", "pump_power", "suppl
 # power counts from vacuum: a return line under pressure would take its share along
 _INSULATED = {"oil_heating_wall": 0.0, "oil_heating_cooler": 0.0, "tank_pressure": 0.0}
 _OIL_PER_FLOW = 60.0  # oil in that circuit over the pump's flow: a minute of it [s]
+_SETTLING = 3  # seconds before it: oil that is compressed or expands takes its part of the heat
 _HALF_POWER = 135e5  # pressure at which the heat is measured [Pa]
 
 
@@ -47,7 +49,8 @@ def _warming(bench: Bench, changes: dict[str, float], flow: float) -> tuple[floa
                                      "supply_pressure": SET_HIGH}  # fmt: skip
     stand = pump_circuit(bench, heated)
     current = current_for(bench, flow, _HALF_POWER)
-    steady(stand, current, ())
+    for _ in range(_SETTLING):
+        steady(stand, current, ())
     before = float(stand.plant.signals.oil_temperature)
     seen = stand.drive(np.full(round(1.0 / stand.period), current))
     rise = float(seen.signals["oil_temperature"][-1]) - before
@@ -58,7 +61,7 @@ def _warming(bench: Bench, changes: dict[str, float], flow: float) -> tuple[floa
 
 def run(bench: Bench) -> BenchResult:
     """Load the pump with the valve."""
-    flow, friction = (own_or_typical(bench, n) for n in ("variable_pump", "pump_friction"))
+    flow, friction = pump_flow(bench), own_or_typical(bench, "pump_friction")
     rubbing = {"pump_friction_coefficient": friction}
     seen = at_full_stroke(bench, rubbing, _SIGNALS)
     pressure, torque = seen["pump_pressure"], seen["shaft_torque"]
