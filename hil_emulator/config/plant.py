@@ -13,7 +13,9 @@ from hil_emulator.errors import UserError
 from hil_emulator.model.declare import Param
 from hil_emulator.model.quantities import INPUTS, SIGNALS
 
-_TIMEOUT = Param("timeout", "s", "time that a step of an FMU may take", 1.0, 1e-3, 3600.0)
+_TIMEOUT = Param(
+    "timeout", "s", "time after which a step of an FMU counts as hung", 1.0, 1e-3, 3600.0
+)
 
 
 class PlantTable(DescribedTable):
@@ -28,7 +30,6 @@ class PlantTable(DescribedTable):
     parameters: dict[str, float] = Field(default_factory=dict)
     """Values of its parameters, by their names and in their units there"""
     timeout: Annotated[float, QuantityReader(_TIMEOUT)] = 1.0
-    """Time that one of its steps may take before it counts as hung"""
 
 
 @dataclass(frozen=True)
