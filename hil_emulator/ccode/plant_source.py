@@ -98,6 +98,7 @@ def sources(actuator: Exported, *, single: bool = False) -> tuple[str, str]:
         "sensors": ",\n".join(_channel(kernel, actuator, c.name, single) for c in CHANNELS),
         "functions": "\n\n".join(program.texts),
         "noise": _noise(kernel),
+        "stretch": _stretch(kernel, single),
         "seed": f"{actuator.seed}u",
         "turn": literal(2.0 * math.pi, single),
     }
@@ -160,6 +161,19 @@ def _noise(kernel: Kernel) -> str:
     if "noise_sigma" not in (kernel.channel.names or ()):
         return "normals[i] = 0; /* no channel is noisy */"
     return "normals[i] = plant->sensors[i].noise_sigma != 0 ? normal(&plant->random) : 0;"
+
+
+def _stretch(kernel: Kernel, single: bool) -> str:
+    """Return how far the rod is ahead of a load that it holds, see `Plant.hold_load`."""
+    known = kernel.parameters.names or ()
+    lines = []
+    if "coupling_compliance_compliance" in known:
+        lines.append("stretch += force * par->coupling_compliance_compliance;")
+    if "backlash_gap" in known:
+        half = f"{literal(0.5, single)} * par->backlash_gap"
+        lines.append(f"stretch += copysign{'f' if single else ''}({half}, force);")
+        lines.append("stretch += force * par->backlash_gap * par->backlash_softness;")
+    return "\n".join(f"    {line}" for line in lines)
 
 
 def _constants(program: Translation, step: str) -> str:
