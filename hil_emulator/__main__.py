@@ -46,6 +46,7 @@ def main() -> None:
 @click.option("--before", type=Duration(), default="5 s", help="How long before the trigger.")
 @click.option("--after", type=Duration(), default="1 s", help="How long after the trigger.")
 @click.option("--fault", "faults", multiple=True, help='TARGET KIND NAME=VALUE...; see "faults".')
+@click.option("--port", type=click.IntRange(0, 65535), help="TCP port of the bus; 0: any free one.")
 @click.option("--control", type=click.IntRange(0, 65535), help="Port of the remote control (ctl).")
 @click.option("--panel", "panel", flag_value="full", help="Show it in a browser.")
 @click.option("--panel-view-only", "panel", flag_value="view only", help="Nobody touches it there.")
@@ -64,7 +65,7 @@ def run(
     lean_start()
     from hil_emulator.commands import run as command
 
-    operation = command.operation(said.pop("control"), said.pop("panel"))
+    operation = command.operation(said.pop("port"), said.pop("control"), said.pop("panel"))
     capture = command.capture(**said)
     command.run(files, bus, clock, duration, record, capture, faults, operation)
 
@@ -110,7 +111,10 @@ def panel(path: Path) -> None:
 
 @main.command()
 @click.argument("files", metavar="SCENARIO...", nargs=-1, required=True, type=SCENARIO)
-@click.option("--workers", type=click.IntRange(1), help="Processes; all cores without it.")
+@click.option(
+    "--jobs", "--workers", "workers", type=click.IntRange(1),
+    help="Processes; all cores without it.",
+)  # fmt: skip
 @click.option("--cluster", default="", help="Address of a Dask scheduler in place of processes.")
 @click.option("--junit", type=click.Path(path_type=Path), help="Write JUnit XML.")
 @click.option("--html", "page", type=click.Path(path_type=Path), help="Write one HTML page.")
@@ -125,13 +129,13 @@ def scenario(
     page: Path | None,
     record: Path | None,
 ) -> None:
-    """Run scenarios; exit code 0 if all expectations are met."""
+    """Run scenarios; exit code 1 if an expectation is not met, 2 if a scenario cannot run."""
     import os
 
     from hil_emulator.commands import scenario as command
 
     count = workers or os.cpu_count() or 1
-    ctx.exit(0 if command.scenario(files, count, cluster, junit, page, record) else 1)
+    ctx.exit(command.scenario(files, count, cluster, junit, page, record))
 
 
 @main.command()
@@ -139,10 +143,12 @@ def scenario(
 @click.argument("targets", nargs=-1, required=True, type=click.Path(path_type=Path))
 def convert(recording: Path, targets: tuple[Path, ...]) -> None:
     """Write a .rec recording in other formats, by the files' endings."""
+    from hil_emulator.platform.paths import near
     from hil_emulator.recording import exports
 
     for target in targets:
         exports.export(recording, target)
+        click.echo(f"written   {near(target)}")
 
 
 @main.command()
@@ -328,12 +334,13 @@ def linear(
 
 
 @main.command()
+@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
 @click.option("--json", "as_json", is_flag=True, help="Everything, for programs.")
-def effects(as_json: bool) -> None:
-    """Print the catalogue of physical effects."""
+def effects(files: tuple[Path, ...], as_json: bool) -> None:
+    """Print the catalogue of physical effects, with those of a configuration's own files."""
     from hil_emulator.commands import effects as command
 
-    command.effects(as_json)
+    command.effects(files, as_json)
 
 
 def _meaning(said: dict[str, Any]) -> Any:
@@ -435,7 +442,11 @@ def hide(
 
 @main.command()
 @click.option(
-    "--can", required=True, metavar="INTERFACE:CHANNEL", help="Bus, such as socketcan:can0."
+    "--can",
+    default="socketcand:can0",
+    metavar="INTERFACE:CHANNEL",
+    show_default=True,
+    help="Bus, such as socketcan:can0; the default is that of `run` on this machine.",
 )
 @click.option(
     "--can-option",

@@ -2,20 +2,29 @@
 
 import json
 import math
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import click
 
 from hil_emulator.commands.text_table import text_table
+from hil_emulator.config.load import load
 from hil_emulator.model.declare import Effect, Param
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.units import show
 
 
-def effects(as_json: bool) -> None:
-    """Print every effect the model knows."""
+def effects(files: Sequence[Path], as_json: bool) -> None:
+    """Print every effect the model knows, with those that configurations bring.
+
+    Raises:
+        UserError: for what is wrong with a configuration.
+
+    """
+    known = load(files).effects if files else CATALOGUE
     if as_json:
-        click.echo(json.dumps([describe(e) for e in CATALOGUE], indent=2, ensure_ascii=False))
+        click.echo(json.dumps([describe(e) for e in known], indent=2, ensure_ascii=False))
         return
     rows = [
         (
@@ -27,7 +36,7 @@ def effects(as_json: bool) -> None:
             _amount(e.off, e.knob),
             e.equation,
         )
-        for e in CATALOGUE
+        for e in known
     ]
     click.echo(text_table(("table", "effect", "knob", "typical", "range", "off", "equation"), rows))
     click.echo(

@@ -4,7 +4,8 @@ import click
 
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.faults.catalogue import KINDS
-from hil_emulator.faults.declare import FaultKind, FaultParam
+from hil_emulator.faults.declare import SPAN, SPAN_PER_SECOND, TEXT, FaultKind, FaultParam
+from hil_emulator.units import show
 
 
 def faults() -> None:
@@ -12,17 +13,27 @@ def faults() -> None:
     rows = [(k.layer.value, k.name, k.meaning, _params(k), ", ".join(k.targets)) for k in KINDS]
     click.echo(text_table(("layer", "kind", "meaning", "parameters", "targets"), rows))
     click.echo(
-        "\nEvery fault also takes start, duration, ramp (times), probability, seed, condition. A "
-        "message is\nnmt, sync, emcy, sdo, heartbeat, rpdo1 ... tpdo4, or a COB-ID such as 0x185."
+        "\nA value stands for what is not said; that of a sensor's fault is a part of the channel's"
+        " span.\nEvery fault also takes start, duration, ramp (times), probability, seed,"
+        " condition.\nA message is nmt, sync, emcy, sdo, heartbeat, rpdo1 ... tpdo4, or a COB-ID"
+        " such as 0x185."
         "\nAn object is 0x7130:1, that of one node node7.0x7130:1."
     )
 
 
 def _params(kind: FaultKind) -> str:
-    return ", ".join(f"{p.name} [{_unit(p)}]" for p in kind.params)
+    return ", ".join(f"{p.name} = {_usual(p)}" for p in kind.params)
+
+
+def _usual(param: FaultParam) -> str:
+    """Return what a parameter is when nothing is said of it."""
+    if param.unit == TEXT:
+        return "NAME"
+    assert param.default is not None
+    if param.unit in (SPAN, SPAN_PER_SECOND):
+        return f"{param.default:.3g} {_unit(param)}"
+    return show(param.default, param.unit, param.shown)
 
 
 def _unit(param: FaultParam) -> str:
-    return {"span": "unit of the channel", "span/s": "unit of the channel/s", "text": "name"}.get(
-        param.unit, param.shown or param.unit
-    )
+    return {SPAN: "spans", SPAN_PER_SECOND: "spans/s"}[param.unit]

@@ -11,6 +11,7 @@ from hil_emulator import __version__
 from hil_emulator.api.identification import findings, today, write
 from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.commands.gap_table import gap_lines
+from hil_emulator.commands.options import INTERRUPTED
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion.result import Result
@@ -26,8 +27,9 @@ CONFIGURATIONS = {".toml"}
 MEASURED = ("agrees", "disagrees")
 """Verdicts of `gap`, which does not search: it calls nothing unknown."""
 
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as a shell gives it: 128 and the signal's number."""
+UNANSWERED = ("cannot_examine", "cannot_tell")
+NO_ANSWER = 3
+"""Exit code of verdicts that are no answer; 0 is one, whether something is missing or not."""
 
 _NOTHING_SAID = Meaning()
 
@@ -76,6 +78,8 @@ def identify(
         _keep_traces(result, out)
     if result.interrupted:
         raise SystemExit(INTERRUPTED)
+    if result.verdict in UNANSWERED:
+        raise SystemExit(NO_ANSWER)
 
 
 def summary(result: Result) -> str:

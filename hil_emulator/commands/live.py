@@ -7,13 +7,16 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from hil_emulator.bus.bus import Bus
-from hil_emulator.simulation.clock import Clock
+from hil_emulator.simulation.clock import Clock, FollowSync
 from hil_emulator.simulation.loop import Ticking, Timing, run
 from hil_emulator.simulation.rig import Rig
 from hil_emulator.wire.wire import TimedWire
 
 FOREVER = 2**62
 """Ticks of a run without a duration."""
+
+READY = "ready"
+"""Said when the first frame, the boot-up message, is out."""
 
 _STATUS_S = 0.5  # between two status lines
 _SLIP_NS = 100_000_000  # by which time has slipped further before it is told again (assumed)
@@ -50,6 +53,9 @@ def keep_running(
     slice_ticks = max(1, round(pause * 1e9 / rig.tick_ns))
     shown, told_ns = 0.0, 0
     try:
+        if not isinstance(clock, FollowSync):  # whose nodes boot before the first SYNC
+            run(rig, clock, min(1, ticks), timing, stop_when_late)
+        print(READY, flush=True)
         while timing.ticks < ticks:
             run(rig, clock, min(slice_ticks, ticks - timing.ticks), timing, stop_when_late)
             if between:

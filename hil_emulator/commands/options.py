@@ -51,6 +51,10 @@ SCENARIO = PackagedFile("scenario", "scenario")
 FILES = click.argument("files", metavar="CONFIG...", nargs=-1, type=CONFIGURATION, callback=_some)
 
 
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as a shell gives it: 128 and the signal's number."""
+
+
 class Commands(click.Group):
     """A group that shows a `UserError` as one message and ends with its exit code.
 
@@ -65,6 +69,9 @@ class Commands(click.Group):
         except UserError as error:
             click.echo(f"hil-emulator: {error}", err=True)
             ctx.exit(error.exit_code)
+        except KeyboardInterrupt:
+            click.echo("hil-emulator: interrupted", err=True)
+            ctx.exit(INTERRUPTED)
         except Exception as error:
             if not type(error).__module__.startswith("numba."):
                 raise

@@ -14,7 +14,8 @@ from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, departures, keep_running, load, summary, traffic
 from hil_emulator.commands.recording import recorded
 from hil_emulator.commands.run_machine import run_machine
-from hil_emulator.config.load import Configuration
+from hil_emulator.commands.waiting import COMPILING, USUALLY, waiting
+from hil_emulator.config.load import DEFAULT_BUS, Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import spoken
@@ -28,6 +29,7 @@ from hil_emulator.signals import condition
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.simulation.loop import Timing
+from hil_emulator.simulation.machine import prepare
 from hil_emulator.simulation.not_finite import PlantFailedError
 from hil_emulator.simulation.rig import Rig, assemble
 from hil_emulator.wire.wire import TimedWire
@@ -35,14 +37,16 @@ from hil_emulator.wire.wire import TimedWire
 
 @dataclass(frozen=True)
 class Operation:
-    """Who may look into a run and touch it.
+    """Where a run listens: who may join it, look into it and touch it.
 
     Attributes:
+        port: TCP port of the bus, in place of the configured one; 0 takes any free one.
         control: TCP port of the remote control; off without one.
         panel: how the panel is opened; none without it.
 
     """
 
+    port: int | None = None
     control: int | None = None
     panel: PanelOptions | None = None
 
@@ -81,14 +85,18 @@ def run(
     settings = load_machine(files)
     if len(settings.actuators) > 1:
         if bus or operation != Operation():
-            raise UserError("--bus, --control and --panel are for one actuator; run its own files")
+            raise UserError(
+                "--bus, --port, --control and --panel are for one actuator; run its own files"
+            )
         run_machine(settings, clock, duration, record, capture, faults)
         return
     broken = [spoken(line) for line in faults]
     config = settings.actuators[0].config
-    with Bus(bus_settings(config, bus)) as door:
+    settings_of_bus = bus_settings(config, bus, operation.port)
+    with waiting(COMPILING, USUALLY):
+        prepare(settings, cache_folder())  # before anybody can connect
+    with Bus(settings_of_bus) as door:
         follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
-        click.echo("Preparing the model (a few seconds the first time) ...", err=True)
         panel = Panel(operation.panel, follow or door) if operation.panel else None
         rig = assemble(config, panel.hand if panel else follow or door, cache_folder())
         refuse_collisions("bus", rig.nodes)
@@ -101,6 +109,8 @@ def run(
                 rig.inject(fault)
             measures = [] if clock == "lockstep" else realtime.apply()
             click.echo(_banner(config, rig, door, clock, measures))
+            for fault in broken:
+                click.echo(f"fault     {fault.words}")
             timing = panel.timing if panel else Timing()
             served = [server.serve for server in (control_server, panel) if server]
             pace = _clock(clock, config, follow, rig)
@@ -173,10 +183,11 @@ def _control_server(port: int | None) -> Iterator[ControlServer | None]:
         control_server.close()
 
 
-def operation(control: int | None, panel: str | None) -> Operation:
+def operation(port: int | None, control: int | None, panel: str | None) -> Operation:
     """Return what the command line opens.
 
     Args:
+        port: of the bus.
         control: port of the remote control.
         panel: "full", "view only", or nothing.
 
@@ -186,7 +197,7 @@ def operation(control: int | None, panel: str | None) -> Operation:
     """
     if panel:
         require_server()
-    return Operation(control, PanelOptions(panel == "view only") if panel else None)
+    return Operation(port, control, PanelOptions(panel == "view only") if panel else None)
 
 
 def capture(trigger: str | None, before: float, after: float) -> Capture | None:
@@ -196,10 +207,24 @@ def capture(trigger: str | None, before: float, after: float) -> Capture | None:
     return Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
 
 
-def bus_settings(config: Configuration, override: str | None) -> Mapping[str, Any]:
-    """Return the `[bus]` table, or what `--bus interface:channel` makes of it."""
-    if override is None:
-        return config.bus
+def bus_settings(
+    config: Configuration, override: str | None, port: int | None = None
+) -> Mapping[str, Any]:
+    """Return the `[bus]` table, or what `--bus interface:channel` and `--port` make of it.
+
+    Raises:
+        UserError: for a `--bus` that cannot be read, or a `--port` where none is listened on.
+
+    """
+    chosen = config.bus if override is None else _other_bus(config, override)
+    if port is None:
+        return chosen
+    if chosen.get("interface") != DEFAULT_BUS["interface"]:
+        raise UserError(f"--port: a bus of {chosen.get('interface')} listens on no TCP port")
+    return {**chosen, "port": port}
+
+
+def _other_bus(config: Configuration, override: str) -> Mapping[str, Any]:
     interface, colon, channel = override.partition(":")
     if not colon or not interface or not channel:
         raise UserError(f'--bus {override}: write interface:channel, such as "socketcan:vcan0"')

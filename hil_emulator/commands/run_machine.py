@@ -11,6 +11,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, departures, keep_running, load, summary, traffic
 from hil_emulator.commands.recording import machine_recorded
+from hil_emulator.commands.waiting import COMPILING, USUALLY, waiting
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
@@ -19,7 +20,7 @@ from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.clock import Clock, LockStep, WallClock
 from hil_emulator.simulation.loop import Timing
-from hil_emulator.simulation.machine import Machine, assemble_machine
+from hil_emulator.simulation.machine import Machine, assemble_machine, prepare
 
 
 def run_machine(
@@ -49,8 +50,9 @@ def run_machine(
     broken = [placed(line, [a.name for a in settings.actuators]) for line in faults]
     tick_ns = settings.actuators[0].config.tick_ns
     with ExitStack() as stack:
+        with waiting(COMPILING, USUALLY):
+            prepare(settings, cache_folder())  # before anybody can connect
         buses = {name: stack.enter_context(Bus(t)) for name, t in settings.buses.items()}
-        click.echo("Preparing the model (a few seconds the first time) ...", err=True)
         machine = assemble_machine(settings, buses, cache_folder())
         for name in buses:
             there = [a.name for a in settings.actuators if a.bus == name]
@@ -60,6 +62,8 @@ def run_machine(
             machine.rigs[name].inject(fault)
         measures = [] if clock == "lockstep" else realtime.apply()
         click.echo(_banner(settings, buses, measures))
+        for name, fault in broken:
+            click.echo(f"fault     {name}: {fault.words}")
         pace: Clock = LockStep() if clock == "lockstep" else WallClock(tick_ns)
         ticks = FOREVER if duration is None else round(duration * 1e9 / tick_ns)
         timing, doors = Timing(), list(buses.values())

@@ -19,8 +19,11 @@ def scenario(
     junit: Path | None,
     page: Path | None,
     recordings: Path | None = None,
-) -> bool:
-    """Run scenarios and return whether all have passed.
+) -> int:
+    """Run scenarios.
+
+    Returns:
+        0 if all have passed, 1 if an expectation is not met, 2 if one could not run.
 
     Raises:
         UserError: if the cluster cannot be reached or a report cannot be written.
@@ -40,4 +43,6 @@ def scenario(
             except OSError as error:
                 raise UserError(f"{file}: cannot be written: {error.strerror}") from None
             click.echo(f"report: {near(file)}")
-    return all(o.passed for o in outcomes)
+    if any(o.error for o in outcomes):
+        return UserError.exit_code
+    return 0 if all(o.passed for o in outcomes) else 1

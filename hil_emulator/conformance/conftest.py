@@ -25,6 +25,10 @@ class Kept(NamedTuple):
     values: Values
 
 
+HERE = {"host": "127.0.0.1", "port": 29536}
+"""Where a TCP server of socketcand is looked for: that of `hil-emulator run` without options."""
+
+
 def bus_settings(can: str, options: list[str]) -> Mapping[str, object]:
     """Return the settings of a bus from `--can` and `--can-option`.
 
@@ -36,6 +40,8 @@ def bus_settings(can: str, options: list[str]) -> Mapping[str, object]:
     if not (interface and colon and channel):
         raise UserError(f"--can {can}: write interface:channel, such as socketcan:can0")
     settings: dict[str, object] = {"interface": interface, "channel": channel}
+    if interface == "socketcand":
+        settings |= HERE
     for option in options:
         key, equals, value = option.partition("=")
         if not (key and equals):

@@ -69,6 +69,18 @@ class Fault:
         """The target without the node it belongs to, such as "tpdo1"."""
         return _thing(self.target)
 
+    @property
+    def words(self) -> str:
+        """The fault with every value, also those that nobody said."""
+        told = []
+        for param in self.kind.params:
+            _, unit, shown = measure(self.target, self.kind, param)
+            value = self.values[param.name]
+            text = str(value) if param.unit == TEXT else show(value, unit, shown)
+            told.append(f"{param.name} {text}{'' if param.name in self.said else ' (usual)'}")
+        told += [f"{name} {self.said[name]}" for name in _COMMON if name in self.said]
+        return ", ".join([f"{self.target} {self.kind.name}", *told])
+
     def __str__(self) -> str:
         rest = "".join(f", {key} {value}" for key, value in self.said.items())
         return f"{self.target} {self.kind.name}{rest}"

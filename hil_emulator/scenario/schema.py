@@ -1,5 +1,7 @@
 """What a scenario file says, checked and in SI."""
 
+import difflib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -190,6 +192,23 @@ class Scenario(StrictTable):
     expectations: list[Expect] = Field(alias="expect", min_length=1)
 
 
+_TABLES: dict[str, type[StrictTable]] = {"step": Step, "expect": Expect, "profile": SignalProfile}
+
+
+def _told(place: Sequence[int | str], kind: str) -> str:
+    """Return what is wrong with a key, "" where pydantic's own words do."""
+    if kind == "missing":
+        return "is missing"
+    if kind != "extra_forbidden":
+        return ""
+    tables = [_TABLES[part] for part in map(str, place[:-1]) if part in _TABLES]
+    fields = (tables[-1] if tables else Scenario).model_fields
+    known = [field.alias or name for name, field in fields.items()]
+    close = difflib.get_close_matches(str(place[-1]), known, 1)
+    meant = f", did you mean {close[0]}" if close else ""
+    return f"no such key{meant}; there are {', '.join(known)}"
+
+
 def load(file: Path) -> Scenario:
     """Read and check a scenario.
 
@@ -202,7 +221,7 @@ def load(file: Path) -> Scenario:
     except ValidationError as error:
         lines = [
             f"{file}: {'.'.join(str(part) for part in e['loc'])}: "
-            f"{e['msg'].removeprefix('Value error, ')}"
+            f"{_told(e['loc'], e['type']) or e['msg'].removeprefix('Value error, ')}"
             for e in error.errors()
         ]
         raise UserError("\n".join(lines)) from None

@@ -9,8 +9,9 @@ import numpy as np
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Supply
+from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.not_finite import NotFiniteError
-from hil_emulator.simulation.rig import Rig, assemble_together
+from hil_emulator.simulation.rig import Rig, assemble_together, compiled
 from hil_emulator.simulation.wire_door import FrameDoor, WireDoor
 from hil_emulator.wire.wire import TimedWire
 
@@ -141,6 +142,14 @@ class Machine:
         """Let all nodes answer frames at the present moment; the plants stand still."""
         for rig in self.rigs.values():
             rig.serve(frames)
+
+
+def prepare(settings: MachineSettings, cache: Path | None = None) -> None:
+    """Compile every model of a machine, which may take a minute, before anything else begins."""
+    configs = {a.name: a.config for a in settings.actuators}
+    for names in by_supply(settings):
+        acting = acting_together([configs[n] for n in names])
+        compiled(acting[0].effects, cache, len(names))
 
 
 def assemble_machine(

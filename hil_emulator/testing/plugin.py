@@ -59,12 +59,20 @@ def _files(request: pytest.FixtureRequest) -> list[Path]:
 
 def _found(request: pytest.FixtureRequest, name: str) -> Path:
     """Return a file named by a marker: beside the test, below the root, or one of the package."""
+    from hil_emulator.errors import UserError
+    from hil_emulator.platform.packaged import CONFIGURATIONS, packaged
     from hil_emulator.platform.paths import shipped
 
     for folder in (request.path.parent, request.config.rootpath):
         if (folder / name).is_file():
             return folder / name
-    return shipped(name)
+    try:
+        return packaged(*CONFIGURATIONS).get(name) or shipped(name)
+    except UserError:
+        raise UserError(
+            f"@pytest.mark.{_MARK}: {name}: no such file beside the test or in "
+            f"{request.config.rootpath}, and none of the package; see `hil-emulator configs`"
+        ) from None
 
 
 @pytest.fixture

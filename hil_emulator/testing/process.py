@@ -57,7 +57,7 @@ class EmulatorProcess(AbstractContextManager["EmulatorProcess"]):
         self._process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
         )
-        text = self._until("Ctrl-C ends.")
+        text = self._until("ready\n")
         found = re.search(r"on 127\.0\.0\.1:(\d+)", text)
         self.port = int(found[1]) if found else None
         self.client: dict[str, Any] = {

@@ -46,9 +46,23 @@ def keep(emulator: Emulator, test: str, folder: Path) -> Path:
     return file
 
 
+def _broken(emulator: Emulator) -> list[str]:
+    """Return what was broken, and when it ended; a `with` block ends its own before this."""
+    lines, known = [], []
+    for now_ns, what in emulator.recorder.events:
+        if "fault" in what:
+            said = dict(what["fault"])
+            words = [f"{said.pop('target')} {said.pop('kind')}"]
+            known.append(", ".join([*words, *(f"{name} {value}" for name, value in said.items())]))
+            lines.append(f"  {now_ns * 1e-9:9.3f} s  {known[-1]}")
+        elif "end" in what:  # a rig counts its faults from 0
+            lines.append(f"  {now_ns * 1e-9:9.3f} s  {known[what['end']]} ended")
+    return lines
+
+
 def report(emulator: Emulator, test: str, file: Path) -> str:
     """Return everything a failing test tells."""
-    faults = [f"  {running.fault}" for running in emulator.rig.faults.injected]
+    faults = _broken(emulator)
     seed = emulator.config.seed
     return "\n".join(
         [

@@ -1,0 +1,189 @@
+"""What a stranger meets in the first minutes: words that are true, and exit codes that tell."""
+
+import io
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hil_emulator.__main__ import main
+from hil_emulator.commands import waiting
+from hil_emulator.commands.live import READY
+from hil_emulator.commands.options import INTERRUPTED
+from hil_emulator.commands.run import bus_settings
+from hil_emulator.config.load import load
+from hil_emulator.conformance.conftest import bus_settings as device_bus
+from hil_emulator.errors import UserError
+from hil_emulator.faults.fault import spoken
+from hil_emulator.platform.packaged import packaged
+from hil_emulator.simulation.emulator import Emulator
+from hil_emulator.testing.report import report
+
+pytest_plugins = ["pytester"]
+
+KNEE = load([packaged()["hyq_knee"]])
+START = bytes([1, 0])
+
+
+def answer(*words: str) -> tuple[int, str]:
+    """Return the exit code of a command and all that it says."""
+    done = CliRunner().invoke(main, list(words))
+    return done.exit_code, done.output
+
+
+def test_ready_is_said_when_the_first_frame_is_out() -> None:
+    """One tick in lock-step: the boot-up message has gone out before the word."""
+    command = [sys.executable, "-m", "hil_emulator", "run", "hyq_knee", "--port", "0"]
+    command += ["--clock", "lockstep", "--duration", "1 ms", "--fault", "supply droop"]
+    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert said.index(READY) < said.index(next(x for x in said if x.startswith("frames")))
+    assert "0 in, 1 out" in said[-1]
+    assert "fault     supply droop, drop 40 bar (usual)" in said
+
+
+def test_a_port_is_for_a_bus_that_listens() -> None:
+    """`--port` replaces the configured one, and is refused where nothing listens."""
+    assert bus_settings(KNEE, None, 4000)["port"] == 4000
+    with pytest.raises(UserError, match="socketcan listens on no TCP port"):
+        bus_settings(KNEE, "socketcan:vcan0", 4000)
+
+
+def test_a_fault_tells_its_values_said_or_not() -> None:
+    """What nobody said is marked as the usual value, in the unit of its channel."""
+    assert spoken("supply droop").words == "supply droop, drop 40 bar (usual)"
+    assert spoken("supply droop drop='60 bar' start='1 s'").words == (
+        "supply droop, drop 60 bar, start 1 s"
+    )
+    assert spoken("pressure_a offset").words == "pressure_a offset, value 25 bar (usual)"
+    code, said = answer("faults")
+    assert code == 0
+    assert "drop = 40 bar" in said
+
+
+def test_a_set_point_says_that_it_waits() -> None:
+    """Before OPERATIONAL it waits for the NMT start, and is in force from then on."""
+    from hil_emulator.bus.bus import Bus
+    from hil_emulator.frame import Frame
+
+    with Emulator(KNEE) as emulator, Bus(emulator.bus) as master:
+        emulator.tick()
+        with pytest.warns(RuntimeWarning, match="node 5 is PRE-OPERATIONAL; an NMT start"):
+            emulator.set("valve_current", "1 mA")
+        emulator.tick()
+        assert emulator.signals.valve_current == 0.0
+        master.send([Frame(0x000, START)])
+        emulator.tick()
+        assert emulator.signals.valve_current == pytest.approx(1e-3)
+        assert emulator.rig.set("valve_current", 2e-3) == ""
+
+
+def test_an_early_start_is_told() -> None:
+    """No node hears an NMT command before its boot-up message: the emulator says so."""
+    from hil_emulator.bus.bus import Bus
+    from hil_emulator.frame import Frame
+
+    with Emulator(KNEE) as emulator, Bus(emulator.bus) as master:
+        master.send([Frame(0x000, START)])
+        with pytest.warns(RuntimeWarning, match="before the first tick"):
+            emulator.tick()
+
+
+def test_what_was_broken_stays_in_the_report_of_a_failing_test(tmp_path: Path) -> None:
+    """A `with` block has ended its fault when the test fails; the report has both moments."""
+    with Emulator(KNEE) as emulator:
+        with emulator.fault("pressure_a", "stuck"):
+            emulator.run_for("3 ms")
+        told = report(emulator, "test", tmp_path / "x.rec")
+    assert "0.000 s  pressure_a stuck" in told
+    assert "0.003 s  pressure_a stuck ended" in told
+
+
+def test_a_marker_with_a_wrong_file_says_where_it_was_looked_for(
+    pytester: pytest.Pytester,
+) -> None:
+    """The package is not blamed for a file that is missing beside the test."""
+    pytester.makepyfile("""
+        import pytest
+        @pytest.mark.emulator("nofile.toml")
+        def test_x(emulator): pass
+    """)
+    said = pytester.runpytest_subprocess("-q").stdout.str()
+    assert "nofile.toml: no such file beside the test" in said
+    assert "install" not in said
+
+
+def test_a_scenario_that_cannot_run_is_not_one_that_failed(tmp_path: Path) -> None:
+    """Exit code 2 and the nearest key."""
+    file = tmp_path / "s.toml"
+    file.write_text(
+        'title = "x"\nconfig = ["x.toml"]\nduraton = "1 s"\n[[step]]\nat = "1 s"\n'
+        '[[expect]]\nsignal = "position"\nwithin = ["0 m", "1 m"]\nuntill = "1 s"\n'
+    )
+    code, said = answer("scenario", str(file), "--jobs", "1")
+    assert code == 2
+    assert "duraton: no such key, did you mean duration" in said
+    assert "expect.0.untill: no such key, did you mean until" in said
+    assert answer("scenario", str(tmp_path / "none.toml"))[0] == 2
+
+
+def test_conformance_looks_where_run_listens() -> None:
+    """Without options the device is sought on the port of `run`; options still choose another."""
+    default = {p.name: p.default for p in main.commands["conformance"].params}["can"]
+    assert device_bus(default, []) == {
+        "interface": "socketcand", "channel": "can0", "host": "127.0.0.1",
+        "port": KNEE.bus["port"],
+    }  # fmt: skip
+    assert device_bus("socketcand:can0", ["port=1234"])["port"] == 1234
+
+
+def test_ctrl_c_ends_with_the_code_of_a_shell(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One word, and 130: neither "Aborted!" nor the code of a failure."""
+
+    def interrupted(*given: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hil_emulator.commands.bench.bench", interrupted)
+    code, said = answer("bench")
+    assert code == INTERRUPTED
+    assert said == "hil-emulator: interrupted\n"
+
+
+def test_effects_of_a_configuration_are_listed(tmp_path: Path) -> None:
+    """The catalogue, and what the configuration's own files add."""
+    (tmp_path / "own.py").write_text(
+        "from hil_emulator.model.declare import Param, effect\n"
+        "from hil_emulator.model.stages import friction\n"
+        "@effect(friction, knob=Param('level', 'N', 'force', 1.0, 0.0, 9.0), source='assumed',\n"
+        "        signature='none')\n"
+        "def own_drag(velocity: float, level: float) -> float:\n"
+        "    'F = c v.'\n    return level * velocity\n\n\nEFFECTS = (own_drag,)\n"
+    )
+    (tmp_path / "own.toml").write_text('[model]\neffects = ["own.py"]\n')
+    assert "own_drag" in answer("effects", "hyq_knee", str(tmp_path / "own.toml"))[1]
+    assert "own_drag" not in answer("effects")[1]
+
+
+def test_identify_tells_no_answer_from_an_answer(tmp_path: Path) -> None:
+    """Data in which nothing moves cannot be examined: exit code 3."""
+    time_s = np.arange(2000) * 1e-3
+    rows = np.column_stack([time_s, np.zeros(2000), 1e-9 * np.sin(time_s)])
+    file = tmp_path / "still.csv"
+    np.savetxt(file, rows, delimiter=",", header="time [s],valve_current [A],position [m]",
+               comments="")  # fmt: skip
+    code, said = answer("gap", "hyq_knee", str(file))
+    assert (code, "cannot_examine" in said) == (3, True), said
+
+
+def test_what_takes_long_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing at first, then what it is and for how long; nothing is left when it is over."""
+    monkeypatch.setattr(waiting, "SILENT", 0.01)
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    with waiting.waiting("compiling", "a minute"):
+        deadline = time.monotonic() + 5.0
+        while not sys.stderr.getvalue() and time.monotonic() < deadline:
+            time.sleep(0.01)
+    assert sys.stderr.getvalue().startswith("compiling (a minute): 0 s")
