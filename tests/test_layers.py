@@ -54,7 +54,8 @@ ROOMS = {
         "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",
     },
     "bench": {
-        "numpy", "websockets", "bus", "config", "model", "platform", "recording", "simulation",
+        "numpy", "websockets", "bus", "ccode", "config", "model", "platform", "recording",
+        "simulation",
     },
     "scenario": {
         "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",

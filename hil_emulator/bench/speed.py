@@ -13,6 +13,9 @@ from hil_emulator.bench.recording_cost import measure_recording
 from hil_emulator.bench.starting import StartCost, measure_start
 from hil_emulator.bench.with_client import ClientCost, measure_with_client
 from hil_emulator.bus.bus import Bus
+from hil_emulator.ccode.compiler import CompilerError
+from hil_emulator.ccode.library import CompiledPlant
+from hil_emulator.ccode.plant_source import Exported
 from hil_emulator.config.load import Configuration
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant, on_one_supply
@@ -25,6 +28,7 @@ from hil_emulator.simulation.rig import Rig, assemble, compiled
 
 _CHANNEL = "hil-emulator bench"
 _STEPS = 100_000  # integration steps timed at once
+_STEPS_IN_C = 1_000  # of them in one call: the sensors' share is small
 _TICKS = 5_000  # lock-step ticks timed at once
 _REPEATS = 5  # the best is kept: everything else on the machine can only slow it down
 _TCP_FRAMES = 20_000
@@ -49,6 +53,7 @@ class Speeds:
 
     Attributes:
         rk4_step_us: one integration step of the configured actuator.
+        rk4_step_c_us: the same by the exported C and this machine's C compiler; None without one.
         rk4_step_all_us: the same with every effect of the catalogue at its typical value.
         rk4_step_shared_us: the same for each of two such actuators on one supply.
         tick_us: p50 and p99 of a full tick in lock-step: one set point and a SYNC in, four TPDOs
@@ -67,6 +72,7 @@ class Speeds:
     """
 
     rk4_step_us: float
+    rk4_step_c_us: float | None
     rk4_step_all_us: float
     rk4_step_shared_us: float
     tick_us: dict[str, float]
@@ -96,6 +102,7 @@ def measure(
         master.start(rig)
         say("Integration step ...")
         step_us = _step_us(rig.plant)
+        step_c_us = _step_in_c_us(config, cache)
         step_all_us = _step_us(_with_everything(config, cache))
         step_shared_us = _step_us(_two_on_one_supply(config, cache)) / 2
         say("Lock-step ...")
@@ -113,6 +120,7 @@ def measure(
         client = measure_with_client(config, cache, duration)
     return Speeds(
         rk4_step_us=step_us,
+        rk4_step_c_us=step_c_us,
         rk4_step_all_us=step_all_us,
         rk4_step_shared_us=step_shared_us,
         tick_us={key: tick.execution.summary()[key] for key in ("p50", "p99")},
@@ -167,6 +175,26 @@ def _step_us(plant: Plant) -> float:
     def once() -> float:
         begin = time.perf_counter()
         plant.step(_STEPS)
+        return (time.perf_counter() - begin) / _STEPS * 1e6
+
+    return min(once() for _ in range(_REPEATS))
+
+
+def _step_in_c_us(config: Configuration, cache: Path) -> float | None:
+    lean = acting(config)
+    exported = Exported(
+        "bench", "bench", lean.effects, lean.plant, lean.sensors, lean.step, _STEPS_IN_C
+    )
+    try:
+        plant = CompiledPlant(exported, compiled(lean.effects, cache))
+    except CompilerError:
+        return None
+    plant.start()
+
+    def once() -> float:
+        begin = time.perf_counter()
+        for _ in range(_STEPS // _STEPS_IN_C):
+            plant.tick()
         return (time.perf_counter() - begin) / _STEPS * 1e6
 
     return min(once() for _ in range(_REPEATS))

@@ -93,6 +93,7 @@ def _table(s: Speeds, duration: float) -> str:
         ("start of a run [s]", f"{s.start.warm_s:.2f}"),
         ("its memory [MB]", f"{s.start.memory_mb:.0f}"),
         ("integration step (RK4) [us]", f"{s.rk4_step_us:.2f}"),
+        ("the same in C [us]", f"{s.rk4_step_c_us:.2f}" if s.rk4_step_c_us else "no compiler"),
         ("the same, all effects on [us]", f"{s.rk4_step_all_us:.2f}"),
         ("the same, each of two on one supply [us]", f"{s.rk4_step_shared_us:.2f}"),
         ("tick in lock-step [us]", _spread(s.tick_us)),
