@@ -280,13 +280,18 @@ def export_fmu(
 @click.option(
     "--panel", is_flag=True, help="Instead: what the panel costs, by pages that are open."
 )
+@click.option("--effects", is_flag=True, help="Instead: what each effect costs that is off.")
 @click.option("--json", "as_json", is_flag=True, help="For programs; microseconds.")
 def bench(
-    files: tuple[Path, ...], duration: float, identify: float | None, panel: bool, as_json: bool
-) -> None:
+    files: tuple[Path, ...], duration: float, identify: float | None, panel: bool, effects: bool,
+    as_json: bool,
+) -> None:  # fmt: skip
     """Measure the emulator's speed and punctuality on this machine."""
     from hil_emulator.commands import bench as command
 
+    if effects:
+        command.bench_effects(files, as_json)
+        return
     command.bench(files, duration, identify, as_json, panel)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from hil_emulator.bench.effect_cost import measure_effects
 from hil_emulator.bench.finding import SearchCost, measure_finding
 from hil_emulator.bench.panel_cost import PanelCost, measure_panel
 from hil_emulator.bench.speed import Speeds, measure
@@ -32,7 +33,7 @@ def bench(
         UserError: if the configuration is wrong.
 
     """
-    chosen = files or (shipped("configs/hyq_knee.toml"),)
+    chosen = _chosen(files)
     config = load_rig(chosen)
     if panel:
         require_server()
@@ -48,6 +49,19 @@ def bench(
         measured = measure(config, cache_folder(), duration, _say)
         table = _table(measured, duration)
     click.echo(json.dumps(dataclasses.asdict(measured), indent=2) if as_json else table)
+
+
+def bench_effects(files: tuple[Path, ...], as_json: bool) -> None:
+    """Measure what each effect of the plant adds to a step, and print it; arguments as `bench`."""
+    costs = measure_effects(load_rig(_chosen(files)), cache_folder(), _say)
+    rows = [(c.effect, f"{c.step_us:.2f}", f"{c.relative:.2f}") for c in costs]
+    plain = json.dumps([dataclasses.asdict(cost) for cost in costs], indent=2)
+    titles = ("effect, alone on", "step [us]", "over a step without")
+    click.echo(plain if as_json else text_table(titles, rows))
+
+
+def _chosen(files: tuple[Path, ...]) -> tuple[Path, ...]:
+    return files or (shipped("configs/hyq_knee.toml"),)
 
 
 def _say(text: str) -> None:

@@ -171,6 +171,17 @@ def test_bench_tells_what_the_machine_achieves() -> None:
 
 
 @pytest.mark.slow
+def test_bench_tells_what_each_effect_costs() -> None:
+    """Every effect of the plant that the reference machine leaves off, the dearest first."""
+    costs = json.loads(hil_emulator("bench", "--effects", "--json").stdout)
+    names = {cost["effect"] for cost in costs}
+    assert {"cushion_plunger", "lap_sa", "pump_friction", "cylinder_lines"} <= names
+    assert names.isdisjoint({"coulomb_friction", "lag"})
+    assert costs == sorted(costs, key=lambda cost: -cost["relative"])
+    assert min(cost["step_us"] for cost in costs) > 0.0
+
+
+@pytest.mark.slow
 def test_bench_tells_how_long_it_takes_to_find_an_effect() -> None:
     """Both searches end, and the numbers are of a size that time and memory can have."""
     found = json.loads(hil_emulator("bench", "--identify", "7 s", "--json").stdout)
