@@ -1,0 +1,1 @@
+"""What happens to the pages when they are built."""

@@ -1,0 +1,25 @@
+"""The pages are whole before anyone builds them; building itself is a step of `.ci/run`."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parent.parent / "docs"
+PAGES = sorted(p.stem for p in DOCS.glob("*.md") if p.stem != "index")
+TREE = re.findall(r"^[\w/]+$", (DOCS / "index.md").read_text(), re.M)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_page_is_reached_from_the_first(page: str) -> None:
+    """A page that no table of contents names is read by nobody."""
+    assert page in TREE
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_python_of_a_page_is_python(page: str) -> None:
+    """What is run when the pages are built, and what is only shown, compiles."""
+    text = (DOCS / f"{page}.md").read_text()
+    for block in re.findall(r"^```(?:\{run\}|python)\n(.*?)^```$", text, re.M | re.S):
+        code = re.sub(r"\A(:\w+: .*\n)+", "", block)
+        compile(code, f"{page}.md", "exec")
