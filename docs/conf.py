@@ -23,5 +23,8 @@ myst_heading_anchors = 3
 exclude_patterns = ["_build", "build_time"]
 autodoc_typehints = "none"
 html_theme = "alabaster"
-html_theme_options = {"description": "A hydraulic actuator that is not there, on a CAN bus that is"}
+html_theme_options = {
+    "description": "A hydraulic actuator that is not there, on a CAN bus that is",
+    "page_width": "1100px",
+}
 html_sidebars = {"**": ["about.html", "navigation.html", "searchbox.html"]}

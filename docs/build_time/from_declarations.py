@@ -40,11 +40,11 @@ def effect_section(effect: Effect, picture: str) -> str:
         f"`{effect.equation}`",
         f"{words[:1].upper()}{words[1:]}." if words else "",
         table(("parameter", "is", "typical", "range", "source"),
-              [(f"`{p.name}`", p.meaning, _amount(p.typical, p),
+              [(f"`{p.name}`", plain(p.meaning), _amount(p.typical, p),
                 f"{_amount(p.low, p)} ... {_amount(p.high, p)}", p.source)
                for p in effect.params]),
         f"Off at `{effect.knob.name}` = {_amount(effect.off, effect.knob)}. "
-        f"Shows: {effect.signature}. Source: {effect.source}.",
+        f"Shows: {plain(effect.signature)}. Source: {plain(effect.source)}.",
         f"Not modelled: {effect.not_modelled}." if effect.not_modelled else "",
         picture,
     ]  # fmt: skip
@@ -54,7 +54,12 @@ def effect_section(effect: Effect, picture: str) -> str:
 def _amount(value: float, param: Param) -> str:
     if param.unit.startswith("span"):
         return f"{value:g} {param.unit}"
-    return show(value, param.unit, param.shown)
+    return plain(show(value, param.unit, param.shown))
+
+
+def plain(text: str) -> str:
+    """Return text that Markdown shows as it is: a product's star is no emphasis."""
+    return text.replace("*", "\\*")
 
 
 def effects(folder: Path) -> None:

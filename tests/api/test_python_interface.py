@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from gymnasium.utils.env_checker import check_env
+from scipy.optimize import brentq
 from scipy.signal import lsim
 
 import hil_emulator as hil
@@ -53,6 +54,24 @@ except hil.UserError as error:
 """
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "at least one log" in said.stdout
+
+
+def test_the_rod_moves_as_fast_as_the_orifice_equation_says(knee: hil.Actuator) -> None:
+    """Its speed at 0.5 mA, seen by its sensor, is that of the data sheets alone, within 0.5 %.
+
+    q = K_v i sqrt(drop) at each edge, K_v from 7.5 l/min at 10 mA and 35 bar; q_b = alpha q_a;
+    A (p_a - alpha p_b) = 1500 N s/m v + 100 N. The closed form's edges have no clearance.
+    """
+    area, alpha, opening = 2.0106e-4, 0.61, 0.5e-3 * 7.5e-3 / 60 / 10e-3 / 35e5**0.5
+
+    def unbalanced(speed: float) -> float:
+        pressure_a = 160e5 - (area * speed / opening) ** 2
+        pressure_b = 1e5 + (alpha * area * speed / opening) ** 2
+        return area * (pressure_a - alpha * pressure_b) - 1500.0 * speed - 100.0
+
+    seen = knee.with_effect("land_leakage", "0 A").simulate("0.5 mA", "400 ms").loc[0.15:]
+    speed = np.polyfit(seen.index, seen["position"], 1)[0]
+    assert speed == pytest.approx(brentq(unbalanced, 0.0, 1.0), rel=5e-3)
 
 
 def test_a_small_step_is_what_the_linear_model_says(knee: hil.Actuator) -> None:
