@@ -4,12 +4,12 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration
 from hil_emulator.model.layout import Vector
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Sensors
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.signals.columns import columns, fill_row
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.not_finite import NotFiniteError
-from hil_emulator.simulation.rig import compiled
+from hil_emulator.simulation.rig import compiled, plants_of
 
 
 class StandAlone:
@@ -28,7 +28,7 @@ class StandAlone:
     def __init__(self, config: Configuration, seed: int | None = None) -> None:
         lean = acting(config)
         self._config = config
-        self.plant = Plant(compiled(lean.effects, cache_folder()), lean.plant, lean.step)
+        (self.plant,) = plants_of(compiled(lean.effects, cache_folder()), [lean])
         random = np.random.default_rng(config.seed if seed is None else seed)
         self._sensors = Sensors(self.plant.kernel, lean.sensors, config.tick_ns * 1e-9, random)
         self._sensors.sample(self.plant.signal_vector)

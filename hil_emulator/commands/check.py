@@ -46,13 +46,13 @@ def check(files: Sequence[Path]) -> None:
     for name, there in on_bus.items():
         refuse_collisions(name, there)
         click.echo(_load(name, settings, there))
-    configs = {actuator.name: actuator.config for actuator in settings.actuators}
-    for names in by_supply(settings):
-        for warning in step_warnings({name: configs[name] for name in names}):
-            click.echo(f"warning: {warning}")
     for actuator in settings.actuators:
         for warning in warnings(actuator.config):
             click.echo(f"warning: {actuator.name}: {warning}")
+    configs = {actuator.name: actuator.config for actuator in settings.actuators}
+    for names in by_supply(settings):  # last, as it has to compile the model
+        for warning in step_warnings({name: configs[name] for name in names}):
+            click.echo(f"warning: {warning}")
 
 
 def refuse_collisions(bus: str, there: Sequence[Node]) -> None:

@@ -367,14 +367,14 @@ def assemble_together(
     """Make the rigs of one supply, see `assemble`; the bus of each may be the same."""
     configs = acting_together(configs)
     model = compiled(configs[0].effects, cache, len(configs))
-    plants = _plants(model, configs)
+    plants = plants_of(model, configs)
     rigs = [_rig(*parts) for parts in zip(configs, plants, buses, strict=True)]
     for rig in rigs:
         rig.supply_mates = [mate for mate in rigs if mate is not rig]
     return rigs
 
 
-def _plants(model: kernel.Kernel, configs: Sequence[Configuration]) -> list[Plant]:
+def plants_of(model: kernel.Kernel, configs: Sequence[Configuration]) -> list[Plant]:
     """Return the plants of one supply: the built-in one, or a single FMU."""
     first = configs[0]
     if not any(config.fmu for config in configs):
