@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike
 from hil_emulator.__main__ import main
 from hil_emulator.platform.paths import shipped
 
+CANNOT_EXAMINE = 3
+"""Exit code of a search that could not begin."""
+
 
 def bench(name: str) -> Path:
     """Return the worked configuration of a bench."""
@@ -31,8 +34,10 @@ def asked(
     """Return what `gap` or `identify` writes into result.json, and what the terminal shows."""
     words = [command, str(config), *map(str, learn), f"--out={out}"]
     done = CliRunner().invoke(main, [*words, *(f"--validate={f}" for f in check)])
-    assert done.exit_code == 0, done.output
-    return json.loads((out / "result.json").read_text()), done.output
+    assert done.exit_code in (0, CANNOT_EXAMINE), done.output
+    found = json.loads((out / "result.json").read_text())
+    assert (done.exit_code == CANNOT_EXAMINE) == (found["verdict"] == "cannot_examine")
+    return found, done.output
 
 
 def names(result: Mapping[str, Any]) -> list[str]:
