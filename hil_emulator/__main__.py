@@ -70,6 +70,19 @@ def run(
     command.run(files, bus, clock, duration, record, capture, faults, operation)
 
 
+@main.command()
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+def completion(shell: str) -> None:
+    """Print what a shell needs to complete commands, options and names.
+
+    bash and zsh evaluate it in ~/.bashrc or ~/.zshrc; fish keeps it as
+    ~/.config/fish/completions/hil-emulator.fish.
+    """
+    from hil_emulator.commands import completion as command
+
+    command.completion(main, shell)
+
+
 @main.command("faults")
 def list_faults() -> None:
     """Print what can be broken, and how."""

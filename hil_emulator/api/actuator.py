@@ -120,8 +120,11 @@ class ActuatorModel:
                 if not channel
                 else f"{name}: is no effect of a sensor; leave the channel out"
             )
-        said = {effect.knob.name: effect.knob.typical if value is None else value, **shape}
-        units = {p.name: p.unit for p in effect.params}
+        knob = effect.knob
+        span, of = (c.span, c.unit) if (c := _channel(channel)) else (1.0, "")
+        typical = knob.typical * (span if SPAN in knob.unit else 1.0)
+        said = {knob.name: typical if value is None else value, **shape}
+        units = {p.name: p.unit.replace(SPAN, of) for p in effect.params}
         pairs = ", ".join(f"{n} = {_written(v, units.get(n, '1'))}" for n, v in said.items())
         table = ".".join(filter(None, (effect.stage.table, channel)))
         return self.with_layer(f"[{table}]\n{name} = {{ {pairs} }}\n", f"with_effect({name})")
@@ -191,6 +194,19 @@ def load(*what: str | Path, actuator: str = "") -> ActuatorModel:
 def machines() -> list[str]:
     """Return the names of the machines that come with the package."""
     return list(packaged(Purpose.MACHINE))
+
+
+def _channel(name: str) -> Channel | None:
+    """Return a sensor channel; None for no name.
+
+    Raises:
+        UserError: lists the channels that there are.
+
+    """
+    known = {channel.name: channel for channel in CHANNELS}
+    if name and name not in known:
+        raise UserError(f"no channel '{brief(name)}'; there are {', '.join(known)}")
+    return known.get(name)
 
 
 def _effect(effects: Sequence[Effect], name: str) -> Effect:

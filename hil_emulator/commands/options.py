@@ -1,11 +1,14 @@
 """What the arguments of several commands share: kinds of values, and groups of options."""
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
+from hil_emulator.commands.examples import EXAMPLES
 from hil_emulator.errors import UserError
 
 
@@ -30,6 +33,16 @@ class PackagedFile(click.ParamType[Path]):
             return found(str(value), *map(Purpose, self._purposes))
         except UserError as error:
             self.fail(str(error), param, ctx)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Return the packaged names that begin so, and that files do as well."""
+        from hil_emulator.platform.packaged import Purpose, packaged
+
+        names = packaged(*map(Purpose, self._purposes))
+        fitting = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+        return [*fitting, CompletionItem(incomplete, type="file")]
 
 
 def _some(ctx: click.Context, param: click.Parameter, files: tuple[Path, ...]) -> tuple[Path, ...]:
@@ -61,6 +74,20 @@ class Commands(click.Group):
     So does a law of the user's that cannot become machine code: that is found out only when the
     model is compiled, whichever command does it.
     """
+
+    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
+        """Add a command, with an example at the end of its help."""
+        super().add_command(cmd, name)
+        cmd.epilog = f"\b\nExample:\n  {EXAMPLES[name or str(cmd.name)]}"
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands by their whole first sentence: click cuts it off at the line's end."""
+        rows = [
+            (name, self.commands[name].get_short_help_str(sys.maxsize))
+            for name in self.list_commands(ctx)
+        ]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Invoke a command."""

@@ -202,3 +202,10 @@ def test_gymnasium_finds_it_by_name() -> None:
     env = gymnasium.make("hil_emulator/Knee-v0")
     _, told = env.reset(seed=1, options={"target": 0.25})
     assert told["target"] == pytest.approx(0.02)
+
+
+def test_a_typical_effect_of_a_sensor_is_a_part_of_its_span(knee: hil.Actuator) -> None:
+    """Without a value it has the typical one, which the catalogue states in spans of a channel."""
+    assert knee.with_effect("offset", channel="load_force").effects["load_force.offset"] == "50 N"
+    with pytest.raises(hil.UserError, match="no channel 'force'; there are"):
+        knee.with_effect("offset", channel="force")

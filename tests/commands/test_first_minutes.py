@@ -1,6 +1,7 @@
 """What a stranger meets in the first minutes: words that are true, and exit codes that tell."""
 
 import io
+import shlex
 import subprocess
 import sys
 import time
@@ -12,6 +13,7 @@ from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
 from hil_emulator.commands import waiting
+from hil_emulator.commands.examples import EXAMPLES
 from hil_emulator.commands.live import READY
 from hil_emulator.commands.options import INTERRUPTED
 from hil_emulator.commands.run import bus_settings
@@ -187,3 +189,29 @@ def test_what_takes_long_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
         while not sys.stderr.getvalue() and time.monotonic() < deadline:
             time.sleep(0.01)
     assert sys.stderr.getvalue().startswith("compiling (a minute): 0 s")
+
+
+@pytest.mark.parametrize("name", sorted(main.commands))
+def test_every_help_ends_with_an_example_that_is_understood(name: str) -> None:
+    """Its options are known, and packaged names are there."""
+    example = EXAMPLES[name]
+    assert example in answer(name, "--help")[1]
+    if name != "completion":  # that one is evaluated by the shell
+        _, said, *arguments = shlex.split(example)
+        assert main.commands[said].make_context(said, arguments)
+
+
+def test_the_list_of_commands_is_not_cut_off() -> None:
+    """Each command by its whole first sentence, however narrow the terminal."""
+    listed = answer("--help")[1]
+    assert "...\n" not in listed.partition("Commands:")[2]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_shell_completes_names(shell: str) -> None:
+    """The script names the program; asked as the script asks, packaged machines are offered."""
+    assert "_HIL_EMULATOR_COMPLETE" in answer("completion", shell)[1]
+    words = {"_HIL_EMULATOR_COMPLETE": "bash_complete", "COMP_WORDS": "hil-emulator run hyq_k",
+             "COMP_CWORD": "2"}  # fmt: skip
+    offered = CliRunner().invoke(main, [], env=words, prog_name="hil-emulator").output
+    assert "plain,hyq_knee" in offered

@@ -1,0 +1,30 @@
+"""An example of each command, for its help."""
+
+EXAMPLES = {
+    "bench": "hil-emulator bench hyq_knee --duration '60 s'",
+    "characterise": "hil-emulator characterise all hyq_knee --out bench",
+    "check": "hil-emulator check hyq_knee spring_load",
+    "completion": 'eval "$(hil-emulator completion bash)"',
+    "configs": "hil-emulator configs --copy hyq_knee",
+    "conformance": "hil-emulator conformance --node 5 --eds device.eds --html report.html",
+    "convert": "hil-emulator convert run.rec run.csv run.blf",
+    "ctl": "hil-emulator ctl set supply_pressure '120 bar'",
+    "demo": "hil-emulator demo --picture demo.png",
+    "effects": "hil-emulator effects hyq_knee",
+    "experiment": "hil-emulator experiment micro_motion --amplitude '0.5 mm' --out micro.csv",
+    "export": "hil-emulator export hyq_knee --out network",
+    "export-fmu": "hil-emulator export-fmu hyq_knee --out knee.fmu",
+    "faults": "hil-emulator faults",
+    "gap": "hil-emulator gap hyq_knee log.csv",
+    "hide": "hil-emulator hide internal_leakage --size medium --out practice",
+    "identify": "hil-emulator identify hyq_knee one.csv two.csv --validate three.csv --out found",
+    "init": "hil-emulator init my_machine.toml",
+    "linear": "hil-emulator linear hyq_knee --current '1 mA' --picture response.png",
+    "panel": "hil-emulator panel run.rec",
+    "plot": "hil-emulator plot run.rec position pressure_a",
+    "replay": "hil-emulator replay run.rec",
+    "run": "hil-emulator run hyq_knee --duration '10 s' --record run.rec",
+    "scenario": "hil-emulator scenario supply_drop_while_moving --html report.html",
+    "schema": "hil-emulator schema --out hil-emulator.schema.json",
+}
+"""A line for the shell, by the name of the command."""
