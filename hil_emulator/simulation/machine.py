@@ -8,7 +8,7 @@ import numpy as np
 
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
-from hil_emulator.model.plant import Supply
+from hil_emulator.model.plant import Sensors, Supply, on_one_supply
 from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.not_finite import NotFiniteError
 from hil_emulator.simulation.rig import Rig, assemble_together, compiled
@@ -145,11 +145,18 @@ class Machine:
 
 
 def prepare(settings: MachineSettings, cache: Path | None = None) -> None:
-    """Compile every model of a machine, which may take a minute, before anything else begins."""
+    """Compile every model of a machine, which may take a minute, before anything else begins.
+
+    A model is machine code once it has been called: so each moves and is sampled once.
+    """
     configs = {a.name: a.config for a in settings.actuators}
     for names in by_supply(settings):
-        acting = acting_together([configs[n] for n in names])
-        compiled(acting[0].effects, cache, len(names))
+        first, *others = acting_together([configs[n] for n in names])
+        model = compiled(first.effects, cache, len(names))
+        plant, *_ = on_one_supply(model, [c.plant for c in (first, *others)], first.step)
+        plant.step(1)
+        period, random = first.tick_ns * 1e-9, np.random.default_rng(first.seed)
+        Sensors(model, first.sensors, period, random).sample(plant.signal_vector, plant.path)
 
 
 def assemble_machine(
