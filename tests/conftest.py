@@ -22,3 +22,8 @@ def socketcan_channel() -> str:
     if code:
         pytest.skip(f"{channel} is down (tests/vcan/README.md)")
     return channel
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the longest test, the virtual machine, so that no worker ends with it alone."""
+    items.sort(key=lambda item: item.path.name != "test_in_vm.py")
