@@ -4,7 +4,6 @@ It says on its standard output, a line of JSON at a time, how far it is and whic
 met, missed or still open. The live bench goes on beside it.
 """
 
-import dataclasses
 import json
 import sys
 import time
@@ -12,12 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from hil_emulator.config.load import load_rig
 from hil_emulator.errors import UserError
 from hil_emulator.scenario import schema
 from hil_emulator.scenario.judge import judge
 from hil_emulator.scenario.outcome import Check
-from hil_emulator.scenario.perform import Conductor
+from hil_emulator.scenario.perform import Conductor, rig_of
 from hil_emulator.scenario.schema import Expect
 from hil_emulator.simulation.emulator import Emulator
 
@@ -32,10 +30,7 @@ def play(file: Path) -> Iterator[dict[str, Any]]:
 
     """
     scenario = schema.load(file)
-    config = load_rig([file.parent / name for name in scenario.config])
-    if scenario.seed is not None:
-        config = dataclasses.replace(config, seed=scenario.seed)
-    with Emulator(config) as emulator:
+    with Emulator(rig_of(scenario, file.parent)) as emulator:
         conductor = Conductor(emulator, scenario, file.parent)
         begin, now = time.monotonic(), 0.0
         while now < scenario.duration:

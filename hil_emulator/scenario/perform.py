@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hil_emulator.bus.bus import Bus
-from hil_emulator.config.load import load_rig
+from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.errors import UserError
 from hil_emulator.faults.active import Running
 from hil_emulator.frame import Frame
@@ -127,6 +127,12 @@ class Conductor:
             self._bus.send([Frame(0x200 + self._nodes[0], counts)])
 
 
+def rig_of(scenario: Scenario, folder: Path) -> Configuration:
+    """Return the rig that a scenario of a folder is played on, with the scenario's own seed."""
+    config = load_rig([folder / name for name in scenario.config])
+    return config if scenario.seed is None else dataclasses.replace(config, seed=scenario.seed)
+
+
 def perform(file: Path, recordings: Path | None = None) -> Outcome:
     """Run a scenario; what the user can mend is an outcome too.
 
@@ -138,10 +144,7 @@ def perform(file: Path, recordings: Path | None = None) -> Outcome:
     begin = time.perf_counter()
     try:
         scenario = schema.load(file)
-        config = load_rig([file.parent / name for name in scenario.config])
-        if scenario.seed is not None:
-            config = dataclasses.replace(config, seed=scenario.seed)
-        with Emulator(config) as emulator:
+        with Emulator(rig_of(scenario, file.parent)) as emulator:
             conductor = Conductor(emulator, scenario, file.parent)
             try:
                 conductor.play(scenario.duration)
