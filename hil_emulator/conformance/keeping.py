@@ -36,6 +36,7 @@ def forget_stored(device: Device, kept: Values) -> None:
 
 def put_back(device: Device, kept: Values) -> None:
     """Have the device start with the parameters that it had."""
+    device.reset()  # a case may have left it STOPPED, where nobody answers an SDO
     device.restore_defaults()
     now = parameters(device)
     different = {key: value for key, value in kept.items() if now.get(key) != value}

@@ -88,3 +88,8 @@ def test_a_storm_passes(eds: Path) -> None:
     results = run(make_node(eds, NODE), eds, "--storm", "5000", only={"1.0", "2.7", "3.301", "4.2"})
     assert set(results.outcomes.values()) == {"passed"}, results.remarks
     assert results.runs == 8
+
+
+def test_a_device_that_a_case_left_stopped_is_put_back(eds: Path) -> None:
+    """The case that is asked last may stop the device; its parameters are restored all the same."""
+    assert run(make_node(eds, NODE), eds, only={"7.305"}).outcomes == {"7.305": "passed"}
