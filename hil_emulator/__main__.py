@@ -164,7 +164,7 @@ def convert(recording: Path, targets: tuple[Path, ...]) -> None:
         click.echo(f"written   {near(target)}")
 
 
-@main.command()
+@main.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value
 @click.option("--port", type=click.IntRange(1, 65535), default=29537, show_default=True)
 @click.argument("words", metavar="status|read|fault|end|set ...", nargs=-1)
 def ctl(port: int, words: tuple[str, ...]) -> None:

@@ -316,3 +316,9 @@ def test_a_kernel_without_can_is_named() -> None:
     """An interface that is not there ends with what to do about it."""
     message = refused("run", REFERENCE, "--bus", "socketcan:nocan7", "--duration", "1 s")
     assert "SocketCAN" in message or "nocan7" in message
+
+
+def test_a_value_may_be_negative() -> None:
+    """`-0.5 mA` is what to set, not an option."""
+    text = refused("ctl", "set", "valve_current", "-0.5 mA", "--port", "1")
+    assert "no emulator answers at port 1" in text
