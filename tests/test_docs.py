@@ -20,3 +20,30 @@ def test_a_file_that_a_document_names_is_there(document: str, path: str) -> None
     """A reader who follows a walk finds each file, from the package or from the checkout."""
     somewhere = [ROOT, PACKAGE, *(p for p in (PACKAGE / "identify").iterdir() if p.is_dir())]
     assert any((folder / path).exists() for folder in [*somewhere, PACKAGE / "identify"])
+
+
+LINKS = [
+    (file, target)
+    for file in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    for target in re.findall(r'(?:\]\(|src=")([^)"\s]+)', file.read_text())
+]
+"""Page, and where a link or picture of it leads."""
+
+
+def anchors(file: Path) -> set[str]:
+    """Return the names of a page's headings in addresses."""
+    headings = re.findall(r"^#+ (.*)$", file.read_text(), re.M)
+    return {re.sub(r"[^\w -]", "", h).lower().replace(" ", "-") for h in headings}
+
+
+@pytest.mark.parametrize(("file", "target"), LINKS, ids=lambda x: getattr(x, "name", x))
+def test_a_link_leads_somewhere(file: Path, target: str) -> None:
+    """To a file or heading of the repository, or by https to elsewhere, which nobody looks up."""
+    if ":" in target:
+        assert re.fullmatch(r"https://[\w.-]+\.[a-z]+(/\S*)?", target)
+        return
+    name, _, heading = target.partition("#")
+    place = file.parent / name if name else file
+    if "generated" not in place.parts:  # made when the pages are built
+        assert place.is_file()
+        assert not heading or heading in anchors(place)

@@ -63,10 +63,10 @@ def test_a_missing_configuration_is_one_clear_message(tmp_path: Path) -> None:
     assert "nowhere.toml: no such file" in text
 
 
-def test_the_example_of_the_readme_passes(tmp_path: Path) -> None:
+def test_the_example_of_the_pages_passes(tmp_path: Path) -> None:
     """As it is printed there."""
-    readme = (Path(__file__).parents[2] / "README.md").read_text()
-    (code,) = re.findall(r"^```python\n(# test_step\.py\n.*?)^```$", readme, re.M | re.S)
+    page = (Path(__file__).parents[2] / "docs/continuous_integration.md").read_text()
+    (code,) = re.findall(r"^```python\n(# test_step\.py\n.*?)^```$", page, re.M | re.S)
     assert "1 passed" in suite(tmp_path, code)
 
 
