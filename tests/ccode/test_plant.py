@@ -3,7 +3,6 @@
 import dataclasses
 import re
 import subprocess
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from hil_emulator.model.kernel import Kernel, build
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED, friction
-from hil_emulator.platform.paths import shipped
+from hil_emulator.platform.paths import cache_folder, shipped
 
 STEP, STEPS = 2e-5, 50
 REFERENCE = load([shipped("configs/hyq_knee.toml")])
@@ -32,7 +31,7 @@ WHOLE = Exported("plant", "whole catalogue", CATALOGUE, REFERENCE.plant, {}, STE
 @pytest.fixture(scope="module")
 def model() -> Kernel:
     """Compile the whole catalogue once; its machine code outlives the session."""
-    return build(cache=Path(tempfile.gettempdir()) / "hil_emulator_test_kernels")
+    return build(cache=cache_folder())
 
 
 @pytest.fixture(scope="module")

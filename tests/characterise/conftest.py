@@ -1,6 +1,5 @@
 """The reference machine on the bench, every procedure performed once per session."""
 
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,12 +11,13 @@ from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.model.kernel import Kernel, build
+from hil_emulator.platform.paths import cache_folder
 
 
 @pytest.fixture(scope="session")
 def cache() -> Path:
     """Return the folder that keeps compiled models from one session to the next."""
-    return Path(tempfile.gettempdir()) / "hil_emulator_test_kernels"
+    return cache_folder()
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,5 @@
 """Experiments made with the emulator's own plant: closed loop, drifting null, noisy sensors."""
 
-import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
@@ -12,8 +11,9 @@ from hil_emulator.config.load import Configuration, load
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.platform.paths import cache_folder
 
-CACHE = Path(tempfile.gettempdir()) / "hil_emulator_test_kernels"
+CACHE = cache_folder()
 KNEE = Path(__file__).parents[2] / "configs" / "hyq_knee.toml"
 PERIOD = 1e-3
 INSTRUMENTS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")

@@ -1,6 +1,5 @@
 """Measured seals on a test machine (TU Delft, CC0): the force balance alone, irregular 100 Hz."""
 
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +11,11 @@ from hil_emulator.identify.measured.data import load_experiments
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.static import StaticObserver
 from hil_emulator.identify.session import identify
+from hil_emulator.platform.paths import cache_folder
 from tests.identify.rates import least_squares
 
 DATA = Path(__file__).parent / "data"
-CACHE = Path(tempfile.gettempdir()) / "hil_emulator_test_kernels"
+CACHE = cache_folder()
 
 
 def files(seal: str, *bars: int) -> list[Path]:

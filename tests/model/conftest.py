@@ -1,8 +1,6 @@
 """One compiled model for the whole session."""
 
-import tempfile
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 import pytest
 from reference_machine import STEP
@@ -10,6 +8,7 @@ from reference_machine import STEP
 from hil_emulator.model import kernel
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.plant import Plant
+from hil_emulator.platform.paths import cache_folder
 
 USED_BY_TWO = {
     "fixed_pump", "accumulator", "supply_line", "back_pressure", "viscous_friction",
@@ -21,14 +20,14 @@ USED_BY_TWO = {
 @pytest.fixture(scope="session")
 def model() -> kernel.Kernel:
     """Compile the whole catalogue once; its machine code outlives the session."""
-    return kernel.build(cache=Path(tempfile.gettempdir()) / "hil_emulator_test_kernels")
+    return kernel.build(cache=cache_folder())
 
 
 @pytest.fixture(scope="session")
 def two_actuators() -> kernel.Kernel:
     """Compile two actuators on one supply, with the effects that their tests use."""
     effects = tuple(e for e in CATALOGUE if e.name in USED_BY_TWO)
-    folder = Path(tempfile.gettempdir()) / "hil_emulator_test_kernels"
+    folder = cache_folder()
     return kernel.build(effects, folder, actuators=2)
 
 
