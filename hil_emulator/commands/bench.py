@@ -11,6 +11,7 @@ from hil_emulator.bench.finding import SearchCost, measure_finding
 from hil_emulator.bench.panel_cost import PanelCost, measure_panel
 from hil_emulator.bench.speed import Speeds, measure
 from hil_emulator.commands.text_table import text_table
+from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import load_rig
 from hil_emulator.panel.host import require_server
 from hil_emulator.platform.paths import cache_folder, shipped
@@ -37,23 +38,28 @@ def bench(
     config = load_rig(chosen)
     if panel:
         require_server()
-        costs = measure_panel(chosen, duration, _say)
+        with waiting(f"bench --panel {duration:g} s", chosen, json=as_json) as progress:
+            costs = measure_panel(chosen, duration, progress.say)
         plain = json.dumps([dataclasses.asdict(cost) for cost in costs], indent=2)
         click.echo(plain if as_json else _panel_table(costs))
         return
     measured: Speeds | SearchCost
     if identify:
-        measured = measure_finding(chosen, identify, _say)
+        with waiting(f"bench --identify {identify:g} s", chosen, json=as_json) as progress:
+            measured = measure_finding(chosen, identify, progress.say)
         table = _found(measured)
     else:
-        measured = measure(config, cache_folder(), duration, _say)
+        with waiting(f"bench {duration:g} s", chosen, json=as_json) as progress:
+            measured = measure(config, cache_folder(), duration, progress.say)
         table = _table(measured, duration)
     click.echo(json.dumps(dataclasses.asdict(measured), indent=2) if as_json else table)
 
 
 def bench_effects(files: tuple[Path, ...], as_json: bool) -> None:
     """Measure what each effect of the plant adds to a step, and print it; arguments as `bench`."""
-    costs = measure_effects(load_rig(_chosen(files)), cache_folder(), _say)
+    chosen = _chosen(files)
+    with waiting("bench --effects", chosen, json=as_json) as progress:
+        costs = measure_effects(load_rig(chosen), cache_folder(), progress.say)
     rows = [(c.effect, f"{c.step_us:.2f}", f"{c.relative:.2f}") for c in costs]
     plain = json.dumps([dataclasses.asdict(cost) for cost in costs], indent=2)
     titles = ("effect, alone on", "step [us]", "over a step without")
@@ -62,10 +68,6 @@ def bench_effects(files: tuple[Path, ...], as_json: bool) -> None:
 
 def _chosen(files: tuple[Path, ...]) -> tuple[Path, ...]:
     return files or (shipped("configs/hyq_knee.toml"),)
-
-
-def _say(text: str) -> None:
-    click.echo(text, err=True)
 
 
 def _found(f: SearchCost) -> str:

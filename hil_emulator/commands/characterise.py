@@ -9,6 +9,7 @@ from hil_emulator.characterise.registry import LONGEST_STEP, characterise, chose
 from hil_emulator.characterise.result import Comparison, grouped
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.commands.text_table import text_table
+from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import load_whole
 from hil_emulator.model.kernel import build
 from hil_emulator.platform.paths import cache_folder, near
@@ -25,11 +26,12 @@ def run(test: str, files: Sequence[Path], out: Path, seed: int | None) -> None:
     """
     config = load_whole(files)
     chosen([test])  # an unknown one is told before anything is compiled
-    bench = Bench(
-        build(config.effects, cache_folder()), config.plant, config.sensors,
-        config.seed if seed is None else seed, min(config.step, LONGEST_STEP),
-    )  # fmt: skip
-    results = characterise([test], bench, out, lambda text: click.echo(text, err=True))
+    with waiting(f"characterise {test}", files) as progress:
+        bench = Bench(
+            build(config.effects, cache_folder()), config.plant, config.sensors,
+            config.seed if seed is None else seed, min(config.step, LONGEST_STEP),
+        )  # fmt: skip
+        results = characterise([test], bench, out, progress.say)
     for group in grouped(results):
         click.echo(f"{group.summary}\n{text_table(_HEADER, map(_row, group.rows))}\n")
     click.echo(f"written to {near(out)}: open {near(out / 'index.html')}")

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from hil_emulator.commands.text_table import text_table
-from hil_emulator.commands.waiting import COMPILING, USUALLY, waiting
+from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import MachineSettings, load_machine
@@ -81,7 +81,7 @@ def _of_nodes(made: Sequence[Node], wire: WireSettings) -> Iterator[str]:
 def step_warnings(sharing: Mapping[str, Configuration]) -> Iterator[str]:
     """Yield that the step is too wide for actuators on one supply: they are one system."""
     lean = acting_together(list(sharing.values()))
-    with waiting(COMPILING, USUALLY):
+    with waiting(PREPARING):
         model = compiled(lean[0].effects, cache_folder(), len(lean))
     values = [config.plant for config in lean]
     if lean[0].step <= required_step(model, *values):

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from hil_emulator.commands.waiting import waiting
 from hil_emulator.demo.script import Demonstration, Response, perform
 from hil_emulator.platform.paths import cache_folder
 
@@ -15,7 +16,8 @@ def demo(picture: Path) -> bool:
         UserError: if the installation is incomplete or the picture cannot be written.
 
     """
-    outcome = perform(cache_folder(), lambda text: click.echo(text, err=True))
+    with waiting("demo") as progress:
+        outcome = perform(cache_folder(), progress.say)
     for response in outcome.responses:
         click.echo(_line(response))
     click.echo(verdict(outcome))

@@ -8,6 +8,7 @@ import click
 
 from hil_emulator.ccode.c_types import TranslationError
 from hil_emulator.ccode.plant_source import Exported, sources
+from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.errors import UserError
 from hil_emulator.fmi.exporting.archive import write_fmu
@@ -44,7 +45,8 @@ def export_fmu(
                 stem.with_suffix(ending).write_text(text, encoding="utf-8")
                 click.echo(near(stem.with_suffix(ending)))
         else:
-            write_fmu(actuator, version, stem.with_suffix(".fmu"), click.echo)
+            with waiting("export-fmu", files) as progress:
+                write_fmu(actuator, version, stem.with_suffix(".fmu"), progress.say)
             click.echo(near(stem.with_suffix(".fmu")))
     except TranslationError as error:
         raise UserError(

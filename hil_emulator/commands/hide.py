@@ -11,6 +11,7 @@ from pathlib import Path
 import click
 import numpy as np
 
+from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design import practice, sealed
@@ -56,19 +57,19 @@ def hide(
         raise UserError(f"{out}: something is hidden there already; name another folder")
     chosen = secrets.randbelow(2**31) if seed is None else seed
     config = _copied(list(configs) or [shipped("configs/hyq_knee.toml")], out)
-    click.echo("Preparing the model (a quarter of a minute the first time) ...", err=True)
-    model = PlantModel(config, cache_folder())
-    if surprise:
-        hidden = [practice.surprise(model, sizes[0], chosen)]
-    else:
-        each = sizes if len(sizes) > 1 else [sizes[0]] * len(effects)
-        pairs = zip(effects, each, strict=True)
-        hidden = [practice.hide(model, e, s) for e, s in pairs if e != NOTHING]
-    ground = practice.ground(model, hidden, chosen)
-    for part, names in (("training", practice.TRAINING), ("validation", practice.VALIDATION)):
-        first = 0 if part == "training" else len(practice.TRAINING)
-        for i, e in enumerate(practice.campaign(ground, names, duration, first)):
-            _write(e, out / part / f"{i + 1:02d}_{e.name}.csv")
+    with waiting("hide", config.files):
+        model = PlantModel(config, cache_folder())
+        if surprise:
+            hidden = [practice.surprise(model, sizes[0], chosen)]
+        else:
+            each = sizes if len(sizes) > 1 else [sizes[0]] * len(effects)
+            pairs = zip(effects, each, strict=True)
+            hidden = [practice.hide(model, e, s) for e, s in pairs if e != NOTHING]
+        ground = practice.ground(model, hidden, chosen)
+        for part, names in (("training", practice.TRAINING), ("validation", practice.VALIDATION)):
+            first = 0 if part == "training" else len(practice.TRAINING)
+            for i, e in enumerate(practice.campaign(ground, names, duration, first)):
+                _write(e, out / part / f"{i + 1:02d}_{e.name}.csv")
     digest = sealed.seal(ground, out)
     if not surprise:
         for h in hidden:

@@ -12,6 +12,7 @@ from hil_emulator.api.identification import findings, today, write
 from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.commands.gap_table import gap_lines
 from hil_emulator.commands.options import INTERRUPTED
+from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion.result import Result
@@ -63,11 +64,11 @@ def identify(
     map_large_arrays()
     config = load(configs)
     learn, check = experiments(recordings, config, meaning), experiments(validate, config, meaning)
-    click.echo("Preparing the model (a quarter of a minute) ...", err=True)
-    result = run_identification(
-        config, learn, check, question, lambda text: click.echo(f"  {text}", err=True),
-        cache_folder(), jobs, cluster,
-    )  # fmt: skip
+    with waiting("identify" if question.search else "gap", [*files, *validate]) as progress:
+        result = run_identification(
+            config, learn, check, question, lambda text: progress.say(f"  {text}"),
+            cache_folder(), jobs, cluster,
+        )  # fmt: skip
     if config.bench.kind != "actuator":
         click.echo(f"bench     {config.bench}")
     click.echo(summary(result))

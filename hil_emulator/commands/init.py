@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from hil_emulator.commands.text_table import text_table
+from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.json_schema import json_schema
 from hil_emulator.config.load import load_rig
 from hil_emulator.errors import UserError
@@ -104,7 +105,8 @@ def _usual(question: Inquiry, answers: Answers) -> Answer:
 def _step(file: Path) -> float:
     """Return the longest integration step that is safe for a configuration [s]."""
     lean = acting(load_rig([file]))
-    safe = required_step(compiled(lean.effects, cache_folder()), lean.plant)
+    with waiting(PREPARING):
+        safe = required_step(compiled(lean.effects, cache_folder()), lean.plant)
     fitting = [step for step in STEPS if step <= safe]
     if not fitting:
         raise UserError(

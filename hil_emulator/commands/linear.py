@@ -11,6 +11,7 @@ import numpy as np
 
 from hil_emulator.api.linear_model import LinearModel, linearised
 from hil_emulator.commands.text_table import text_table
+from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.load import load_whole
 from hil_emulator.pages import drawing
 from hil_emulator.platform.paths import near
@@ -42,7 +43,8 @@ def run(
 
     """
     config = load_whole(files)
-    forms = linearised(config, position, current)
+    with waiting(PREPARING, json=as_json):
+        forms = linearised(config, position, current)
     if as_json:
         click.echo(json.dumps(_content(forms), indent=2))
     else:

@@ -12,6 +12,7 @@ import numpy as np
 
 from hil_emulator.bus import frame_log
 from hil_emulator.commands.text_table import text_table
+from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.effect_files import digest
 from hil_emulator.config.load import Configuration, load_rig, load_texts, on_bus
 from hil_emulator.config.toml_file import read_text
@@ -102,7 +103,8 @@ def replay(file: Path, files: Sequence[Path]) -> bool:
 
     """
     recording, config = _source(file, files)
-    result = compare(recording, config)
+    with waiting("replay", [file, *files]):
+        result = compare(recording, config)
     click.echo(_verdict(result, recording))
     return result.same
 

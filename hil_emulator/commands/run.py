@@ -14,7 +14,7 @@ from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, departures, keep_running, load, summary, traffic
 from hil_emulator.commands.recording import recorded
 from hil_emulator.commands.run_machine import run_machine
-from hil_emulator.commands.waiting import COMPILING, USUALLY, waiting
+from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.load import DEFAULT_BUS, Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
@@ -93,7 +93,7 @@ def run(
     broken = [spoken(line) for line in faults]
     config = settings.actuators[0].config
     settings_of_bus = bus_settings(config, bus, operation.port)
-    with waiting(COMPILING, USUALLY):
+    with waiting(PREPARING):
         prepare(settings, cache_folder())  # before anybody can connect
     with Bus(settings_of_bus) as door:
         follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None

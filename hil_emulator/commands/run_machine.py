@@ -11,7 +11,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, departures, keep_running, load, summary, traffic
 from hil_emulator.commands.recording import machine_recorded
-from hil_emulator.commands.waiting import COMPILING, USUALLY, waiting
+from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
@@ -50,7 +50,7 @@ def run_machine(
     broken = [placed(line, [a.name for a in settings.actuators]) for line in faults]
     tick_ns = settings.actuators[0].config.tick_ns
     with ExitStack() as stack:
-        with waiting(COMPILING, USUALLY):
+        with waiting(PREPARING):
             prepare(settings, cache_folder())  # before anybody can connect
         buses = {name: stack.enter_context(Bus(t)) for name, t in settings.buses.items()}
         machine = assemble_machine(settings, buses, cache_folder())

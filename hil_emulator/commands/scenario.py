@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from hil_emulator.commands.text_table import text_table
+from hil_emulator.commands.waiting import waiting
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import near
 from hil_emulator.scenario import report
@@ -29,7 +30,8 @@ def scenario(
         UserError: if the cluster cannot be reached or a report cannot be written.
 
     """
-    outcomes = run_all(files, workers, cluster, recordings)
+    with waiting("scenario", files):
+        outcomes = run_all(files, workers, cluster, recordings)
     header = ("verdict", "scenario", "met", "took", "digest")
     click.echo(text_table(header, report.rows(outcomes)))
     for line in report.failures(outcomes):

@@ -1,12 +1,18 @@
-"""What takes longer than a moment says what it is, and for how long it has been at it."""
+"""What takes longer than a moment says what it is, how long it has been at it and what is left."""
 
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
-COMPILING, USUALLY = "compiling the model", "once on this machine, 10 to 60 s"
+import click
+from numba.core.event import RecordingListener, install_listener
+
+from hil_emulator.commands.past_times import Usual, job, recall, remember
+
+PREPARING = "preparing the model"
 
 SILENT = 2.0
 """What is over within this time need not be told [s]."""
@@ -16,33 +22,108 @@ _EVERY = {True: 1.0, False: 10.0}
 
 
 @contextmanager
-def waiting(what: str, usual: str) -> Iterator[None]:
-    """Say what is being waited for, once it has taken over `SILENT`.
+def waiting(what: str, files: Sequence[Path] = (), *, json: bool = False) -> Iterator["Progress"]:
+    """Tell on stderr how long something still takes, once it has taken over `SILENT`.
 
     Args:
-        what: it is, such as "compiling the model".
-        usual: how long it usually takes, in words.
+        what: it is, such as "characterise all".
+        files: what else decides how long it takes.
+        json: whether a program reads the output: then only a terminal is told.
 
     """
-    over = threading.Event()
-    teller = threading.Thread(target=_tell, args=(what, usual, over), daemon=True)
-    teller.start()
-    try:
-        yield
-    finally:
-        over.set()
-        teller.join()
+    name = job(what, files)
+    compilation = RecordingListener()  # type: ignore[no-untyped-call]
+    progress = Progress(what, recall(name), compilation)
+    silent = json and not sys.stderr.isatty()
+    with install_listener("numba:compile", compilation), progress.shown(silent):
+        yield progress
+    if progress.passed > SILENT:
+        compiling = compilation_of(compilation)[0]
+        remember(name, progress.passed - compiling, compiling)
 
 
-def _tell(what: str, usual: str, over: threading.Event) -> None:
-    begin, live = time.monotonic(), sys.stderr.isatty()
-    pause, told = SILENT, False
-    while not over.wait(pause):
-        passed = time.monotonic() - begin
-        start, end = ("\r\x1b[K", "") if live else ("", "\n")
-        sys.stderr.write(f"{start}{what} ({usual}): {passed:.0f} s{end}")
-        sys.stderr.flush()
-        pause, told = _EVERY[live], True
-    if told and live:
-        sys.stderr.write("\r\x1b[K")
-        sys.stderr.flush()
+class Progress:
+    """One line that is rewritten; what is said meanwhile stands above it.
+
+    Args:
+        what: see `waiting`.
+        usual: how long it took last.
+        compilation: hears when numba begins and ends to compile.
+
+    """
+
+    def __init__(self, what: str, usual: Usual, compilation: RecordingListener) -> None:
+        self._what, self._usual, self._compilation = what, usual, compilation
+        self._begin = time.time()  # numba's events have this clock
+        self._terminal = sys.stderr.isatty()
+        self._writing = threading.Lock()
+
+    @property
+    def passed(self) -> float:
+        """Time since the beginning [s]."""
+        return time.time() - self._begin
+
+    def say(self, text: str) -> None:
+        """Print a line of its own on stderr."""
+        with self._writing:
+            self._erase()
+            click.echo(text, err=True)
+
+    def line(self) -> str:
+        """Return what is going on, for how long, and what is left."""
+        spent, busy = compilation_of(self._compilation)
+        what = f"{self._what}: compiling, once on this machine" if busy else self._what
+        return f"{what}; {left(self.passed, self._usual.whole(compiled=spent > 0.0))}"
+
+    @contextmanager
+    def shown(self, silent: bool) -> Iterator[None]:
+        """Show the line meanwhile."""
+        over = threading.Event()
+        teller = threading.Thread(target=self._tell, args=(over,), daemon=True)
+        if not silent:
+            teller.start()
+        try:
+            yield
+        finally:
+            over.set()
+            if not silent:
+                teller.join()
+
+    def _tell(self, over: threading.Event) -> None:
+        pause = SILENT
+        while not over.wait(pause):
+            pause = _EVERY[self._terminal]
+            with self._writing:
+                self._erase()
+                sys.stderr.write(self.line() + ("" if self._terminal else "\n"))
+                sys.stderr.flush()
+        self._erase()
+
+    def _erase(self) -> None:
+        if self._terminal:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()
+
+
+def left(passed: float, usual: float | None) -> str:
+    """Return in words how long something has taken and what is left [s]."""
+    if usual is None:
+        return f"{passed:.0f} s, time left unknown: not done here before"
+    if usual <= passed:
+        return f"{passed:.0f} s, longer than the {usual:.0f} s of last time"
+    return f"{passed:.0f} s, some {usual - passed:.0f} s left"
+
+
+def compilation_of(heard: RecordingListener) -> tuple[float, bool]:
+    """Return for how long numba has compiled [s], and whether it does at present.
+
+    One function is compiled while another one is: the outermost counts.
+    """
+    depth, total, begin = 0, 0.0, 0.0
+    for at, event in list(heard.buffer):
+        if event.is_start and depth == 0:
+            begin = at
+        depth += 1 if event.is_start else -1
+        if depth == 0:
+            total += at - begin
+    return (total + time.time() - begin, True) if depth else (total, False)

@@ -1,10 +1,8 @@
 """What a stranger meets in the first minutes: words that are true, and exit codes that tell."""
 
-import io
 import shlex
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +10,6 @@ import pytest
 from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
-from hil_emulator.commands import waiting
 from hil_emulator.commands.examples import EXAMPLES
 from hil_emulator.commands.live import READY
 from hil_emulator.commands.options import INTERRUPTED
@@ -178,17 +175,6 @@ def test_identify_tells_no_answer_from_an_answer(tmp_path: Path) -> None:
                comments="")  # fmt: skip
     code, said = answer("gap", "hyq_knee", str(file))
     assert (code, "cannot_examine" in said) == (3, True), said
-
-
-def test_what_takes_long_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing at first, then what it is and for how long; nothing is left when it is over."""
-    monkeypatch.setattr(waiting, "SILENT", 0.01)
-    monkeypatch.setattr(sys, "stderr", io.StringIO())
-    with waiting.waiting("compiling", "a minute"):
-        deadline = time.monotonic() + 5.0
-        while not sys.stderr.getvalue() and time.monotonic() < deadline:
-            time.sleep(0.01)
-    assert sys.stderr.getvalue().startswith("compiling (a minute): 0 s")
 
 
 @pytest.mark.parametrize("name", sorted(main.commands))
