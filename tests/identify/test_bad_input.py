@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import hil_emulator as hil
+from hil_emulator.api.reading import as_experiments
+from hil_emulator.identify.data_checks.plausible import contradictions
 from hil_emulator.identify.data_checks.sound import without_contradictions
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import identify
@@ -64,3 +67,11 @@ def test_one_contradictory_log_is_left_out_by_name() -> None:
     assert len(notes) == 1
     assert notes[0].startswith("left out: triangles-5: load force and pressures are opposite")
     assert without_contradictions([wrong], [good[1]], plant) == ([wrong], [good[1]], [])
+
+
+def test_a_rod_at_its_stop_may_be_pressed_there() -> None:
+    """What the stop takes does not reach the load: no sign that two recordings were mixed."""
+    machine = hil.load("hyq_knee")
+    log = machine.simulate(lambda t: 1e-3 * np.sin(2.0 * np.pi * t * (1.0 + t / 6.0)), "6 s")
+    assert log["model.stop_force"].abs().max() > 3e3
+    assert contradictions(as_experiments(log, 1), knee_model().plant_values) == []

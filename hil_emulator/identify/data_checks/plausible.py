@@ -8,7 +8,7 @@ from scipy.optimize import nnls
 from scipy.signal import savgol_filter
 
 from hil_emulator.identify.data_checks import clocks, magnitudes, unit_mistakes
-from hil_emulator.identify.measured.experiment import Array, Experiment, noise_of
+from hil_emulator.identify.measured.experiment import Array, Experiment, Mask, noise_of
 
 CONTRARY = -0.3
 """Correlation below which two channels have opposite senses (assumed)."""
@@ -25,6 +25,12 @@ BETTER = 0.2
 
 CLEAR = 5.0
 """Deviation over noise from which a channel shows something (assumed)."""
+
+AT_STOP = 0.005
+"""Part of the stroke from either end at which the rod may rest against its stop (assumed)."""
+
+FEWEST = 20
+"""Samples from which a correlation means something (assumed)."""
 
 
 def speed(experiment: Experiment, smoothing: float = 0.15) -> Array:
@@ -49,7 +55,7 @@ def hydraulic_force(experiment: Experiment, plant: Mapping[str, float]) -> Array
 
 def _correlation(a: Array, b: Array) -> float:
     good = np.isfinite(a) & np.isfinite(b)
-    if good.sum() < 20 or np.std(a[good]) == 0.0 or np.std(b[good]) == 0.0:
+    if good.sum() < FEWEST or np.std(a[good]) == 0.0 or np.std(b[good]) == 0.0:
         return 0.0
     return float(np.corrcoef(a[good], b[good])[0, 1])
 
@@ -92,7 +98,10 @@ def _loaded(e: Experiment, plant: Mapping[str, float]) -> str:
         return ""
     if "load_force" not in e.readings:
         return _exchanged(e, plant)
-    measured, force = e.readings["load_force"], hydraulic_force(e, plant)
+    measured = e.readings["load_force"]
+    force = np.where(_at_stop(e, plant), np.nan, hydraulic_force(e, plant))
+    if np.isfinite(force).sum() < FEWEST:
+        return ""
     if _correlation(force, measured) < 2.0 * CONTRARY:
         return (
             "load force and pressures are opposite; reverse load_force, "
@@ -112,6 +121,13 @@ def _loaded(e: Experiment, plant: Mapping[str, float]) -> str:
             "the right columns?"
         )
     return _scale(force, measured) if _correlation(force, measured) > RELATED else ""
+
+
+def _at_stop(e: Experiment, plant: Mapping[str, float]) -> Mask:
+    """Return where the rod may rest against an end of its stroke, which takes the pressures."""
+    stroke = plant.get("cylinder_stroke", np.inf)
+    place = e.readings.get("position", np.full(e.samples, np.nan)) / stroke
+    return np.asarray((place < AT_STOP) | (place > 1.0 - AT_STOP))
 
 
 def _exchanged(e: Experiment, plant: Mapping[str, float]) -> str:
@@ -136,7 +152,7 @@ def _accounted(force: Array, columns: Sequence[Array]) -> float:
     A correlation; none may enter with the wrong sign: friction takes energy.
     """
     good = np.isfinite(force) & np.all([np.isfinite(c) for c in columns], axis=0)
-    if good.sum() < 20:
+    if good.sum() < FEWEST:
         return 0.0
     rows = np.column_stack([(c - np.mean(c[good]))[good] for c in columns])
     rows /= np.maximum(np.std(rows, axis=0), 1e-30)

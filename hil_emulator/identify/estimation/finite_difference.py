@@ -18,6 +18,11 @@ hysteresis and stops have no derivative at zero."""
 LARGEST_CHANGE = 2.0
 """Norm of the residual's change that a step of a derivative need not exceed."""
 
+TOO_FAR = 10.0
+"""How many times as far a first step may go: a residual that is spread over some thousand samples
+then stays where Huber's loss is a square. Beyond, a difference quotient holds the noise, which the
+loss tames at one of its ends only."""
+
 
 @dataclass(frozen=True)
 class Derivative:
@@ -65,6 +70,11 @@ class Steps:
             # far beyond its own uncertainty a parameter has another sensitivity
             size = min(size, LARGEST_CHANGE / self._sensitivity.get(coordinate.name, 1e-9))
         return min(size, high - at) if high - at > at - low else -min(size, at - low)
+
+    def again(self, wanted: Derivative, step: float) -> float:
+        """Return a step to take instead of one that went far too far; 0 where it did not."""
+        shorter = self.of(wanted)
+        return shorter if abs(shorter) * TOO_FAR < abs(step) else 0.0
 
     def learn(self, wanted: Derivative, sensitivity: Array) -> None:
         """Remember how large a derivative has come out."""

@@ -143,6 +143,10 @@ class Fitter:
                 continue
             sensitivity = np.asarray((next(residuals) - base) / step)
             self._steps.learn(one, sensitivity)
+            if shorter := self._steps.again(one, step):
+                near = self.residual(one.coordinates, one.moved(shorter))
+                sensitivity = np.asarray((near - base) / shorter)
+                self._steps.learn(one, sensitivity)
             yield sensitivity
 
     def jacobian(self, coordinates: Sequence[Coordinate], at: Array, base: Array) -> Array:
