@@ -1,0 +1,222 @@
+"""The rules by which a search decides: what each protects from, and how it is left out.
+
+A rule is left out by another value of a constant, or another function, in the module that uses it:
+the product knows nothing of this table, and `test_rules.py` sees to it that the table knows every
+constant of the product.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from hil_emulator.identify.selection.candidate_refit import CandidateRefits
+
+SELECTION = "hil_emulator.identify.selection"
+ALL = 1e300
+"""Larger than anything that is compared with it, and finite: products with nothing stay nothing."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One decision of a search.
+
+    Attributes:
+        protects: what goes wrong without it.
+        without: what leaves it out: new values by `module.name`, or `module.Class.name`.
+        constants: that belong to it, each as `module.NAME`, beside those it is left out by.
+
+    """
+
+    protects: str
+    without: Mapping[str, Any]
+    constants: tuple[str, ...] = ()
+
+
+def _nothing(*_: object) -> None:
+    """Stand in for what changes a search."""
+
+
+def _likely(_: object, scores: object, likely: Any, before: object) -> Any:
+    return likely
+
+
+def _as_it_is(_: CandidateRefits, fit: Any) -> Any:
+    return fit
+
+
+@dataclass(frozen=True)
+class Always:
+    """A function that says the same whatever it is asked.
+
+    Attributes:
+        answer: what it says: what the rule says where it has nothing to say.
+
+    """
+
+    answer: Any
+
+    def __call__(self, *_: object) -> Any:
+        """Say it."""
+        return self.answer
+
+    def __get__(self, owner: object, kind: type | None = None) -> "Always":
+        """Return itself as a method, too."""
+        return self
+
+
+RULES: dict[str, Rule] = {
+    # whether a candidate explains enough
+    "gain": Rule("a name for chance", {"acceptance_test.SMALLEST_DELTA_CHI2": -ALL}),
+    "robust": Rule("a name for correlated noise", {"acceptance_test.SMALLEST_WALD": -ALL,
+                                                   "acceptance_test.CONFIRMED_WALD": -ALL}),
+    "less robust where confirmed": Rule(
+        "silence about an effect that acts rarely", {"acceptance_test.CONFIRMED_WALD": 16.0},
+        ("acceptance_test.WELL_CONFIRMED",)),
+    "held-out gain": Rule("a law that bends to its data",
+                          {"acceptance_test.SMALLEST_HELD_OUT": -ALL}),
+    "held-out size": Rule("an effect of another size elsewhere",
+                          {"acceptance_test.CONFIRMED": -ALL}),
+    "surpassed": Rule("a way out for ordinary parameters", {"acceptance_test.SURPASSED": ALL}),
+    "unbelieved": Rule("the same, seen by a parameter", {"candidate_refit.UNBELIEVED": ALL}),
+    "not beside a hundredfold": Rule("naming what an inexact law leaves",
+                                     {"judgement.INEXACT": -ALL}),
+    "outshone": Rule("a catalogue's name for an unknown effect", {"judgement.OUTSHONE": ALL}),
+    "less noise": Rule("noise that is the gap itself", {"search.quietest": Always(None)},
+                       ("quieter.MUCH_LESS", "quieter.SETTLED")),
+    # which candidate comes first
+    "held-out order": Rule("the law that bends best", {"candidate_refit.CONTENDERS": 1.0}),
+    "modesty": Rule("the law with more assumed shapes", {"candidate_refit.AS_GOOD": ALL}),
+    "pairs": Rule("a third effect for two that hide each other",
+                  {"search.Lookahead.leader": Always(None)},
+                  ("lookahead.FURTHER", "lookahead.COLLINEAR")),
+    "confirmation": Rule("a linearisation that leads nowhere",
+                         {"confirmation.CONFIRMED_PART": -ALL}),
+    "same effect": Rule("trying one effect twice", {"confirmation.SAME_EFFECT": ALL}),
+    "kin": Rule("missing one of two that do the same",
+                {"confirmation.Confirmation._kin": Always([])}),
+    "returning": Rule("losing what the last round found",
+                      {"confirmation.Confirmation.returning": _likely}),
+    "takeover": Rule("parameters that hide an effect",
+                     {"takeover.Takeover.starts": Always([])},
+                     ("takeover.TAKEN_OVER", "takeover.TRIED_SIZES")),
+    "sensible": Rule("an absurd size of what hardly shows", {"scan.Score.sensible": True},
+                     ("scan.FAR", "scan.SEEN")),
+    "pushed": Rule("a refit that stopped at a kink",
+                   {"candidate_refit.CandidateRefits._pushed": _as_it_is}),
+    # what belongs to the law of an effect in the model
+    "completing": Rule("a second name for one law", {"judgement.completions": Always({})},
+                       ("completion.BETWEEN", "completion.RIVALLED")),
+    "same work": Rule("the same by a candidate that was no rival",
+                      {"completion._same_work": Always(False)}, ("completion.SAME_WORK",)),
+    "overshadowed": Rule("a further name for what a law leaves",
+                         {"judgement.overshadowed": Always(False)},
+                         ("conditional_test.PARSIMONIOUS",)),
+    "one sensor": Rule("two errors of one sensor for one",
+                       {"conditional_test._of_one_sensor": Always(False)}),
+    "stands beside": Rule("silence about a further effect beside a foreign law",
+                          {"judgement.stands_beside": lambda *_: False},
+                          ("conditional_test.BESIDE", "conditional_test.LEFT")),
+    "outshone beside": Rule("a further name for an unknown effect",
+                            {"conditional_test.OUTSHONE": ALL}),
+    "in its place": Rule("a law's remainder taken for unknown",
+                         {"law_form.REPRODUCED_IN_PLACE": 0.6}, ("law_form.REPRODUCED",)),
+    "sole law": Rule("the same at the end", {"judgement.sole_laws": Always({})}),
+    # whether the law of what was named fits
+    "does not explain it": Rule("a name for an unknown effect", {"judgement.UNKNOWN": ALL}),
+    "other law": Rule("the same where it was outdone at first", {"judgement.OTHER_LAW": ALL}),
+    "differs": Rule("a foreign law passed off as the catalogue's", {"judgement.DIFFERENT": ALL}),
+    "outdone": Rule("the same, seen when it was named", {"search.outdone": Always((1.0, ""))},
+                    ("law_objections.OUTDONE",)),
+    "strained": Rule("the same, seen by a parameter", {"law_objections.STRAINED": ALL},
+                     ("law_objections.TIED",)),
+    "at its end": Rule("the same, seen by a shape", {"law_objections.AT_END": -ALL}),
+    "between": Rule("one of two laws for what lies between", {"search.between": Always({})},
+                    ("law_between.RIVAL_SHARE",)),
+    "overtaken": Rule("two names for what lies between", {"search.overtaken": Always(None)}),
+    "noticeable": Rule("a word on ripple that every machine has", {"progress.NOTICEABLE": 0.0}),
+    # what is taken back
+    "faint": Rule("a name for ripple", {"search.faint": Always([])}, ("certainty.FAINT",)),
+    "uncertain": Rule("a value that may be none", {"search.uncertain": Always("")}),
+    "redundant": Rule("names for one unknown effect", {"search.redundant": Always(None)},
+                      ("redundant_effects.IRREPLACEABLE_PART",)),
+    "re-examined": Rule("an early name that a later one explains",
+                        {"search.re_examine": _nothing}),
+    # what data cannot tell apart
+    "alike": Rule("one name where data show a class", {"search.rivals_of": Always(([], None))},
+                  ("distinguishability.INSEPARABLE",)),
+    "alike in the end": Rule("a class that the whole model separates",
+                             {"distinguishability.ELSEWHERE": -ALL}),
+    "near rivals": Rule("the wrong one of two laws that both miss",
+                        {"conclusion.conclude.near_rivals": Always({})},
+                        ("near_rivals.STANDS_IN", "near_rivals.MOST_TOLD")),
+}  # fmt: skip
+"""Every rule by its name, in the order in which a search meets them."""
+
+EFFORT = {
+    "candidate_refit": ("ITERATIONS_AT_ONCE", "MOST_CONTINUATIONS", "WORTHWHILE_PART", "PROMISING",
+                        "RIVALLING"),
+    "confirmation": ("WORTHLESS", "SECANTS", "MOST_SOUNDED"),
+    "discrepancy_term": ("HATS", "FINE"),
+    "distinguishability": ("RIVAL_ITERATIONS",),
+    "law_between": ("SHARED_ITERATIONS",),
+    "lookahead": ("MOST_PAIRS", "PARTNER_ITERATIONS"),
+    "near_rivals": ("TRIED", "PASSES", "STAND_IN_ITERATIONS"),
+    "outer_iteration": ("CONVERGED", "LITTLE"),
+    "quieter": ("PASSES", "ITERATIONS"),
+    "search": ("REFITTED", "MOST_EFFECTS", "AGAIN", "KEPT_TERMS"),
+    "takeover": ("DEAR", "TAKEOVER_ITERATIONS"),
+}  # fmt: skip
+"""Constants that decide nothing: how long is computed, how finely, and how much is kept."""
+
+LEVELS = {"certainty": ("NORMAL_95",)}
+"""Constants that are quantiles of a known distribution."""
+
+
+@contextmanager
+def changed(values: Mapping[str, Any]) -> Iterator[None]:
+    """Put other values in the place of names, and back again at the end."""
+    before = []
+    try:
+        for name, value in values.items():
+            owner, attribute = holder(name)
+            before.append((owner, attribute, vars(owner)[attribute]))
+            setattr(owner, attribute, value)
+        yield
+    finally:
+        for owner, attribute, value in reversed(before):
+            setattr(owner, attribute, value)
+
+
+@contextmanager
+def watched(rules: Sequence[str]) -> Iterator[set[str]]:
+    """Yield the rules that had something to say; of others than functions nobody knows."""
+    met = {rule for rule in rules
+           if not all(isinstance(v, Always) for v in RULES[rule].without.values())}  # fmt: skip
+    wrapped = {}
+    for rule in set(rules) - met:
+        for name, silent in RULES[rule].without.items():
+            owner, attribute = holder(name)
+            wrapped[name] = _watching(vars(owner)[attribute], silent.answer, rule, met)
+    with changed(wrapped):
+        yield met
+
+
+def _watching(own: Callable[..., Any], silent: Any, rule: str, met: set[str]) -> Callable[..., Any]:
+    def watching(*asked: Any) -> Any:
+        said = own(*asked)
+        if said != silent:
+            met.add(rule)
+        return said
+
+    return watching
+
+
+def holder(name: str) -> tuple[Any, str]:
+    """Return the module or the class that holds a name of the table, and its last part."""
+    *path, attribute = name.split(".")
+    of_class = [path.pop()] if path[-1][0].isupper() else []
+    room = SELECTION if path[0] not in ("conclusion", "session") else "hil_emulator.identify"
+    owner: Any = import_module(".".join([room, *path]))
+    return (getattr(owner, of_class[0]) if of_class else owner), attribute
