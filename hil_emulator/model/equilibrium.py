@@ -20,7 +20,7 @@ Matrix = NDArray[np.float64]
 SCALES = {"Pa": 1e5, "m": 1e-3, "m/s": 1e-2, "A": 1e-4, "A/s": 1.0, "N": 10.0, "m^3/s": 1e-6}
 """A small deviation of a quantity, by unit (assumed); 1e-3 for every other unit."""
 
-_STEP = 1e-4
+STEP = 1e-4
 """Step of the central differences in scales: large against round-off, small against the model's
 own widths (1e5 Pa laminar width, 1e-3 m/s friction transition, 2.8e-5 A underlap)."""
 
@@ -84,12 +84,12 @@ class Model:
     ) -> Vector:
         """Return the central difference of a function of this model by one number in its memory."""
         centre = memory[at]
-        memory[at] = centre + _STEP * by
+        memory[at] = centre + STEP * by
         above = function()
-        memory[at] = centre - _STEP * by
+        memory[at] = centre - STEP * by
         below = function()
         memory[at] = centre
-        return (above - below) / (2.0 * _STEP)
+        return (above - below) / (2.0 * STEP)
 
     def by_states(self, function: Callable[[], Vector]) -> Matrix:
         """Return the Jacobian by the active states in scales, shape (values, states)."""

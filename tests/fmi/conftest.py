@@ -1,12 +1,17 @@
 """An exported FMU for the whole session."""
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from hil_emulator.ccode.compiler import host
 from hil_emulator.commands.export_fmu import export_fmu
 from hil_emulator.platform.paths import shipped
+
+if TYPE_CHECKING:
+    from tests.fmi.instance import Run
 
 KNEE = shipped("configs/hyq_knee.toml")
 
@@ -24,3 +29,14 @@ def knee_fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     if own is None or not any(n.endswith(own.suffix) for n in zipfile.ZipFile(file).namelist()):
         pytest.skip("no C compiler for this system")
     return file
+
+
+@pytest.fixture
+def run(knee_fmu: Path, tmp_path: Path) -> "Iterator[Run]":
+    """Return an instance that is freed in the end."""
+    from tests.fmi.instance import Run
+
+    made = Run(knee_fmu, tmp_path)
+    yield made
+    made.fmu.terminate()
+    made.fmu.freeInstance()

@@ -2,9 +2,7 @@
 
 import math
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,49 +16,12 @@ from hil_emulator.model.plant import Plant
 from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.rig import compiled
+from tests.fmi.instance import Run
 
 fmpy = pytest.importorskip("fmpy")
 
 KNEE = shipped("configs/hyq_knee.toml")
 TICK = 1e-3
-
-
-class Run:
-    """An instance of an FMU, with variables by name."""
-
-    def __init__(self, file: Path, folder: Path) -> None:
-        description = fmpy.read_model_description(str(file))
-        self.references = {v.name: v.valueReference for v in description.modelVariables}
-        unzipped = fmpy.extract(str(file), str(folder))
-        self.fmu: Any = fmpy.instantiate_fmu(unzipped, description, "CoSimulation")
-        self.three = description.fmiVersion.startswith("3")
-
-    def begin(self, **parameters: float) -> None:
-        """Initialise with other values of parameters; "." of a name is written "__"."""
-        if not self.three:
-            self.fmu.setupExperiment(startTime=0.0)
-        self.fmu.enterInitializationMode()
-        self.set(**parameters)
-        self.fmu.exitInitializationMode()
-
-    def set(self, **values: float) -> None:
-        """Set variables."""
-        given = [self.references[name.replace("__", ".")] for name in values]
-        (self.fmu.setFloat64 if self.three else self.fmu.setReal)(given, list(values.values()))
-
-    def get(self, *names: str) -> list[float]:
-        """Read variables."""
-        wanted = [self.references[name] for name in names]
-        return list((self.fmu.getFloat64 if self.three else self.fmu.getReal)(wanted))
-
-
-@pytest.fixture
-def run(knee_fmu: Path, tmp_path: Path) -> Iterator[Run]:
-    """Return an instance that is freed in the end."""
-    made = Run(knee_fmu, tmp_path)
-    yield made
-    made.fmu.terminate()
-    made.fmu.freeInstance()
 
 
 def test_fmpy_finds_nothing_wrong(knee_fmu: Path) -> None:

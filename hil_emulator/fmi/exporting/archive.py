@@ -4,14 +4,15 @@ import re
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from string import Template
 
 from hil_emulator.ccode.compiler import LINUX, WINDOWS, CompilerError, System, build_library, host
 from hil_emulator.ccode.plant_source import Exported, sources
 from hil_emulator.fmi.exporting import description
-from hil_emulator.fmi.exporting.variables import variables
+from hil_emulator.fmi.exporting.variables import Variable, variables
+from hil_emulator.model.equilibrium import SCALES, STEP
 from hil_emulator.model.kernel import build
 
 _HERE = Path(__file__).parent
@@ -20,11 +21,10 @@ _REFUSED = """
     EnterEventMode GetFloat32 GetInt8 GetUInt8 GetInt16 GetUInt16 GetInt32 GetUInt32 GetInt64
     GetUInt64 GetBoolean GetString GetBinary GetClock SetFloat32 SetInt8 SetUInt8 SetInt16 SetUInt16
     SetInt32 SetUInt32 SetInt64 SetUInt64 SetBoolean SetString SetBinary SetClock
-    GetNumberOfVariableDependencies GetVariableDependencies GetDirectionalDerivative
-    GetAdjointDerivative EnterConfigurationMode ExitConfigurationMode GetIntervalDecimal
-    GetIntervalFraction GetShiftDecimal GetShiftFraction SetIntervalDecimal SetIntervalFraction
-    SetShiftDecimal SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates
-    EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates
+    GetNumberOfVariableDependencies GetVariableDependencies EnterConfigurationMode
+    ExitConfigurationMode GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction
+    SetIntervalDecimal SetIntervalFraction SetShiftDecimal SetShiftFraction EvaluateDiscreteStates
+    UpdateDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates
     GetContinuousStateDerivatives GetEventIndicators GetContinuousStates
     GetNominalsOfContinuousStates GetNumberOfEventIndicators GetNumberOfContinuousStates
     GetOutputDerivatives ActivateModelPartition"""
@@ -52,6 +52,8 @@ def contents(actuator: Exported, version: int) -> dict[str, str]:
     files = (f"{name}.c", f"fmi{version}.c")
     said = description.Said(name, actuator.title, token, actuator.step * actuator.steps, files)
     given = {"name": name, "upper": name.upper(), "token": token}
+    given["input_widths"] = _widths(v for v in found if v.causality == "input")
+    given["state_widths"] = _widths(v for v in found if v.is_state)
     given["refused"] = "\n".join(f"REFUSED(fmi3{word})" for word in _REFUSED.split())
     texts = {
         f"sources/{name}.h": header,
@@ -111,6 +113,11 @@ def _library(texts: Mapping[str, str], system: System) -> bytes:
         compiled: Sequence[Path] = [file for file in made if file.suffix == ".c"]
         build_library(compiled, library, system, ["-fvisibility=hidden"])
         return library.read_bytes()
+
+
+def _widths(moved: Iterable[Variable]) -> str:
+    """Return how far each of some variables is moved, as the linear model of the plant does it."""
+    return ", ".join(repr(STEP * SCALES.get(v.unit, 1e-3)) for v in moved)
 
 
 def _made(template: str, given: Mapping[str, str]) -> str:

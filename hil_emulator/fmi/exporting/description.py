@@ -12,10 +12,6 @@ Element = ElementTree.Element
 _child = ElementTree.SubElement
 
 
-_UNKNOWNS: dict[str, dict[str, str]] = {"Output": {"dependencies": ""}, "InitialUnknown": {}}
-"""Parts of the model's structure: no input passes through to an output before the next step."""
-
-
 @dataclass(frozen=True)
 class Said:
     """What is said of the FMU as a whole.
@@ -46,7 +42,7 @@ def fmi2(said: Said, variables: Sequence[Variable]) -> str:
     simulation = _child(
         root, "CoSimulation", modelIdentifier=said.name, canGetAndSetFMUstate="true",
         canHandleVariableCommunicationStepSize="true", canSerializeFMUstate="true",
-        canNotUseMemoryManagementFunctions="true",
+        canNotUseMemoryManagementFunctions="true", providesDirectionalDerivative="true",
     )  # fmt: skip
     files = _child(simulation, "SourceFiles")
     for name in said.sources:
@@ -60,13 +56,14 @@ def fmi2(said: Said, variables: Sequence[Variable]) -> str:
             model, "ScalarVariable", _initial(v), name=v.name, valueReference=str(v.reference),
             description=v.description, causality=v.causality, variability=v.variability,
         )  # fmt: skip
-        _child(scalar, "Real", _numbers(v))
+        rate = {} if v.rate_of is None else {"derivative": str(v.rate_of + 1)}
+        _child(scalar, "Real", _numbers(v) | rate)
     structure = _child(root, "ModelStructure")
-    outputs = [str(i) for i, v in enumerate(variables, start=1) if v.causality == "output"]
-    for part, given in _UNKNOWNS.items():
-        unknowns = _child(structure, f"{part}s")
-        for index in outputs:
-            _child(unknowns, "Unknown", {"index": index} | given)
+    # a variable's index is its place here, counted from one
+    for part, unknowns in _unknowns(variables, 1).items():
+        listed = _child(structure, f"{part}s")
+        for index, given in unknowns:
+            _child(listed, "Unknown", {"index": index} | given)
     return _text(root)
 
 
@@ -80,6 +77,7 @@ def fmi3(said: Said, variables: Sequence[Variable]) -> str:
     _child(
         root, "CoSimulation", modelIdentifier=said.name, canGetAndSetFMUState="true",
         canHandleVariableCommunicationStepSize="true", canSerializeFMUState="true",
+        providesDirectionalDerivatives="true", providesAdjointDerivatives="true",
         fixedInternalStepSize=repr(said.period),
     )  # fmt: skip
     _units(root, variables)
@@ -87,8 +85,9 @@ def fmi3(said: Said, variables: Sequence[Variable]) -> str:
     _child(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(said.period))
     model = _child(root, "ModelVariables")
     for v in variables:
+        rate = {} if v.rate_of is None else {"derivative": str(v.rate_of)}
         _child(
-            model, "Float64", _numbers(v) | _initial(v), name=v.name,
+            model, "Float64", _numbers(v) | _initial(v) | rate, name=v.name,
             valueReference=str(v.reference), description=v.description, causality=v.causality,
             variability=v.variability,
         )  # fmt: skip
@@ -97,11 +96,34 @@ def fmi3(said: Said, variables: Sequence[Variable]) -> str:
         causality="independent", variability="continuous", description="time",
     )  # fmt: skip
     structure = _child(root, "ModelStructure")
-    outputs = [str(v.reference) for v in variables if v.causality == "output"]
-    for part, given in _UNKNOWNS.items():
-        for reference in outputs:
-            _child(structure, part, {"valueReference": reference} | given)
+    names = {"Derivative": "ContinuousStateDerivative"}
+    for part, unknowns in _unknowns(variables, 0).items():
+        for reference, given in unknowns:
+            _child(structure, names.get(part, part), {"valueReference": reference} | given)
     return _text(root)
+
+
+def _unknowns(
+    variables: Sequence[Variable], first: int
+) -> dict[str, list[tuple[str, dict[str, str]]]]:
+    """Return the model's structure: what is computed, and what of.
+
+    At a communication point outputs are those of the last step: none depends on an input of now,
+    readings not even on a state. What is not said depends on all.
+    """
+    states = " ".join(str(v.reference + first) for v in variables if v.is_state)
+    found: dict[str, list[tuple[str, dict[str, str]]]] = {
+        "Output": [], "Derivative": [], "InitialUnknown": [],
+    }  # fmt: skip
+    for v in variables:
+        place = str(v.reference + first)
+        if v.causality == "output":
+            found["Output"].append((place, {"dependencies": states if v.follows_states else ""}))
+        if v.rate_of is not None:
+            found["Derivative"].append((place, {}))
+        if v.causality in ("output", "local"):
+            found["InitialUnknown"].append((place, {}))
+    return found
 
 
 def build_description(said: Said) -> str:
@@ -119,9 +141,9 @@ def _tool() -> str:
 
 
 def _initial(v: Variable) -> dict[str, str]:
-    return {"output": {"initial": "calculated"}, "parameter": {"initial": "exact"}}.get(
-        v.causality, {}
-    )
+    if v.causality in ("output", "local"):
+        return {"initial": "calculated"}
+    return {"initial": "exact"} if v.causality == "parameter" else {}
 
 
 def _numbers(v: Variable) -> dict[str, str]:

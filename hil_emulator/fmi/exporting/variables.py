@@ -26,7 +26,7 @@ class Variable:
     Attributes:
         name: as in a configuration or a recording.
         reference: its place among the numbers of the plant's structure.
-        causality: "parameter", "input" or "output".
+        causality: "parameter", "input", "output", or "local" for states and their rates.
         variability: "fixed", "tunable" or "continuous".
         unit: SI unit.
         shown: the unit engineers write it in.
@@ -34,6 +34,9 @@ class Variable:
         start: value at the start; None of an output.
         low: smallest value, -inf without one.
         high: largest value, inf without one.
+        is_state: whether the model integrates it.
+        follows_states: whether it is a function of the states, not of an earlier time.
+        rate_of: reference of the state whose rate it is; None for anything else.
 
     """
 
@@ -47,12 +50,16 @@ class Variable:
     start: float | None = None
     low: float = -math.inf
     high: float = math.inf
+    is_state: bool = False
+    follows_states: bool = False
+    rate_of: int | None = None
 
 
 def variables(actuator: Exported, kernel: Kernel) -> list[Variable]:
     """Return all variables, in the order of the plant's structure."""
     found = [*_parameters(actuator, kernel), *_transducers(actuator, kernel), *_inputs(kernel)]
-    return [*found, *_outputs(len(found))]
+    found += _outputs(len(found))
+    return [*found, *_states(kernel, len(found))]
 
 
 def _parameters(actuator: Exported, kernel: Kernel) -> Iterator[Variable]:
@@ -110,9 +117,33 @@ def _outputs(place: int) -> Iterator[Variable]:
     for i, q in enumerate(quantities.SIGNALS):
         yield Variable(
             f"model.{q.name}", place + i, "output", "continuous", q.unit,
-            shown.get(q.name, q.unit), q.meaning,
+            shown.get(q.name, q.unit), q.meaning, follows_states=True,
         )  # fmt: skip
     place += len(quantities.SIGNALS)
     for i, c in enumerate(CHANNELS):
         meaning = f"what the sensor of {c.name.replace('_', ' ')} reports"
         yield Variable(c.name, place + i, "output", "continuous", c.unit, c.shown, meaning)
+
+
+def _states(kernel: Kernel, place: int) -> Iterator[Variable]:
+    known = {q.name: q for q in quantities.ALL_STATES}
+    known |= {effect.field_of(q): q for effect in kernel.effects for q in effect.states}
+    names = kernel.state.names or ()
+    for i, name in enumerate(names):
+        q = known[name]
+        yield Variable(
+            f"state.{name}", place + i, "local", "continuous", q.unit, q.unit, q.meaning,
+            is_state=True,
+        )  # fmt: skip
+    for i, name in enumerate(names):
+        unit = _per_second(known[name].unit)
+        yield Variable(
+            f"der(state.{name})", place + len(names) + i, "local", "continuous", unit, unit,
+            f"rate of {name.replace('_', ' ')}", rate_of=place + i,
+        )  # fmt: skip
+
+
+def _per_second(unit: str) -> str:
+    if unit in ("", "1"):
+        return "1/s"
+    return f"{unit}^2" if unit.endswith("/s") else f"{unit}/s"
