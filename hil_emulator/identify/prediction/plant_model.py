@@ -106,6 +106,11 @@ def probed(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
     return kernel.build((*effects, *PROBES, DRIFT), cache=folder, constants=DIVISION)
 
 
+def _has(config: Configuration, part: Effect) -> bool:
+    """Tell whether a machine has a part: what it has not, no step should have to carry."""
+    return is_on(part, config.plant.get(part.field_of(part.knob), part.off))
+
+
 class PlantModel:
     """Parameter memory of one configuration, with every effect's shape at its default.
 
@@ -117,11 +122,12 @@ class PlantModel:
 
     def __init__(self, config: Configuration, cache: Path | None) -> None:
         self.config = config
-        self.effects = config.effects
-        self.kernel = probed(config.effects, cache)
+        self.effects = tuple(e for e in config.effects if e.named or _has(config, e))
+        self.kernel = probed(self.effects, cache)
         self.loops = bind(self.kernel, cache)
         # ends that nobody has stated tell nothing of a log, whose position may count from anywhere
-        said = {n: v for n, v in config.plant.items() if n not in config.unsaid}
+        gone = {e.field_of(p) for e in config.effects if e not in self.effects for p in e.params}
+        said = {n: v for n, v in config.plant.items() if n not in config.unsaid | gone}
         self.plant_values = self._with_shapes(said)
         self.par = fill(self.kernel.parameters, self.kernel.effects, self.plant_values)
         self.names = tuple(c.name for c in CHANNELS)

@@ -31,12 +31,14 @@ class Serialised:
 
     Attributes:
         state: the predictor; code in it is represented by name.
+        effects: names of those that its model knows.
         files: effect files of the user.
         code: digest of the code that it ran with.
 
     """
 
     state: bytes
+    effects: frozenset[str]
     files: tuple[EffectFile, ...]
     code: str
 
@@ -46,7 +48,8 @@ def serialised(predictor: Predictor) -> Serialised:
     kernel = predictor.model.kernel
     buffer = io.BytesIO()
     _Pickler(buffer, kernel.effects).dump(predictor)
-    return Serialised(buffer.getvalue(), effect_files(kernel.effects), digest(kernel))
+    names = frozenset(effect.name for effect in kernel.effects)
+    return Serialised(buffer.getvalue(), names, effect_files(kernel.effects), digest(kernel))
 
 
 def deserialised(sent: Serialised) -> Predictor:
@@ -64,7 +67,8 @@ def deserialised(sent: Serialised) -> Predictor:
 def _built(sent: Serialised) -> Predictor:
     with TemporaryDirectory() as folder:
         own = restored(sent.files, Path(folder))
-        kernel = probed((*CATALOGUE, *own), cache_folder())
+        known = tuple(effect for effect in (*CATALOGUE, *own) if effect.name in sent.effects)
+        kernel = probed(known, cache_folder())
         if digest(kernel) != sent.code:
             raise UserError(
                 "--cluster: hil-emulator, numba or numpy have another version on a worker than "
