@@ -6,6 +6,9 @@ _GAIN = frozenset({"gain"})
 _RATING = frozenset({"nominal_flow", "rated_current"})
 _DROPS = frozenset({"pressure_drop_per_edge", "pressure_drop_total"})
 
+LINES = (frozenset({"cylinder_lines"}), frozenset({"line_waves"}))
+"""Two models of the same lines."""
+
 VALVE_GROUPS = (_GAIN, _RATING, _DROPS)
 """Keys of the valve that say something together: its gain, its rating, the rating's drop."""
 
@@ -15,6 +18,7 @@ ALTERNATIVES: dict[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
         (frozenset({"pressure_drop_per_edge"}), frozenset({"pressure_drop_total"})),
     ),
     "cylinder": ((frozenset({"piston_area", "area_ratio"}), frozenset({"bore", "rod"})),),
+    "lines": (LINES,),
 }
 """Keys of a table that exclude each other: two ways to say the same thing."""
 

@@ -16,6 +16,7 @@ from hil_emulator.config.tables import (
     ChannelTable,
     CylinderAside,
     CylinderDatasheet,
+    LinesTable,
     ModelTable,
     OneSidedCylinder,
     RigTable,
@@ -88,6 +89,8 @@ def _base(table: str, kind: Kind) -> type[StrictTable]:
     """Return what the model of a table builds upon."""
     if table == "valve":
         return ValveDatasheet if kind.needs.get(table) else ValveAside
+    if table == "lines":
+        return LinesTable
     if table != "cylinder":
         return StrictTable
     if kind.asks(table, "area_ratio"):

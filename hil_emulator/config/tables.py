@@ -66,6 +66,14 @@ class ModelTable(DescribedTable):
     """Python files beside this one that declare effects and list them in EFFECTS"""
 
 
+class LinesTable(TableOfWays):
+    """What lies between valve and cylinder: lines of one model."""
+
+    groups: ClassVar = datasheet.LINES
+    ways: ClassVar = frozenset({(0, 0), (1, 0), (0, 1)})
+    wanted: ClassVar = "either cylinder_lines or line_waves: both are the same lines"
+
+
 class CylinderDatasheet(TableOfWays):
     """The cylinder's diameters, in place of its areas."""
 

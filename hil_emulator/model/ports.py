@@ -71,7 +71,7 @@ def fill_lines(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
         holding_rates(par, x, dx, p_a, p_b, y.pressure_a, y.pressure_b)
     cylinder_line_rates(
         par, x, dx, y.port_pressure_a, y.port_pressure_b, p_a, p_b, y.port_flow_a, y.port_flow_b,
-        dx.pressure_a, dx.pressure_b, held.viscosity,
+        x.pressure_a, x.pressure_b, dx.pressure_a, dx.pressure_b, held.viscosity,
     )  # fmt: skip
 
 

@@ -158,8 +158,8 @@ line_flow_b = Stage(
 )  # fmt: skip
 cylinder_line_rates = Stage(
     "cylinder_line_rates", "lines",
-    ("port_a", "port_b", "block_a", "block_b", "port_flow_a", "port_flow_b", "chamber_rate_a",
-     "chamber_rate_b", "viscosity"),
+    ("port_a", "port_b", "block_a", "block_b", "port_flow_a", "port_flow_b", "chamber_a",
+     "chamber_b", "chamber_rate_a", "chamber_rate_b", "viscosity"),
     "rates of the lines between valve and cylinder", "", "rates", balances=FLOWS,
 )  # fmt: skip
 holding = Stage(

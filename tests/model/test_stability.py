@@ -42,6 +42,7 @@ def test_every_effect_at_typical_keeps_the_default_step(model: Kernel) -> None:
         {"cylinder_dead_volume_a": 1e-7},
         {"driver_lag_time_constant": 2e-6},
         {"supply_line_length": 5e-3},
+        {"line_waves_length": 0.2},
     ],
     ids=lambda s: next(iter(s)),
 )

@@ -33,7 +33,7 @@ class Swings(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """Pressures at both ends of both lines, flows at the valve, rates of the chambers."""
+    """Pressures at both ends of both lines, flows at the valve, the chambers' states and rates."""
 
     port_a: float
     port_b: float
@@ -41,8 +41,19 @@ class Ends(NamedTuple):
     block_b: float
     port_flow_a: float
     port_flow_b: float
+    chamber_a: float
+    chamber_b: float
     chamber_rate_a: float
     chamber_rate_b: float
+
+
+@register_jitable
+def friction_rise(reynolds: float) -> float:
+    """Return the loss in a smooth pipe over that of laminar flow: 1, or Blasius' where larger."""
+    if reynolds <= BLASIUS_REYNOLDS:
+        return 1.0
+    root = math.sqrt(reynolds)
+    return 0.3164 / 64.0 * root * math.sqrt(root)
 
 
 @register_jitable
@@ -54,11 +65,7 @@ def line_loss(flow: float, area: float, line: Line, viscosity: float, oil: Oil) 
     nu = oil.oil_kinematic_viscosity * viscosity
     speed = flow / area
     laminar = 32.0 * oil.oil_density * nu * line.length * speed / (line.diameter * line.diameter)
-    reynolds = abs(speed) * line.diameter / nu
-    if reynolds <= BLASIUS_REYNOLDS:
-        return laminar
-    root = math.sqrt(reynolds)
-    return laminar * 0.3164 / 64.0 * root * math.sqrt(root)
+    return laminar * friction_rise(abs(speed) * line.diameter / nu)
 
 
 def _line_rates(
