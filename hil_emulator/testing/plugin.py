@@ -31,8 +31,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--emulator-config",
         action="append",
         default=[],
-        metavar="FILE",
-        help="configuration of the emulator; may be repeated, later ones over earlier ones",
+        metavar="CONFIG",
+        help="configuration of the emulator, a file or the name of a packaged one; may be "
+        "repeated, later ones over earlier ones",
     )
     group.addoption("--emulator-seed", type=int, metavar="N", help="seed of the sensor noise")
 
@@ -48,13 +49,14 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def _files(request: pytest.FixtureRequest) -> list[Path]:
     """Return the configuration files: of the marker, else of the option, else the reference."""
+    from hil_emulator.platform.packaged import CONFIGURATIONS, found
     from hil_emulator.platform.paths import shipped
 
     mark = request.node.get_closest_marker(_MARK)
     if mark is not None and mark.args:
         return [_found(request, name) for name in mark.args]
     chosen = request.config.getoption("--emulator-config")
-    return [Path(name) for name in chosen] or [shipped(_REFERENCE)]
+    return [found(name, *CONFIGURATIONS) for name in chosen] or [shipped(_REFERENCE)]
 
 
 def _found(request: pytest.FixtureRequest, name: str) -> Path:

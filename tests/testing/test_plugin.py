@@ -64,10 +64,10 @@ def test_a_missing_configuration_is_one_clear_message(tmp_path: Path) -> None:
 
 
 def test_the_example_of_the_pages_passes(tmp_path: Path) -> None:
-    """As it is printed there."""
+    """As it is printed there, with the machine that the templates beside it name."""
     page = (Path(__file__).parents[2] / "docs/continuous_integration.md").read_text()
     (code,) = re.findall(r"^```python\n(# test_step\.py\n.*?)^```$", page, re.M | re.S)
-    assert "1 passed" in suite(tmp_path, code)
+    assert "1 passed" in suite(tmp_path, code, "--emulator-config", "hyq_knee")
 
 
 def test_nothing_is_imported_for_tests_that_do_not_use_it(tmp_path: Path) -> None:
