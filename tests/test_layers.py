@@ -86,7 +86,7 @@ NARROW = {("conformance", "device"): {"device.eds", "device.entry", "device.data
 """Where a room needs little of another, all that it may take: the suite reads an EDS as a node
 does, and knows nothing of how a node works."""
 
-OUTERMOST = {"commands", "__main__.py", "__init__.py"}
+OUTERMOST = {"command_line", "commands", "__main__.py", "__init__.py"}
 
 BESIDE = {"identify/disagreement", "identify/experiment_design"}
 """Rooms that stand beside each other: neither knows the other."""

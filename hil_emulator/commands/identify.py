@@ -10,8 +10,8 @@ import numpy as np
 from hil_emulator import __version__
 from hil_emulator.api.identification import findings, today, write
 from hil_emulator.api.logs import Meaning, experiments
+from hil_emulator.command_line.group import INTERRUPTED
 from hil_emulator.commands.gap_table import gap_lines
-from hil_emulator.commands.options import INTERRUPTED
 from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError

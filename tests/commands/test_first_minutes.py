@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
-from hil_emulator.commands.examples import EXAMPLES
+from hil_emulator.command_line.examples import EXAMPLES
+from hil_emulator.command_line.group import INTERRUPTED
 from hil_emulator.commands.live import READY
-from hil_emulator.commands.options import INTERRUPTED
 from hil_emulator.commands.run import bus_settings
 from hil_emulator.config.load import load
 from hil_emulator.conformance.conftest import bus_settings as device_bus

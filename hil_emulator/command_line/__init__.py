@@ -1,0 +1,1 @@
+"""The command line: arguments only; what each command does is in `hil_emulator.commands`."""

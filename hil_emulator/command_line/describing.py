@@ -1,0 +1,108 @@
+"""The commands that describe a machine, check the description and take it elsewhere."""
+
+from pathlib import Path
+
+import click
+
+from hil_emulator.command_line.interview import Interview
+from hil_emulator.command_line.kinds import FILES
+
+
+@click.command()
+@click.option("--copy", "name", help="Copy this one with all that it names.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=".",
+    help="Folder for the copies; the present one without it.",
+)
+def configs(name: str | None, out: Path) -> None:
+    """List the configurations, scenarios and EDS that come with the package; copy one.
+
+    Each may be named in place of a file: hil-emulator run hyq_knee spring_load
+    """
+    from hil_emulator.commands import configs as command
+
+    if name is None:
+        command.listing()
+    else:
+        command.copy(name, out)
+
+
+@click.command(cls=Interview)
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False), default="machine.toml")
+@click.option("--yes", is_flag=True, help="Ask nothing: usual answers to what no option gives.")
+@click.option("--force", is_flag=True, help="Write over files that are there.")
+@click.option("--valves", is_flag=True, help="Only list the library of valves.")
+def init(file: Path, *, yes: bool, force: bool, valves: bool, **said: str | None) -> None:
+    """Ask for a machine of your own and write its configuration, FILE, with the EDS of its node.
+
+    Every question has an option, too.
+    """
+    from hil_emulator.commands import init as command
+
+    if valves:
+        command.list_valves()
+        return
+    given = {name: answer for name, answer in said.items() if answer is not None}
+    command.init(file, given, ask=not yes, force=force)
+
+
+@click.command()
+@FILES
+def check(files: tuple[Path, ...]) -> None:
+    """Validate a configuration; print its binding, PDO map and bus load."""
+    from hil_emulator.commands import check as command
+
+    command.check(files)
+
+
+@click.command()
+@click.argument("what", type=click.Choice(["configuration", "machine"]), default="configuration")
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="File to write.")
+def schema(what: str, out: Path | None) -> None:
+    """Write the JSON Schema of a configuration, or of a machine of several actuators.
+
+    An editor of TOML completes and checks by it a file that begins with "#:schema" and its path.
+    """
+    from hil_emulator.commands import schema as command
+
+    command.schema(what, out)
+
+
+@click.command()
+@FILES
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default="export",
+    show_default=True,
+    help="Folder for the files.",
+)
+def export(files: tuple[Path, ...], out: Path) -> None:
+    """Write EDS and DCF of each node and a DBC of the bus."""
+    from hil_emulator.commands import export as command
+
+    command.export(files, out)
+
+
+@click.command("export-fmu")
+@FILES
+@click.option("--out", type=click.Path(path_type=Path), help="File to write, such as knee.fmu.")
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True)
+@click.option("--c-only", is_flag=True, help="One .h and one .c, without FMI.")
+@click.option("--float32", is_flag=True, help="With --c-only: compute with float.")
+@click.option("--all-effects", is_flag=True, help="Bring effects that are off, too.")
+def export_fmu(
+    files: tuple[Path, ...], out: Path | None, fmi: str, *, c_only: bool, float32: bool,
+    all_effects: bool,
+) -> None:  # fmt: skip
+    """Write plant and sensors as an FMU for co-simulation, or as C."""
+    from hil_emulator.commands import export_fmu as command
+
+    command.export_fmu(
+        files, out, int(fmi), c_only=c_only, single=float32, every_effect=all_effects
+    )
+
+
+COMMANDS = (configs, init, check, schema, export, export_fmu)

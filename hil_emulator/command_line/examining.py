@@ -1,0 +1,85 @@
+"""The commands that show what a model holds and what a machine achieves."""
+
+from pathlib import Path
+
+import click
+
+from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, QuantityType
+
+
+@click.command()
+@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
+@click.option("--json", "as_json", is_flag=True, help="Everything, for programs.")
+def effects(files: tuple[Path, ...], as_json: bool) -> None:
+    """Print the catalogue of physical effects, with those of a configuration's own files."""
+    from hil_emulator.commands import effects as command
+
+    command.effects(files, as_json)
+
+
+@click.command()
+@FILES
+@click.option(
+    "--position", type=QuantityType("m", "40 mm"), help='Such as "40 mm"; else the start.'
+)
+@click.option("--current", type=QuantityType("A", "1 mA"), default="0 mA", help="0 mA: at rest.")
+@click.option("--json", "as_json", is_flag=True, help="For programs; SI.")
+@click.option(
+    "--picture",
+    type=click.Path(path_type=Path, dir_okay=False, writable=True),
+    help="Draw the frequency responses.",
+)
+def linear(
+    files: tuple[Path, ...],
+    position: float | None,
+    current: float,
+    as_json: bool,
+    picture: Path | None,
+) -> None:
+    """Linearise an actuator: S1's coefficients, poles and zeros, and the exact ones."""
+    from hil_emulator.commands import linear as command
+
+    command.run(files, position, current, as_json, picture)
+
+
+@click.command()
+@click.argument("test")
+@FILES
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default="characterisation",
+    show_default=True,
+    help="Folder for tables, pictures and the page.",
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Of the sensors' noise.")
+def characterise(test: str, files: tuple[Path, ...], out: Path, seed: int | None) -> None:
+    """Put the emulated actuator on a test bench; TEST is "all" or the name of one."""
+    from hil_emulator.commands import characterise as command
+
+    command.run(test, files, out, seed)
+
+
+@click.command()
+@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
+@click.option("--duration", type=Duration(), default="10 s", help="Of the wall-clock part.")
+@click.option("--identify", type=Duration(), help='Instead: find an effect in "60 s" of data.')
+@click.option(
+    "--panel", is_flag=True, help="Instead: what the panel costs, by pages that are open."
+)
+@click.option("--effects", is_flag=True, help="Instead: what each effect costs that is off.")
+@click.option("--json", "as_json", is_flag=True, help="For programs; microseconds.")
+def bench(
+    files: tuple[Path, ...], duration: float, identify: float | None, panel: bool, effects: bool,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Measure the emulator's speed and punctuality on this machine."""
+    from hil_emulator.commands import bench as command
+
+    if effects:
+        command.bench_effects(files, as_json)
+        return
+    command.bench(files, duration, identify, as_json, panel)
+
+
+COMMANDS = (effects, linear, characterise, bench)

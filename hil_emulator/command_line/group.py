@@ -1,0 +1,63 @@
+"""The group of all commands: their order, their help, and how each ends."""
+
+import re
+import sys
+from typing import Any
+
+import click
+
+from hil_emulator.command_line.examples import EXAMPLES
+from hil_emulator.errors import UserError
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as a shell gives it: 128 and the signal's number."""
+
+
+class Commands(click.Group):
+    """A group that shows a `UserError` as one message and ends with its exit code.
+
+    So does a law of the user's that cannot become machine code: that is found out only when the
+    model is compiled, whichever command does it.
+    """
+
+    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
+        """Add a command, with an example at the end of its help."""
+        super().add_command(cmd, name)
+        cmd.epilog = f"\b\nExample:\n  {EXAMPLES[name or str(cmd.name)]}"
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands by their whole first sentence: click cuts it off at the line's end."""
+        rows = [
+            (name, self.commands[name].get_short_help_str(sys.maxsize))
+            for name in self.list_commands(ctx)
+        ]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Invoke a command."""
+        try:
+            return super().invoke(ctx)
+        except UserError as error:
+            click.echo(f"hil-emulator: {error}", err=True)
+            ctx.exit(error.exit_code)
+        except KeyboardInterrupt:
+            click.echo("hil-emulator: interrupted", err=True)
+            ctx.exit(INTERRUPTED)
+        except Exception as error:
+            if not type(error).__module__.startswith("numba."):
+                raise
+            click.echo(f"hil-emulator: {_uncompilable(str(error))}", err=True)
+            ctx.exit(UserError.exit_code)
+
+
+def _uncompilable(told: str) -> str:
+    """Return what numba says of a law that it cannot compile, without the way to it."""
+    lines = [line.strip() for line in told.splitlines() if line.strip()]
+    reasons = (x for x in lines if not x.startswith(("Failed in", "During:", "File ", "def ", ">")))
+    place = re.search(r'File "([^"]*)", line (\d+)', told)
+    where = f"{place[1]}, line {place[2]}: " if place else ""
+    return (
+        f"{where}an effect cannot be compiled: {next(reasons, lines[0])}; a law takes numbers and "
+        "calls nothing but math"
+    )

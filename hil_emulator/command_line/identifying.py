@@ -1,0 +1,110 @@
+"""The commands from measured data to a named effect."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hil_emulator.command_line.kinds import CONFIGURATION, Duration, QuantityType
+from hil_emulator.command_line.recordings import Examination, recordings
+from hil_emulator.errors import UserError
+
+
+def _meaning(said: dict[str, Any]) -> Any:
+    from hil_emulator.api.logs import Meaning, pairs
+
+    names = pairs(said.pop("channels"))
+    headings = [cell.strip() for cell in said.pop("columns").split(",") if cell.strip()]
+    return Meaning(names=names, headings=headings, **said)
+
+
+@click.command(cls=Examination)
+@recordings
+@click.option("--only", multiple=True, metavar="EFFECT", help="Name none but these.")
+@click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not name these.")
+@click.option(
+    "--method",
+    type=click.Choice(["search", "least-squares"]),
+    default="search",
+    help="least-squares: beside what the search finds, a plain fit of the same effects.",
+)
+def identify(
+    files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],
+    exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, **said: Any,
+) -> None:  # fmt: skip
+    """Name the physical effects that a recording shows and the configuration lacks."""
+    from hil_emulator.commands import identify as command
+    from hil_emulator.identify.session import Question
+
+    question = Question(only, exclude, plain_fit=said.pop("method") == "least-squares")
+    command.identify(files, validate, question, out, jobs, _meaning(said), cluster)
+
+
+@click.command(cls=Examination)
+@recordings
+def gap(
+    files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int, cluster: str,
+    **said: Any,
+) -> None:  # fmt: skip
+    """Measure where a recording and the configuration disagree."""
+    from hil_emulator.commands import identify as command
+    from hil_emulator.identify.session import Question
+
+    question = Question(search=False)
+    command.identify(files, validate, question, out, jobs, _meaning(said), cluster)
+
+
+@click.command()
+@click.argument("name", required=False)
+@click.option("--amplitude", type=QuantityType("m", "12 mm"), help="Largest deviation: 12 mm.")
+@click.option("--duration", type=Duration(), help='How long, such as "2 s".')
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@click.option(
+    "--config", "configs", multiple=True, type=CONFIGURATION,
+    help="The machine, for its stops and its valve.",
+)  # fmt: skip
+@click.option("--out", type=click.Path(path_type=Path), help="Stimulus file; NAME.csv without it.")
+@click.option("--picture", type=click.Path(path_type=Path), help="Draw it.")
+@click.option("--scenario", type=click.Path(path_type=Path), help="Write a scenario that plays it.")
+def experiment(
+    name: str | None, amplitude: float | None, duration: float | None, seed: int,
+    configs: tuple[Path, ...], out: Path | None, picture: Path | None, scenario: Path | None,
+) -> None:  # fmt: skip
+    """Write the stimulus file of an experiment; without NAME, list what there is."""
+    from hil_emulator.commands import experiment as command
+
+    if name is None:
+        command.catalogue(configs)
+        return
+    command.write(name, configs, amplitude, duration, seed, out, picture, scenario)
+
+
+@click.command()
+@click.argument("effects", nargs=-1)
+@click.option("--size", "sizes", multiple=True, help="small, medium, large, or a value; one each.")
+@click.option("--config", "configs", multiple=True, type=CONFIGURATION, help="The machine.")
+@click.option("--seed", type=click.IntRange(min=0), help="The same machine again.")
+@click.option("--surprise", is_flag=True, help="Draw an effect, and do not tell.")
+@click.option("--duration", type=Duration(), help='Of each experiment, such as "3 s".')
+@click.option("--out", type=click.Path(path_type=Path), help="Folder of the practice ground.")
+@click.option("--play", type=click.Path(path_type=Path), help="Record a stimulus file in --out.")
+@click.option("--open", "opened", type=click.Path(path_type=Path), help="Reveal what is hidden.")
+def hide(
+    effects: tuple[str, ...], sizes: tuple[str, ...], out: Path | None, play: Path | None,
+    opened: Path | None, **drawn: Any,
+) -> None:  # fmt: skip
+    """Make experiments with EFFECTs hidden in them, to practise on; "nothing" is one too."""
+    from hil_emulator.commands import hide as command
+
+    if opened is not None:
+        command.reveal(opened)
+        return
+    if out is None:
+        raise UserError("name the folder of the practice ground: --out FOLDER")
+    if play is not None:
+        command.play(play, out)
+        return
+    command.hide(effects, sizes or ("medium",), out=out, **drawn)
+
+
+COMMANDS = (identify, gap, experiment, hide)

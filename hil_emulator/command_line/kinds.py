@@ -1,0 +1,100 @@
+"""Kinds of values on the command line."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from hil_emulator.errors import UserError
+
+
+class PackagedFile(click.ParamType[Path]):
+    """A file, or the name of one that comes with the package.
+
+    Args:
+        name: what it is, for the message.
+        purposes: see `platform.packaged.Purpose`; all without any.
+
+    """
+
+    def __init__(self, name: str, *purposes: str) -> None:
+        self.name = name
+        self._purposes = purposes
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Return the path of the file; whether it is one is found out when it is read."""
+        from hil_emulator.platform.packaged import Purpose, found
+
+        try:
+            return found(str(value), *map(Purpose, self._purposes))
+        except UserError as error:
+            self.fail(str(error), param, ctx)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Return the packaged names that begin so, and that files do as well."""
+        from hil_emulator.platform.packaged import Purpose, packaged
+
+        names = packaged(*map(Purpose, self._purposes))
+        fitting = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+        return [*fitting, CompletionItem(incomplete, type="file")]
+
+
+def _some(ctx: click.Context, param: click.Parameter, files: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Ask for a file by what there is to choose from."""
+    from hil_emulator.platform.packaged import Purpose, packaged, summary
+
+    if files:
+        return files
+    known = [f"  {name:<14} {summary(file)}" for name, file in packaged(Purpose.MACHINE).items()]
+    text = (f"name a configuration (TOML), or a machine that comes with the package:\n"
+            f"{chr(10).join(known)}\n"
+            f"`hil-emulator init` writes a configuration of your own machine.")  # fmt: skip
+    raise click.UsageError(text, ctx)
+
+
+class Duration(click.ParamType[float]):
+    """A time with its unit."""
+
+    name = "time"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the value in SI; fail where it is none."""
+        from hil_emulator.units import to_si
+
+        try:
+            seconds = to_si(value, "s", "60 s")
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+        if not 0 < seconds < float("inf"):
+            self.fail(f'"{value}" is not a positive time', param, ctx)
+        return seconds
+
+
+class QuantityType(click.ParamType[float]):
+    """A number with a unit."""
+
+    def __init__(self, unit: str, example: str) -> None:
+        self.name = example
+        self._unit = unit
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the value in SI; fail where it is none."""
+        from hil_emulator.units import to_si
+
+        try:
+            return to_si(value, self._unit, self.name)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+CONFIGURATION = PackagedFile("configuration", "machine", "layer", "bench")
+SCENARIO = PackagedFile("scenario", "scenario")
+
+FILES = click.argument("files", metavar="CONFIG...", nargs=-1, type=CONFIGURATION, callback=_some)

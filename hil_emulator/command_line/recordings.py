@@ -1,0 +1,79 @@
+"""What `identify` and `gap` share: recordings, and what is to be known of them."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hil_emulator.command_line.kinds import CONFIGURATION, QuantityType
+
+
+class Examination(click.Command):
+    """A command whose `--validate` takes every file up to the next option."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse arguments: `--validate A B` is `--validate A --validate B`."""
+        spread, taking = [], False
+        for i, word in enumerate(args):
+            if word == "--validate":
+                taking = bool(args[i + 1 :]) and not args[i + 1].startswith("-")
+                if not taking:
+                    raise click.UsageError("--validate: name the held-out data behind it", ctx)
+                continue
+            taking &= not word.startswith("-")
+            if taking and word.endswith(".toml"):
+                raise click.UsageError(
+                    f"{word}: --validate takes all files up to the next option; name CONFIG and "
+                    "training data before it", ctx,
+                )  # fmt: skip
+            spread += ["--validate", word] if taking else [word]
+        return super().parse_args(ctx, spread)
+
+
+def recordings(function: Any) -> Any:
+    """Add what `identify` and `gap` share."""
+    for option in (
+        click.option(
+            "--cluster", default="",
+            help="Address of a Dask scheduler in place of threads: each log is a task of its own. "
+            "--jobs does not count then.",
+        ),
+        click.option(
+            "--jobs", type=click.IntRange(1, 64), default=1, show_default=True,
+            help="Threads of this process.",
+        ),
+        click.option("--out", type=click.Path(path_type=Path), help="Folder for the report."),
+        click.option(
+            "--rated-current", type=QuantityType("A", "10 mA"),
+            help="What 100 % of a valve driver's set point are, where nothing states it.",
+        ),
+        click.option(
+            "--channel", "channels", multiple=True, metavar="CHANNEL=NAME",
+            help="What a channel is called in the data, such as position=CylPos.",
+        ),
+        click.option(
+            "--columns", default="", metavar="NAME [UNIT],...",
+            help='Columns of files without a header, such as "time [s],position [mm]".',
+        ),
+        click.option(
+            "--node", "node_ids", multiple=True, type=click.IntRange(1, 127),
+            help="Node-ID of an --eds file that states none.",
+        ),
+        click.option(
+            "--eds", "sheets", multiple=True, type=click.Path(path_type=Path),
+            help="EDS or DCF of a device in a CAN capture.",
+        ),
+        click.option(
+            "--dbc", "databases", multiple=True, type=click.Path(path_type=Path),
+            help="Database of the messages in a CAN capture; CONFIG's own nodes without it.",
+        ),
+        click.option(
+            "--validate", multiple=True, type=click.Path(path_type=Path), metavar="DATA...",
+            help="Held-out data: all files up to the next option.",
+        ),
+        click.argument(
+            "files", metavar="CONFIG... DATA...", nargs=-1, required=True, type=CONFIGURATION,
+        ),
+    ):  # fmt: skip
+        function = option(function)
+    return function

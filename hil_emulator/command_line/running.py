@@ -1,0 +1,124 @@
+"""The commands that run the emulator, and look at what a run leaves behind."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration
+
+
+@click.command()
+@FILES
+@click.option("--bus", metavar="INTERFACE:CHANNEL", help="Another bus, such as socketcan:vcan0.")
+@click.option(
+    "--clock",
+    type=click.Choice(["wall", "lockstep", "follow-sync"]),
+    default="wall",
+    show_default=True,
+)
+@click.option("--duration", type=Duration(), help='Emulator time to run, such as "60 s".')
+@click.option(
+    "--record",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="File to write; its ending says the format: .rec .csv .blf ..., an unknown one lists all.",
+)
+@click.option("--trigger", help='Record only around a condition, such as "position > 60 mm".')
+@click.option("--before", type=Duration(), default="5 s", help="How long before the trigger.")
+@click.option("--after", type=Duration(), default="1 s", help="How long after the trigger.")
+@click.option("--fault", "faults", multiple=True, help='TARGET KIND NAME=VALUE...; see "faults".')
+@click.option("--port", type=click.IntRange(0, 65535), help="TCP port of the bus; 0: any free one.")
+@click.option("--control", type=click.IntRange(0, 65535), help="Port of the remote control (ctl).")
+@click.option("--panel", "panel", flag_value="full", help="Show it in a browser.")
+@click.option("--panel-view-only", "panel", flag_value="view only", help="Nobody touches it there.")
+def run(
+    files: tuple[Path, ...],
+    bus: str | None,
+    clock: str,
+    duration: float | None,
+    record: tuple[Path, ...],
+    faults: tuple[str, ...],
+    **said: Any,
+) -> None:
+    """Run the emulator on its bus."""
+    from hil_emulator.platform.lean_start import lean_start
+
+    lean_start()
+    from hil_emulator.commands import run as command
+
+    operation = command.operation(said.pop("port"), said.pop("control"), said.pop("panel"))
+    capture = command.capture(**said)
+    command.run(files, bus, clock, duration, record, capture, faults, operation)
+
+
+@click.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value
+@click.option("--port", type=click.IntRange(1, 65535), default=29537, show_default=True)
+@click.argument("words", metavar="status|read|fault|end|set ...", nargs=-1)
+def ctl(port: int, words: tuple[str, ...]) -> None:
+    """Control an emulator that runs with --control."""
+    from hil_emulator.commands import ctl as command
+
+    command.ctl(port, words)
+
+
+@click.command()
+@click.option(
+    "--picture",
+    type=click.Path(path_type=Path, dir_okay=False, writable=True),
+    default="hil-emulator-demo.png",
+    show_default=True,
+)
+@click.pass_context
+def demo(ctx: click.Context, picture: Path) -> None:
+    """Run a controller against the emulator through CAN; needs nothing."""
+    from hil_emulator.commands import demo as command
+
+    ctx.exit(0 if command.demo(picture) else 1)
+
+
+@click.command()
+@click.argument("path", metavar="RECORDING|FOLDER", type=click.Path(path_type=Path))
+def panel(path: Path) -> None:
+    """Show a recording (.rec), or the folder of `identify --out`, in a browser."""
+    from hil_emulator.commands import panel as command
+
+    command.panel(path)
+
+
+@click.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
+@click.pass_context
+def replay(ctx: click.Context, recording: Path, files: tuple[Path, ...]) -> None:
+    """Feed a recorded controller's frames back; say where the response differs."""
+    from hil_emulator.commands import replay as command
+
+    ctx.exit(0 if command.replay(recording, files) else 1)
+
+
+@click.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("signals", nargs=-1)
+@click.option("--picture", type=click.Path(path_type=Path), help="File of the picture.")
+def plot(recording: Path, signals: tuple[str, ...], picture: Path | None) -> None:
+    """Draw signals of a recording."""
+    from hil_emulator.commands import plot as command
+
+    command.plot(recording, signals, picture)
+
+
+@click.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("targets", nargs=-1, required=True, type=click.Path(path_type=Path))
+def convert(recording: Path, targets: tuple[Path, ...]) -> None:
+    """Write a .rec recording in other formats, by the files' endings."""
+    from hil_emulator.platform.paths import near
+    from hil_emulator.recording import exports
+
+    for target in targets:
+        exports.export(recording, target)
+        click.echo(f"written   {near(target)}")
+
+
+COMMANDS = (run, ctl, demo, panel, replay, plot, convert)

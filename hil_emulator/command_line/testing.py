@@ -1,0 +1,91 @@
+"""The commands that test: controllers by scenarios and faults, devices by their standard."""
+
+from pathlib import Path
+
+import click
+
+from hil_emulator.command_line.kinds import SCENARIO
+
+
+@click.command("faults")
+def list_faults() -> None:
+    """Print what can be broken, and how."""
+    from hil_emulator.commands import faults as command
+
+    command.faults()
+
+
+@click.command()
+@click.argument("files", metavar="SCENARIO...", nargs=-1, required=True, type=SCENARIO)
+@click.option(
+    "--jobs", "--workers", "workers", type=click.IntRange(1),
+    help="Processes; all cores without it.",
+)  # fmt: skip
+@click.option("--cluster", default="", help="Address of a Dask scheduler in place of processes.")
+@click.option("--junit", type=click.Path(path_type=Path), help="Write JUnit XML.")
+@click.option("--html", "page", type=click.Path(path_type=Path), help="Write one HTML page.")
+@click.option("--record", type=click.Path(path_type=Path), help="Folder for recordings.")
+@click.pass_context
+def scenario(
+    ctx: click.Context,
+    files: tuple[Path, ...],
+    workers: int | None,
+    cluster: str,
+    junit: Path | None,
+    page: Path | None,
+    record: Path | None,
+) -> None:
+    """Run scenarios; exit code 1 if an expectation is not met, 2 if a scenario cannot run."""
+    import os
+
+    from hil_emulator.commands import scenario as command
+
+    count = workers or os.cpu_count() or 1
+    ctx.exit(command.scenario(files, count, cluster, junit, page, record))
+
+
+@click.command()
+@click.option(
+    "--can",
+    default="socketcand:can0",
+    metavar="INTERFACE:CHANNEL",
+    show_default=True,
+    help="Bus, such as socketcan:can0; the default is that of `run` on this machine.",
+)
+@click.option(
+    "--can-option",
+    "can_options",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Another argument of python-can's Bus, such as port=29536.",
+)
+@click.option("--node", required=True, type=click.IntRange(1, 127), help="Node-ID of the device.")
+@click.option("--eds", required=True, type=click.Path(path_type=Path), help="Its EDS or DCF.")
+@click.option("--case", "cases", multiple=True, help="A case or chapter, such as 2.7 or 3.")
+@click.option("--self-starting", is_flag=True, help="It may enter OPERATIONAL without 0x1F80.")
+@click.option(
+    "--storm",
+    type=click.IntRange(0),
+    default=0,
+    metavar="N",
+    help="After all cases send N random frames, then put all cases again.",
+)
+@click.option("--html", type=click.Path(path_type=Path), help="Write the report as an HTML page.")
+def conformance(
+    can: str, can_options: tuple[str, ...], node: int, eds: Path,
+    cases: tuple[str, ...], storm: int, html: Path | None, *, self_starting: bool,
+) -> None:  # fmt: skip
+    """Ask a CANopen device whether it conforms to CiA 301; exit code 1 if a case fails.
+
+    The device is reset before each case and its parameters are written: no machine may hang on
+    it. In the end it has the parameters that it had. Nothing else may be the bus's NMT master.
+    """
+    from hil_emulator.commands import conformance as command
+
+    passed = command.conformance(
+        can, can_options, node, eds, cases, storm, html, self_starting=self_starting
+    )
+    raise SystemExit(not passed)
+
+
+COMMANDS = (list_faults, scenario, conformance)
