@@ -15,7 +15,8 @@ from hil_emulator.commands.live import FOREVER, departures, keep_running, load, 
 from hil_emulator.commands.recording import recorded
 from hil_emulator.commands.run_machine import run_machine
 from hil_emulator.commands.waiting import PREPARING, waiting
-from hil_emulator.config.load import DEFAULT_BUS, Configuration
+from hil_emulator.config.bus import DEFAULT_BUS
+from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import spoken

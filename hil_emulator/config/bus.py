@@ -8,6 +8,14 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from hil_emulator.config.table import QuantityReader
 from hil_emulator.model.declare import Param
 
+DEFAULT_BUS = {
+    "interface": "socketcand_server",
+    "channel": "can0",
+    "host": "127.0.0.1",
+    "port": 29536,
+}
+"""A TCP server any process can connect to without root; 29536 is socketcand's port."""
+
 BIT_RATE = Param("bit_rate", "bit/s", "of the bus", 500e3, 10e3, 1e6, "kbit/s")
 FASTEST = 1_000_000
 """Assumed where nothing is said: the fastest classical CAN [bit/s]."""

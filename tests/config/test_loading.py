@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from hil_emulator.config.bus import DEFAULT_BUS
 from hil_emulator.config.datasheet import LINES
-from hil_emulator.config.load import DEFAULT_BUS, load
+from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.stages import SAMPLED

@@ -9,7 +9,8 @@ import pytest
 from suite import SUITE, inapplicable, total
 from test_end_to_end import emulator
 
-from hil_emulator.config.load import NodeSettings, load
+from hil_emulator.config.load import load
+from hil_emulator.config.nodes import NodeSettings
 from hil_emulator.conformance.cases import CASES
 from hil_emulator.platform.paths import shipped
 

@@ -1,0 +1,121 @@
+"""From checked tables to a `Configuration`: parameters of the model, nodes, bus."""
+
+import hashlib
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hil_emulator.config.bench import described
+from hil_emulator.config.bus import DEFAULT_BUS, WireSettings, split
+from hil_emulator.config.configuration import Configuration
+from hil_emulator.config.derived import derived
+from hil_emulator.config.layers import Layers
+from hil_emulator.config.nodes import UNCONFIGURED, NodeSettings, NodeTable, node_settings
+from hil_emulator.config.plant import fmu_settings
+from hil_emulator.config.schema import plant_tables
+from hil_emulator.config.table import StrictTable
+from hil_emulator.errors import UserError
+from hil_emulator.model.actuator import PARAMS
+from hil_emulator.model.declare import Effect
+from hil_emulator.model.stages import SAMPLED
+
+
+def configuration(
+    checked: Any, layers: Layers, files: Sequence[Path], texts: Sequence[str]
+) -> Configuration:
+    """Return what checked tables mean.
+
+    Args:
+        checked: an instance of `schema.schema`.
+        layers: what it was checked from.
+        files: where that comes from.
+        texts: what each of them says.
+
+    Raises:
+        UserError: if what each table says for itself does not go together.
+
+    """
+    effects, origin = layers.effects, layers.origin
+    rig = checked.rig
+    steps = round(rig.tick / rig.step)
+    chain = [e for e in effects if e.stage in SAMPLED]
+    channels = type(checked.sensors).model_fields
+    bus, wire = split(checked.bus)
+    nodes = _nodes(checked.node, wire, origin.get(("node",), files[-1]))
+    fmu = fmu_settings(checked.plant, origin.get(("plant",), files[-1]))
+    if fmu and rig.not_finite == "reset":
+        raise UserError(
+            f'{files[-1]}: [rig] not_finite = "reset" needs the built-in plant: an FMU that has '
+            "failed stays so"
+        )
+    canonical = json.dumps(layers.merged, sort_keys=True, default=str).encode()
+    said = _plant_values(checked, effects)
+    unsaid = _unsaid(checked, said)
+    return Configuration(
+        tick_ns=round(rig.tick * 1e9),
+        step=rig.tick / steps,
+        steps=steps,
+        seed=rig.seed,
+        late=rig.late,
+        not_finite=rig.not_finite,
+        sync_period_ns=round(rig.sync_period * 1e9),
+        bus=bus or dict(DEFAULT_BUS),
+        wire=wire,
+        nodes=nodes,
+        effects=effects,
+        plant=said | unsaid,
+        unsaid=frozenset(unsaid),
+        sensors={name: _effect_values(getattr(checked.sensors, name), chain) for name in channels},
+        digest=hashlib.sha256(canonical).hexdigest()[:16],
+        files=tuple(files),
+        texts=tuple(texts),
+        bench=described(checked.bench),
+        fmu=fmu,
+    )
+
+
+def _effect_values(table: StrictTable, effects: Sequence[Effect]) -> dict[str, float]:
+    """Return the parameters of the effects that a table sets, by record field."""
+    return {
+        effect.field_of(param): getattr(chosen, param.name)
+        for effect in effects
+        if (chosen := getattr(table, effect.name, None)) is not None
+        for param in effect.params
+    }
+
+
+def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
+    values: dict[str, float] = {}
+    for name in plant_tables(effects):
+        table = getattr(checked, name)
+        for param in PARAMS.get(name, ()):
+            value = getattr(table, param.name)
+            values[f"{name}_{param.name}"] = math.nan if value is None else value
+        values |= _effect_values(table, [e for e in effects if e.stage.table == name])
+    values |= checked.valve.gains()
+    values |= checked.cylinder.areas()
+    return values
+
+
+def _unsaid(checked: Any, said: dict[str, float]) -> dict[str, float]:
+    """Return what follows from the values that the configuration of a whole actuator says."""
+    if not described(checked.bench).whole:
+        return {}
+    found = derived(checked.valve.rated_current, said, checked.rig.step)
+    return {name: value for name, value in found.items() if name not in said}
+
+
+def _nodes(tables: Sequence[NodeTable], wire: WireSettings, file: Path) -> tuple[NodeSettings, ...]:
+    nodes = tuple(node_settings(table, file.parent) for table in tables)
+    ids = [node.id for node in nodes if node.id != UNCONFIGURED]
+    for number in {i for i in ids if ids.count(i) > 1}:
+        raise UserError(f"{file}: two nodes have the ID {number}; each node on a bus needs its own")
+    for node in nodes:
+        if node.bit_rate and wire.bit_rate and node.bit_rate != wire.bit_rate:
+            raise UserError(
+                f"{file}: node {node.id} has {node.bit_rate / 1e3:g} kbit/s, its bus "
+                f"{wire.bit_rate / 1e3:g} kbit/s; one bus has one bit rate"
+            )
+    return nodes

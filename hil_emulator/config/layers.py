@@ -1,0 +1,128 @@
+"""Files laid over each other, later ones over earlier ones, before anything is checked."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hil_emulator.config import datasheet
+from hil_emulator.config.effect_files import read_effects
+from hil_emulator.config.toml_file import parse_toml
+from hil_emulator.errors import UserError, brief
+from hil_emulator.model.declare import Effect
+from hil_emulator.model.effects import CATALOGUE
+
+Admit = Callable[[Path, bytes], None]
+"""Asked before an effect file runs, with its path and content; raises `UserError` to refuse it."""
+
+
+@dataclass(frozen=True)
+class Layers:
+    """What files say together.
+
+    Attributes:
+        merged: their tables.
+        origin: the file that has the last word, by the path of a key.
+        effects: the catalogue, with the files' own effects at its end.
+
+    """
+
+    merged: dict[str, Any]
+    origin: dict[tuple[str, ...], Path]
+    effects: tuple[Effect, ...]
+
+
+def laid(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Layers:
+    """Lay the texts of files over each other.
+
+    Raises:
+        UserError: if one is no TOML, names an effect file that fails, or describes a machine.
+
+    """
+    layers = [(f, parse_toml(f, text)) for f, text in zip(files, texts, strict=True)]
+    own = [e for file, layer in layers for e in _own_effects(file, layer, admit)]
+    effects = (*CATALOGUE, *own)
+    merged: dict[str, Any] = {}
+    origin: dict[tuple[str, ...], Path] = {}
+    for file, layer in layers:
+        _lay_over(merged, _with_knobs(layer, effects), file, origin)
+    _refuse_machine(merged, origin)
+    return Layers(merged, origin, effects)
+
+
+def _refuse_machine(merged: Mapping[str, Any], origin: Mapping[tuple[str, ...], Path]) -> None:
+    """Say which files describe one actuator where a machine of several was given."""
+    if "actuator" not in merged:
+        return
+    given = merged["actuator"]
+    first = given[0] if isinstance(given, list) and given else {}
+    files = first.get("files") if isinstance(first, dict) else None
+    named = " ".join(map(str, files)) if isinstance(files, list) else "knee.toml"
+    raise UserError(
+        f"{origin[('actuator',)]}: describes a machine of several actuators, this command takes "
+        f"one: name its files, such as {brief(named)}; followed by those of a supply that it "
+        "shares, they describe it alone on that"
+    )
+
+
+def _own_effects(file: Path, layer: dict[str, Any], admit: Admit) -> list[Effect]:
+    """Import the effect files that a layer names; each defines a tuple EFFECTS."""
+    table = layer.get("model")
+    named = table.get("effects", []) if isinstance(table, dict) else []
+    found: list[Effect] = []
+    for name in named if isinstance(named, list) else []:
+        path = file.parent / str(name)
+        try:
+            content = path.read_bytes()
+            admit(path, content)
+            found += read_effects(path, content)
+        except UserError:
+            raise
+        except (Exception, SystemExit) as error:  # it is anybody's Python
+            raise UserError(
+                f"{file}: model.effects: {path}: {type(error).__name__}: {error}; an effect file "
+                "is Python that declares effects and lists them in EFFECTS"
+            ) from None
+    return found
+
+
+def _with_knobs(layer: dict[str, Any], effects: Sequence[Effect]) -> dict[str, Any]:
+    """Write `effect = "value"` out as `effect = {knob = "value"}`."""
+    knobs = {(e.stage.table, e.name): e.knob.name for e in effects}
+
+    def spelt(table: str, content: object) -> object:
+        if not isinstance(content, dict):
+            return content
+        if table == "sensors":
+            return {name: spelt("sensors.", channel) for name, channel in content.items()}
+        place = table.rstrip(".")
+        return {
+            key: {knobs[place, key]: value}
+            if (place, key) in knobs and not isinstance(value, dict)
+            else value
+            for key, value in content.items()
+        }
+
+    return {table: spelt(table, content) for table, content in layer.items()}
+
+
+def _lay_over(
+    below: dict[str, Any], above: dict[str, Any], file: Path, origin: dict[tuple[str, ...], Path],
+    path: tuple[str, ...] = (),
+) -> None:  # fmt: skip
+    """Merge `above` into `below`; a new way to say a thing displaces the old one."""
+    for pair in datasheet.ALTERNATIVES.get(path[0], ()) if len(path) == 1 else ():
+        for new, old in (pair, pair[::-1]):
+            if new & above.keys() and not old & above.keys():
+                for key in old & below.keys():
+                    del below[key]
+    for key, value in above.items():
+        here = (*path, key)
+        origin[here] = file
+        if isinstance(value, dict) and isinstance(below.get(key), dict):
+            _lay_over(below[key], value, file, origin, here)
+        elif isinstance(value, dict):
+            below[key] = {}
+            _lay_over(below[key], value, file, origin, here)
+        else:
+            below[key] = value
