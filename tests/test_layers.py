@@ -25,7 +25,7 @@ ROOMS = {
     "signals": {"numpy", "model"},
     "config": {"pydantic", "model"},
     "machines": {"config", "model"},
-    "fmi/importing": {"fmpy", "numpy", "config", "model"},
+    "fmi/importing": {"fmpy", "llvmlite", "numba", "numpy", "config", "model"},
     "device": {"canopen"},
     "bus": {"can"},
     "wire": set(),

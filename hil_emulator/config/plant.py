@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -22,7 +22,9 @@ class PlantTable(DescribedTable):
     """An FMU in place of the built-in plant."""
 
     fmu: str | None = None
-    """File beside this one: a functional mock-up unit for co-simulation, FMI 2.0 or 3.0"""
+    """File beside this one: a functional mock-up unit, FMI 2.0 or 3.0"""
+    interface: Literal["co-simulation", "model exchange"] | None = None
+    """Whose solver moves it, of an FMU that has both: its own, or the configuration's steps"""
     inputs: dict[str, str] = Field(default_factory=dict)
     """Its variables for what acts on the plant: valve_current = "u [mA]"; unit as in the FMU"""
     outputs: dict[str, str] = Field(default_factory=dict)
@@ -50,6 +52,7 @@ class FmuSettings:
         outputs: its variables by the model's signals.
         parameters: values of its parameters, in its own units.
         timeout: time that one of its steps may take [s].
+        interface: the one to use; None for co-simulation where there is one.
 
     """
 
@@ -58,6 +61,7 @@ class FmuSettings:
     outputs: Mapping[str, Lead]
     parameters: Mapping[str, float]
     timeout: float
+    interface: str | None = None
 
 
 def fmu_settings(table: PlantTable, file: Path) -> FmuSettings | None:
@@ -86,7 +90,7 @@ def fmu_settings(table: PlantTable, file: Path) -> FmuSettings | None:
                 )
     return FmuSettings(
         file.parent / table.fmu, _leads(table.inputs), _leads(table.outputs), table.parameters,
-        table.timeout,
+        table.timeout, table.interface,
     )  # fmt: skip
 
 

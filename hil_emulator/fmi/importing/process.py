@@ -29,7 +29,8 @@ class FmuProcess:
     Args:
         file: the FMU.
         wiring: its variables.
-        period: communication step [s].
+        step: integration step of one for model exchange [s].
+        steps: how many of them a tick has; a communication step is a tick.
         timeout: time that one step may take [s].
 
     Attributes:
@@ -40,12 +41,14 @@ class FmuProcess:
 
     """
 
-    def __init__(self, file: Path, wiring: Wiring, period: float, timeout: float) -> None:
+    def __init__(self, file: Path, wiring: Wiring, step: float, steps: int, timeout: float) -> None:
         request = {
             "inputs": [w.reference for w in wiring.inputs.values()],
             "outputs": [w.reference for w in wiring.outputs.values()],
             "parameters": list(wiring.parameters.items()),
-            "period": period,
+            "interface": wiring.interface,
+            "step": step,
+            "steps": steps,
         }
         words = [sys.executable, "-m", worker.__name__, str(file.resolve()), json.dumps(request)]
         self._process = subprocess.Popen(

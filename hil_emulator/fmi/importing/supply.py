@@ -26,7 +26,7 @@ class FmuSupply(Supply):
     Args:
         kernel: the model, compiled for one actuator: gives the layouts and the sensors.
         step: width of an integration step [s].
-        steps: integration steps per tick; the communication step is both together.
+        steps: integration steps per tick.
         settings: the FMU.
 
     Raises:
@@ -46,12 +46,12 @@ class FmuSupply(Supply):
         self._scale = _lines(wiring.inputs.values())
         self._back = _lines(wiring.outputs.values())
         try:
-            self._fmu = FmuProcess(settings.file, wiring, step * steps, settings.timeout)
+            self._fmu = FmuProcess(settings.file, wiring, step, steps, settings.timeout)
         except FmuFailedError as error:
             raise UserError(f"{settings.file}: {error}") from None
 
     def step(self, steps: int) -> bool:
-        """Let the FMU take a communication step; none for no steps.
+        """Let the FMU move for a tick; not at all for no steps.
 
         Returns:
             Whether it did, and all its outputs are finite.

@@ -1,5 +1,6 @@
 """Which variables of an FMU are which quantities of ours; wrong ones are told before it runs."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 from hil_emulator import units
 from hil_emulator.config.plant import FmuSettings, Lead
 from hil_emulator.errors import UserError, brief
+from hil_emulator.fmi.importing.instance import CO_SIMULATION, MODEL_EXCHANGE
 from hil_emulator.model.quantities import INPUTS, SIGNALS
 
 _REAL = {"Real", "Float64"}
@@ -31,20 +33,22 @@ class Wiring:
         inputs: by name of the model's input.
         outputs: by name of the model's signal.
         parameters: value references and values, in the FMU's own units.
+        interface: "co-simulation" or "model exchange".
 
     """
 
     inputs: Mapping[str, Wired]
     outputs: Mapping[str, Wired]
     parameters: Mapping[int, float]
+    interface: str
 
 
 def wire(settings: FmuSettings) -> Wiring:
     """Read an FMU's description and find what the configuration names.
 
     Raises:
-        UserError: for a file that is no FMU, one for another system or without co-simulation, a
-            variable that is missing, of another causality, type or dimension.
+        UserError: for a file that is no FMU, one for another system or without the interface that
+            is wanted, a variable that is missing, of another causality, type or dimension.
 
     """
     file = settings.file
@@ -63,7 +67,7 @@ def wire(settings: FmuSettings) -> Wiring:
         _variable(file, known, name, "parameter").valueReference: value
         for name, value in settings.parameters.items()
     }
-    return Wiring(inputs, outputs, parameters)
+    return Wiring(inputs, outputs, parameters, _interface(settings, description))
 
 
 def _description(file: Path) -> Any:
@@ -80,14 +84,28 @@ def _description(file: Path) -> Any:
         raise UserError(f"{file}: is no FMU: {brief(str(error))}") from None
     if description.fmiVersion[:2] not in ("2.", "3."):
         raise UserError(f"{file}: is of FMI {description.fmiVersion}; 2.0 and 3.0 can be run")
-    if description.coSimulation is None:
-        raise UserError(f"{file}: has no co-simulation; export it from its tool with a solver")
     if not {fmpy.platform, fmpy.platform_tuple} & set(systems):
         raise UserError(
             f"{file}: is for {', '.join(systems) or 'no system'}, this is {fmpy.platform}; "
             "`fmpy compile` makes a library of its sources, where it has them"
         )
     return description
+
+
+def _interface(settings: FmuSettings, description: Any) -> str:
+    """Return the interface that is wanted, or else the one that there is: co-simulation first."""
+    there = [
+        name
+        for name, found in (
+            (CO_SIMULATION, description.coSimulation), (MODEL_EXCHANGE, description.modelExchange),
+        )
+        if found
+    ]  # fmt: skip
+    wanted = settings.interface
+    if not there or (wanted and wanted not in there):
+        named = " and ".join(there) or f"neither {CO_SIMULATION} nor {MODEL_EXCHANGE}"
+        raise UserError(f"{settings.file}: has {named}" + (f", no {wanted}" if wanted else ""))
+    return wanted or there[0]
 
 
 def _variable(file: Path, known: Mapping[str, Any], name: str, causality: str) -> Any:
@@ -102,11 +120,16 @@ def _variable(file: Path, known: Mapping[str, Any], name: str, causality: str) -
     return found
 
 
+def _plain(unit: str) -> str:
+    """Return a unit of Modelica, such as "N.m/s2", as it is written here (Modelica 3.6, 19.1)."""
+    return re.sub(r"(?<=[A-Za-z])(-?\d)", r"^\1", unit).replace(".", "*")
+
+
 def _wired(file: Path, known: Mapping[str, Any], lead: Lead, unit: str, causality: str) -> Wired:
     found = _variable(file, known, lead.variable, causality)
     # a declared type may carry the unit
     declared = found.unit or getattr(found.declaredType, "unit", None) or ""
-    there = lead.unit or declared or unit
+    there = lead.unit or _plain(declared) or unit
     if there == unit:
         return Wired(found.name, found.valueReference, 1.0, 0.0)
     try:

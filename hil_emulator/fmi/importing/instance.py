@@ -1,0 +1,104 @@
+"""An FMU that has been loaded into this process."""
+
+import ctypes
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+
+CO_SIMULATION, MODEL_EXCHANGE = "co-simulation", "model exchange"
+"""Interfaces of an FMU: with a solver of its own, or for that of the importing tool."""
+
+
+class Instance(ABC):
+    """An FMU that moves from tick to tick, without Python objects in between.
+
+    Args:
+        file: the FMU.
+        request: see `worker`.
+        folder: where it is unpacked.
+
+    Attributes:
+        fmu: the instance as FMPy knows it.
+        inputs: values for the next tick, in its units.
+        outputs: values at the time it has reached, in its units.
+
+    Raises:
+        RuntimeError: says what failed, and how.
+
+    """
+
+    kind: ClassVar[str]
+    """The interface, as FMPy calls it."""
+
+    def __init__(self, file: str, request: dict[str, Any], folder: str) -> None:
+        import fmpy
+
+        self.description: Any = fmpy.read_model_description(file)
+        self.three = self.description.fmiVersion.startswith("3")
+        self.fmu: Any = fmpy.instantiate_fmu(
+            fmpy.extract(file, folder), self.description, self.kind
+        )
+        self.component = ctypes.c_void_p(self.fmu.component)
+        self.inputs = (ctypes.c_double * len(request["inputs"]))()
+        self.outputs = (ctypes.c_double * len(request["outputs"]))()
+        self._set = self._access("Set", request["inputs"], self.inputs)
+        self._get = self._access("Get", request["outputs"], self.outputs)
+        self._initialise(request["parameters"])
+
+    @abstractmethod
+    def tick(self) -> None:
+        """Hand over the inputs, let a tick pass, fetch the outputs.
+
+        Raises:
+            RuntimeError: says which of these failed, and how.
+
+        """
+
+    def function(self, name: str) -> Any:
+        """Return one of its functions: a name without "fmi2" or "fmi3"."""
+        return self.fmu.dll[f"fmi{3 if self.three else 2}{name}"]
+
+    def set_inputs(self) -> None:
+        """Hand over the inputs."""
+        check(self._set(), "setting its inputs")
+
+    def get_outputs(self) -> None:
+        """Fetch the outputs."""
+        check(self._get(), "reading its outputs")
+
+    def _initialise(self, parameters: Sequence[tuple[int, float]]) -> None:
+        if not self.three:
+            self.fmu.setupExperiment(startTime=0.0)
+        set_numbers = self.fmu.setFloat64 if self.three else self.fmu.setReal
+        for reference, value in parameters:
+            set_numbers([reference], [value])
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def _access(
+        self, verb: str, references: Sequence[int], values: "ctypes.Array[ctypes.c_double]"
+    ) -> Callable[[], int]:
+        function = self.function(f"{verb}{'Float64' if self.three else 'Real'}")
+        count = ctypes.c_size_t(len(references))
+        given = (ctypes.c_uint * len(references))(*references)
+        extra = [count] if self.three else []
+
+        def access() -> int:
+            if not references:
+                return 0
+            return int(function(self.component, given, count, values, *extra))
+
+        return access
+
+
+def check(status: int, what: str) -> None:
+    """Raise where a function has not done its work.
+
+    Raises:
+        RuntimeError: says what has failed, and how.
+
+    """
+    # 0 is OK, 1 a warning
+    if status > 1:
+        named = {2: "discarded", 3: "failed", 4: "failed fatally", 5: "did not end"}
+        raise RuntimeError(f"{what} {named.get(status, f'ended with status {status}')}")
