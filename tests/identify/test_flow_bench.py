@@ -8,7 +8,7 @@ import pytest
 
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.flow_bench import FlowBench, flow_bench
-from hil_emulator.identify.session import identify
+from hil_emulator.identify.session import Question, identify
 from hil_emulator.model.plant import Plant
 from tests.identify.rig_data import CACHE, PERIOD, knee, knee_model
 
@@ -63,6 +63,22 @@ def test_a_flow_alone_is_too_little() -> None:
     result = identify(knee(), [replace(e, readings=fewer)], cache=CACHE)
     assert result.verdict == "cannot_examine"
     assert "flow_a without pressure_a" in result.reason
+
+
+def test_the_edge_that_is_worn_is_named() -> None:
+    """A-T opens late by 0.2 mA: not P-A, not a shifted null, no lap of all edges, no gain."""
+    late = {"lap_at_lap": 2e-4}
+    edges = [f"{kind}_{edge}" for kind in ("lap", "gain") for edge in ("sa", "at", "sb", "bt")]
+    shared = ["null_bias", "overlap", "underlap", "gain_asymmetry"]
+    result = identify(
+        knee(), [metered(late, "triangles", 1)], [metered(late, "triangles", 9)],
+        Question(only=[*edges, *shared]), cache=CACHE,
+    )  # fmt: skip
+    (found,) = result.effects
+    assert found.name == "lap_at"
+    low, high = found.interval
+    assert low < 2e-4 < high
+    assert high - low < 3e-5
 
 
 @pytest.mark.slow
