@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hil_emulator.characterise.procedures import no_load
+from hil_emulator.characterise.stand import Bench
 from hil_emulator.commands.check import check
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.device.eds.load import load as load_eds
@@ -53,6 +55,13 @@ def test_it_extends_at_the_speed_of_its_valve(config: Configuration, model: Kern
     # on which side of its loop the spool has come to stand, the data sheet leaves open
     loop = 0.5 * par.hysteresis_width + par.threshold_current
     assert velocity == pytest.approx(flow / area, rel=0.01 + loop / opening)
+
+
+def test_a_free_rod_has_the_pressures_of_its_areas(model: Kernel) -> None:
+    """Edges so small that their flow is partly laminar: the bench compares turbulent flow."""
+    config = load_rig([packaged()["micro_rig"]])
+    bench = Bench(model, config.plant, config.sensors, step=config.step)
+    assert all(comparison.agrees for comparison in no_load.run(bench).comparisons)
 
 
 def test_its_node_can_say_all_that_happens(config: Configuration) -> None:
