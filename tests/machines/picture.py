@@ -53,7 +53,10 @@ def main(file: Path) -> None:
             axes.tick_params(labelsize="small")
     grid[0, 0].set_ylabel("position [mm]")
     grid[1, 0].set_ylabel("pressure [bar]")
-    grid[1, 3].legend(frameon=False, fontsize="small", loc="center right")
+    figure.legend(
+        *grid[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2,
+        frameon=False, fontsize="small",
+    )  # fmt: skip
     figure.savefig(file)
 
 
