@@ -72,8 +72,7 @@ RULES: dict[str, Rule] = {
     "robust": Rule("a name for correlated noise", {"acceptance_test.SMALLEST_WALD": -ALL,
                                                    "acceptance_test.CONFIRMED_WALD": -ALL}),
     "less robust where confirmed": Rule(
-        "silence about an effect that acts rarely", {"acceptance_test.CONFIRMED_WALD": 16.0},
-        ("acceptance_test.WELL_CONFIRMED",)),
+        "silence about an effect that acts rarely", {"acceptance_test.CONFIRMED_WALD": 16.0}),
     "held-out gain": Rule("a law that bends to its data",
                           {"acceptance_test.SMALLEST_HELD_OUT": -ALL}),
     "held-out size": Rule("an effect of another size elsewhere",
@@ -84,7 +83,7 @@ RULES: dict[str, Rule] = {
                                      {"judgement.INEXACT": -ALL}),
     "outshone": Rule("a catalogue's name for an unknown effect", {"judgement.OUTSHONE": ALL}),
     "less noise": Rule("noise that is the gap itself", {"search.quietest": Always(None)},
-                       ("quieter.MUCH_LESS", "quieter.SETTLED")),
+                       ("quieter.SETTLED",)),
     # which candidate comes first
     "held-out order": Rule("the law that bends best", {"candidate_refit.CONTENDERS": 1.0}),
     "modesty": Rule("the law with more assumed shapes", {"candidate_refit.AS_GOOD": ALL}),
@@ -92,7 +91,7 @@ RULES: dict[str, Rule] = {
                   {"search.Lookahead.leader": Always(None)},
                   ("lookahead.FURTHER", "lookahead.COLLINEAR")),
     "confirmation": Rule("a linearisation that leads nowhere",
-                         {"confirmation.CONFIRMED_PART": -ALL}),
+                         {"confirmation.GREATER_PART": -ALL}),
     "same effect": Rule("trying one effect twice", {"confirmation.SAME_EFFECT": ALL}),
     "kin": Rule("missing one of two that do the same",
                 {"confirmation.Confirmation._kin": Always([])}),
@@ -100,16 +99,15 @@ RULES: dict[str, Rule] = {
                       {"confirmation.Confirmation.returning": _likely}),
     "takeover": Rule("parameters that hide an effect",
                      {"takeover.Takeover.starts": Always([])},
-                     ("takeover.TAKEN_OVER", "takeover.TRIED_SIZES")),
+                     ("takeover.TRIED_SIZES",)),
     "sensible": Rule("an absurd size of what hardly shows", {"scan.Score.sensible": True},
                      ("scan.FAR", "scan.SEEN")),
     "pushed": Rule("a refit that stopped at a kink",
                    {"candidate_refit.CandidateRefits._pushed": _as_it_is}),
     # what belongs to the law of an effect in the model
-    "completing": Rule("a second name for one law", {"judgement.completions": Always({})},
-                       ("completion.BETWEEN", "completion.RIVALLED")),
+    "completing": Rule("a second name for one law", {"judgement.completions": Always({})}),
     "same work": Rule("the same by a candidate that was no rival",
-                      {"completion._same_work": Always(False)}, ("completion.SAME_WORK",)),
+                      {"completion._same_work": Always(False)}),
     "overshadowed": Rule("a further name for what a law leaves",
                          {"judgement.overshadowed": Always(False)},
                          ("conditional_test.PARSIMONIOUS",)),
@@ -117,7 +115,7 @@ RULES: dict[str, Rule] = {
                        {"conditional_test._of_one_sensor": Always(False)}),
     "stands beside": Rule("silence about a further effect beside a foreign law",
                           {"judgement.stands_beside": lambda *_: False},
-                          ("conditional_test.BESIDE", "conditional_test.LEFT")),
+                          ("conditional_test.LEFT",)),
     "outshone beside": Rule("a further name for an unknown effect",
                             {"conditional_test.OUTSHONE": ALL}),
     "in its place": Rule("a law's remainder taken for unknown",
@@ -127,8 +125,7 @@ RULES: dict[str, Rule] = {
     "does not explain it": Rule("a name for an unknown effect", {"judgement.UNKNOWN": ALL}),
     "other law": Rule("the same where it was outdone at first", {"judgement.OTHER_LAW": ALL}),
     "differs": Rule("a foreign law passed off as the catalogue's", {"judgement.DIFFERENT": ALL}),
-    "outdone": Rule("the same, seen when it was named", {"search.outdone": Always((1.0, ""))},
-                    ("law_objections.OUTDONE",)),
+    "outdone": Rule("the same, seen when it was named", {"search.outdone": Always((1.0, ""))}),
     "strained": Rule("the same, seen by a parameter", {"law_objections.STRAINED": ALL},
                      ("law_objections.TIED",)),
     "at its end": Rule("the same, seen by a shape", {"law_objections.AT_END": -ALL}),
@@ -139,24 +136,22 @@ RULES: dict[str, Rule] = {
     # what is taken back
     "faint": Rule("a name for ripple", {"search.faint": Always([])}, ("certainty.FAINT",)),
     "uncertain": Rule("a value that may be none", {"search.uncertain": Always("")}),
-    "redundant": Rule("names for one unknown effect", {"search.redundant": Always(None)},
-                      ("redundant_effects.IRREPLACEABLE_PART",)),
+    "redundant": Rule("names for one unknown effect", {"search.redundant": Always(None)}),
     "re-examined": Rule("an early name that a later one explains",
                         {"search.re_examine": _nothing}),
     # what data cannot tell apart
     "alike": Rule("one name where data show a class", {"search.rivals_of": Always(([], None))},
                   ("distinguishability.INSEPARABLE",)),
     "alike in the end": Rule("a class that the whole model separates",
-                             {"distinguishability.ELSEWHERE": -ALL}),
+                             {"distinguishability.GREATER_PART": -ALL}),
     "near rivals": Rule("the wrong one of two laws that both miss",
                         {"conclusion.conclude.near_rivals": Always({})},
-                        ("near_rivals.STANDS_IN", "near_rivals.MOST_TOLD")),
+                        ("near_rivals.MOST_TOLD",)),
 }  # fmt: skip
 """Every rule by its name, in the order in which a search meets them."""
 
 EFFORT = {
-    "candidate_refit": ("ITERATIONS_AT_ONCE", "MOST_CONTINUATIONS", "WORTHWHILE_PART", "PROMISING",
-                        "RIVALLING"),
+    "candidate_refit": ("ITERATIONS_AT_ONCE", "MOST_CONTINUATIONS", "WORTHWHILE_PART", "PROMISING"),
     "confirmation": ("WORTHLESS", "SECANTS", "MOST_SOUNDED"),
     "discrepancy_term": ("HATS", "FINE"),
     "distinguishability": ("RIVAL_ITERATIONS",),
@@ -170,8 +165,8 @@ EFFORT = {
 }  # fmt: skip
 """Constants that decide nothing: how long is computed, how finely, and how much is kept."""
 
-LEVELS = {"certainty": ("NORMAL_95",)}
-"""Constants that are quantiles of a known distribution."""
+LEVELS = {"certainty": ("NORMAL_95",), "parts": ("GREATER_PART", "SMALL_PART")}
+"""Constants that several rules share: quantiles of a known distribution, and parts of a whole."""
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.selection.parts import GREATER_PART
 
 SMALLEST_DELTA_CHI2 = 10.0
 """Added to the logarithm of the number of independent residuals."""
@@ -26,9 +27,6 @@ have there (assumed)."""
 SURPASSED = 3.0
 """The same that it may have there at most: what gains more than its size explains is a way out for
 ordinary parameters (assumed)."""
-
-WELL_CONFIRMED = 0.5
-"""The same to count as a confirmation by itself (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ class Evidence:
     @property
     def well_confirmed(self) -> bool:
         """Whether held-out data show the effect as if they were the only ones."""
-        return self.held_out > max(self.needed, WELL_CONFIRMED * self.expected)
+        return self.held_out > max(self.needed, GREATER_PART * self.expected)
 
     @property
     def objections(self) -> list[str]:

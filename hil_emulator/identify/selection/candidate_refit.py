@@ -16,6 +16,7 @@ from hil_emulator.identify.selection.acceptance_test import (
     hac_variance_factor,
     needed_delta_chi2,
 )
+from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.scan import Projection, Score
 
 ITERATIONS_AT_ONCE = 5
@@ -29,9 +30,6 @@ WORTHWHILE_PART = 0.01
 
 PROMISING = 0.2
 """Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
-
-RIVALLING = 0.5
-"""The same below which it is not tried from further starts (assumed)."""
 
 CONTENDERS = 0.75
 """Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
@@ -84,7 +82,8 @@ class CandidateRefits:
         """Refit candidates, all roughly and the better ones to the end; the best comes first."""
         fits = [self._rough(score) for score in likely]
         self._improve(fits, PROMISING, lambda i: self._complete(fits[i], likely[i].coordinate))
-        self._improve(fits, RIVALLING, lambda i: self._pushed(fits[i]))
+        # further starts are worth while for those that rival the best
+        self._improve(fits, GREATER_PART, lambda i: self._pushed(fits[i]))
         fits.reverse()
         return ranked([self._weighed(score, fits.pop()) for score in likely])
 

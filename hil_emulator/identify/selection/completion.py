@@ -9,16 +9,7 @@ from dataclasses import dataclass
 
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.candidate_refit import Trial
-
-BETWEEN = 0.1
-"""Part of that gain below which the rival only completes its law (assumed)."""
-
-SAME_WORK = 0.5
-"""Squared cosine between two candidates' sensitivities from which they do the same (assumed)."""
-
-RIVALLED = SAME_WORK
-"""Part of the gain of an effect, when it was named, that the rival had then: where the effect
-explains everything, what another explains of it is the squared cosine between both."""
+from hil_emulator.identify.selection.parts import GREATER_PART, SMALL_PART
 
 
 @dataclass(frozen=True)
@@ -62,7 +53,7 @@ def completions(
         if best is None or not trial.evidence.passed:
             continue
         part = trial.evidence.delta_chi2 / best.evidence.delta_chi2
-        if part < BETWEEN:
+        if part < SMALL_PART:
             found[_name(trial)] = Completion(_name(best), _name(trial), part)
             completing.append((best, trial))
     return found
@@ -72,16 +63,17 @@ def _same_work(trial: Trial, rival: Trial) -> bool:
     """Tell whether a candidate acts at the place of another, and mostly does what that does."""
     one, other = trial.score, rival.score
     product = float(one.column @ other.column)
-    alike = product**2 > SAME_WORK * one.information * other.information
+    alike = product**2 > GREATER_PART * one.information * other.information
     return alike and place(one.coordinate) == place(other.coordinate)
 
 
 def near(selections: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, Trial]]:
     """Yield effects with the rivals at the same place that explained nearly as much."""
+    # where the best explains everything, a rival's part of it is the squared cosine between both
     for best, *rivals in selections:
         for rival in rivals:
             here = place(rival.score.coordinate) == place(best.score.coordinate)
-            if here and rival.evidence.delta_chi2 > RIVALLED * best.evidence.delta_chi2:
+            if here and rival.evidence.delta_chi2 > GREATER_PART * best.evidence.delta_chi2:
                 yield best, rival
 
 

@@ -14,15 +14,13 @@ from hil_emulator.identify.selection.candidate_refit import ranked
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.law_form import directions
 from hil_emulator.identify.selection.nearest import acts_in
+from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.progress import Round
 from hil_emulator.identify.selection.scan import Projection, Score
 
 PARSIMONIOUS = 0.7
 """Part of what a free shape of the law of an effect in the model would gain, that another effect
 must gain to be named in its place (assumed)."""
-
-BESIDE = 0.5
-"""Part of its gain that a candidate must have beside a free shape of that law (assumed)."""
 
 OUTSHONE = 3.0
 """How many times as much as the best effect a free term may explain, chance set aside, for it to be
@@ -68,7 +66,9 @@ class ConditionalTest:
 
     def stands_out(self, score: Score, sample_size: float) -> bool:
         """Tell whether a candidate keeps enough of its gain, and enough for a name."""
-        return self.candidate(score) > max(needed_delta_chi2(sample_size), BESIDE * score.statistic)
+        return self.candidate(score) > max(
+            needed_delta_chi2(sample_size), GREATER_PART * score.statistic
+        )
 
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:

@@ -11,14 +11,12 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.acceptance_test import SMALLEST_DELTA_CHI2
 from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
 from hil_emulator.identify.selection.takeover import DEAR, TRIED_SIZES, Takeover, tries_of
 
 WORTHLESS = 8.0
 """Expected gain in chi-square below which a candidate is not looked at."""
-
-CONFIRMED_PART = 0.5
-"""Part of the gain that the linear model expects which the model itself must show (assumed)."""
 
 SECANTS = 2
 """Most of their secants that are followed."""
@@ -65,7 +63,7 @@ class Confirmation:
             if i in tried:
                 found.append(score)
                 continue
-            holds = self._delta_chi2(score) >= CONFIRMED_PART * score.statistic
+            holds = self._delta_chi2(score) >= GREATER_PART * score.statistic
             options = [score] if holds else []
             if not any(_alike(score, other) for other in (*tried.values(), *found)):
                 options += self._takeover.starts(score)
@@ -119,7 +117,7 @@ class Confirmation:
         known = {s.coordinate.name for s in found}
         kin = [s for s in rest if s.coordinate.name not in known and _stage(s) == _stage(best)]
         starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
-        return [s for s in starts if s.statistic > CONFIRMED_PART * best.statistic]
+        return [s for s in starts if s.statistic > GREATER_PART * best.statistic]
 
     def _delta_chi2(self, score: Score) -> float:
         return self._deltas([score])[0]

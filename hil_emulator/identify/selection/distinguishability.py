@@ -15,6 +15,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.acceptance_test import hac_variance_factor
 from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.progress import Round, StandIn
 from hil_emulator.identify.selection.scan import Score
 
@@ -23,10 +24,6 @@ INSEPARABLE = 12.0
 
 RIVAL_ITERATIONS = 4
 """Iterations of a refit of the finished model with a rival in it."""
-
-ELSEWHERE = 0.5
-"""Part of what a rival explains in an effect's place that it may still explain beside it
-(assumed)."""
 
 
 def separability(chosen: Score, rival: Score, size: float) -> float:
@@ -127,7 +124,7 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
         beside = fitter.fit(
             [*final.coordinates, *own], np.concatenate([right.at, start]), RIVAL_ITERATIONS
         )  # fmt: skip
-        if right.chi2 - beside.chi2 < ELSEWHERE * (without.chi2 - other.chi2):
+        if right.chi2 - beside.chi2 < GREATER_PART * (without.chi2 - other.chi2):
             found.append(own[-1].name)
     return found
 

@@ -17,9 +17,10 @@ from hil_emulator.identify.selection.acceptance_test import (
     hac_variance_factor,
     needed_delta_chi2,
 )
-from hil_emulator.identify.selection.completion import BETWEEN, RIVALLED, Completion, place
+from hil_emulator.identify.selection.completion import Completion, place
 from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.judgement import standing
+from hil_emulator.identify.selection.parts import GREATER_PART, SMALL_PART
 from hil_emulator.identify.selection.progress import Round, Search, StandIn
 
 RIVAL_SHARE = 0.25
@@ -46,7 +47,7 @@ def between(fitter: Fitter, search: Search, held: Batch | None) -> dict[str, Com
             continue
         both = _shared(fitter, base, name, weighed(first, rival))
         part = (base.chi2 - both.chi2) / first.trials[0].evidence.delta_chi2
-        if part < BETWEEN and _certain(fitter, base, both, held):
+        if part < SMALL_PART and _certain(fitter, base, both, held):
             found.setdefault(name, Completion(name, rival, part))
     return found
 
@@ -65,7 +66,7 @@ def overtaken(fitter: Fitter, search: Search) -> Completion | None:
         if rival not in _names(base):
             continue
         part = standing(fitter, search, base, name) / first.trials[0].evidence.delta_chi2
-        if part < BETWEEN:
+        if part < SMALL_PART:
             return Completion(rival, name, part)
     return None
 
@@ -81,7 +82,7 @@ def _near(search: Search) -> Iterator[tuple[Round, str]]:
         for score in found.scores:
             rival = score.coordinate
             here = rival.name != effect.name and place(rival) == place(effect)
-            if here and parts[rival.name] > RIVALLED:
+            if here and parts[rival.name] > GREATER_PART:
                 yield found, rival.name
 
 

@@ -7,10 +7,8 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.law_form import own_terms
+from hil_emulator.identify.selection.parts import SMALL_PART
 from hil_emulator.identify.selection.progress import Round
-
-OUTDONE = 0.1
-"""Part of an effect's gain by which a free shape of its law may gain more (assumed)."""
 
 STRAINED = 2.5
 """Prior standard deviations that a data sheet is believed to be off by at most (assumed)."""
@@ -36,7 +34,7 @@ def outdone(trial: Trial, found: Round) -> tuple[float, str]:
     name, delta_chi2 = trial.score.coordinate.name, trial.evidence.delta_chi2
     for title in own_terms(trial.fit, [name], found.significant):
         term = next(t for t in found.significant if t.title == title)
-        if term.surplus - delta_chi2 > max(OUTDONE * delta_chi2, term.limit):
+        if term.surplus - delta_chi2 > max(SMALL_PART * delta_chi2, term.limit):
             ratio = term.statistic / delta_chi2
             return ratio, f"a free term in the {title} explains {ratio:.1f} times as much"
     return 1.0, ""

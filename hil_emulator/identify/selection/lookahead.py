@@ -14,7 +14,7 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.candidate_refit import CandidateRefits, Trial
-from hil_emulator.identify.selection.confirmation import CONFIRMED_PART
+from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
 
 FURTHER = 1.25
@@ -68,7 +68,7 @@ class Lookahead:
 
         """
         for pair in pairs:
-            if self._delta_chi2(pair) < CONFIRMED_PART * pair.delta_chi2:
+            if self._delta_chi2(pair) < GREATER_PART * pair.delta_chi2:
                 continue
             first, second = pair.scores
             trials = [self._beside(first, second), self._beside(second, first)]

@@ -12,13 +12,10 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.completion import place
 from hil_emulator.identify.selection.distinguishability import belongs, weighed
+from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.progress import Round, Search, StandIn
 from hil_emulator.identify.selection.redundant_effects import same_part
 from hil_emulator.identify.selection.scan import Score
-
-STANDS_IN = 0.5
-"""Part of what an effect explains that a rival must explain in its place (assumed): of the effect
-that acts, a law of another form tells at least half."""
 
 TRIED = 4
 """Rivals that are tried, the likeliest first; those that bring states along come on top."""
@@ -50,7 +47,8 @@ def near_rivals(fitter: Fitter, search: Search, found: Round) -> dict[str, Stand
     near: list[tuple[float, str, StandIn]] = []
     for rival in _candidates(fitter, search, found):
         part, at = _explained(fitter, final, named, rival)
-        if part > STANDS_IN:
+        # of the effect that acts, a law of another form tells that much
+        if part > GREATER_PART:
             near.append((-part, rival[0][-1].name, (rival[0], at)))
     fitter.freeze(final.coordinates, final.at)
     return {name: stands for _, name, stands in sorted(near, key=lambda n: n[0])}
@@ -68,7 +66,7 @@ def _candidates(fitter: Fitter, search: Search, found: Round) -> list[StandIn]:
         if knob.name in known or place(knob) != place(best.score.coordinate):
             continue
         part = parts.get(knob.name, score.statistic / max(best.score.statistic, 1e-9))
-        if part > STANDS_IN:
+        if part > GREATER_PART:
             likely.append((-part, knob.name, _start(fitter, found, score)))
         elif _brings_states(knob) and same_part(knob, best.score.coordinate):
             moving.append(_usual(fitter, score))

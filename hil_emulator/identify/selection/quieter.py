@@ -13,11 +13,9 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
+from hil_emulator.identify.selection.parts import SMALL_PART
 from hil_emulator.identify.selection.progress import Round
 from hil_emulator.identify.selection.scan import Score
-
-MUCH_LESS = 0.1
-"""Part of the noise up to which most of it was a gap that the candidate closes (assumed)."""
 
 SETTLED = 0.8
 """Part of it that a further refit leaves, from which it is settled (assumed)."""
@@ -40,7 +38,7 @@ def quietest(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
         return None
     at = np.append(base.at + likeliest.estimate * likeliest.response, likeliest.estimate)
     fit, noise = fitter.fit([*base.coordinates, likeliest.coordinate], at, ITERATIONS), before
-    for most in (MUCH_LESS, *[SETTLED] * (PASSES - 1)):
+    for most in (SMALL_PART, *[SETTLED] * (PASSES - 1)):
         left = noise.left(fit.residual)
         if left.density > most * noise.density:
             break

@@ -13,11 +13,9 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.conditional_test import ConditionalTest
 from hil_emulator.identify.selection.distinguishability import belongs
 from hil_emulator.identify.selection.law_form import own_terms
+from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of
-
-IRREPLACEABLE_PART = 0.5
-"""Part of what an effect explains that it must still explain beside a free term (assumed)."""
 
 
 def redundant(search: Search, found: Round) -> tuple[Coordinate, str] | None:
@@ -39,7 +37,7 @@ def redundant(search: Search, found: Round) -> tuple[Coordinate, str] | None:
     for effect in search.effects:
         without, column = _without(found.base, effect)
         score = score_of(effect, column, Projection(without))
-        least = IRREPLACEABLE_PART * score.statistic
+        least = GREATER_PART * score.statistic
         if term.surplus > least > ConditionalTest([term], without).candidate(score):
             return effect, term.title
     return None

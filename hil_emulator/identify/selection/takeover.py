@@ -7,6 +7,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.scan import Score
 
 TRIED_SIZES = (0.1, 0.3, 1.0, 3.0)
@@ -15,10 +16,6 @@ TRIED_SIZES = (0.1, 0.3, 1.0, 3.0)
 DEAR = 3.0
 """How much longer than usual a prediction may take for an effect to be tried at any size but its
 typical one: a coupling that hardly gives is stiff, and does nothing (assumed)."""
-
-TAKEN_OVER = 0.5
-"""Part of what is lost with parameters as configured that a candidate must make up for, to be
-refitted there (assumed)."""
 
 TAKEOVER_ITERATIONS = 3
 """Iterations of that refit."""
@@ -53,7 +50,7 @@ class Takeover:
                   for at, r in zip(tries, self._fitter.residuals(free, tries), strict=True)
                   ]  # fmt: skip
         loss, at, residual = min(losses, key=lambda t: t[0], default=(np.inf, there.at, None))
-        if residual is None or there.chi2 - loss < TAKEN_OVER * (there.chi2 - self._fit.chi2):
+        if residual is None or there.chi2 - loss < GREATER_PART * (there.chi2 - self._fit.chi2):
             return []
         jacobian = np.column_stack([there.jacobian, (residual - there.residual) / at[-1]])
         found = self._fitter.fit(free, at, TAKEOVER_ITERATIONS, jacobian=jacobian)
