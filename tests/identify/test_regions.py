@@ -15,7 +15,7 @@ from hil_emulator.identify.prediction.balances import LEAKAGE
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
-from hil_emulator.identify.selection.progress import NOTICEABLE
+from hil_emulator.identify.selection.progress import Round
 from hil_emulator.identify.selection.scan import Projection
 from hil_emulator.identify.selection.term_scan import score_terms
 from tests.identify.rig_data import INSTRUMENTS, OFF, knee_model, recorded
@@ -68,8 +68,8 @@ def states() -> Regressors:
 def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
     """The balance with the largest share is the one that lacks a term; shares add up to one."""
     fit = configured()[0]
-    least = NOTICEABLE * len(fit.residual)
-    found = disagreements(fit, terms(), states(), len(INSTRUMENTS), least)
+    worthwhile = Round(fit, [], [], terms()).worthwhile
+    found = disagreements(fit, worthwhile, states(), len(INSTRUMENTS))
     assert found[0].balance == LEAKAGE.name
     assert found[0].regressor == "pressure difference"
     assert sum(d.share for d in found) == pytest.approx(1.0)
@@ -77,9 +77,13 @@ def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
 
 
 def test_nothing_significant_is_no_disagreement() -> None:
-    """Terms below what is worth a word make no line."""
+    """Terms that chance explains make no line, nor those below what is worth a word."""
     fit, _ = configured()
-    assert disagreements(fit, terms(), {}, len(INSTRUMENTS), np.inf) == []
+    chance = [replace(t, statistic=t.limit) for t in terms()]
+    little = [replace(t, statistic=t.usual + 1.0, limit=t.usual) for t in terms()]
+    for told in (chance, little):
+        worthwhile = Round(fit, [], [], told).worthwhile
+        assert disagreements(fit, worthwhile, {}, len(INSTRUMENTS)) == []
 
 
 def test_a_term_that_another_one_holds_takes_no_share() -> None:
@@ -88,7 +92,7 @@ def test_a_term_that_another_one_holds_takes_no_share() -> None:
     some = np.where(np.arange(len(fit.residual)) % 10 == 0, fit.residual, 0.0)
     other = replace(leak(), regressor="any", columns=some[:, None].astype(np.float32), limit=0.0)
     once, twice = (
-        disagreements(fit, given, states(), len(INSTRUMENTS), 0.0)
+        disagreements(fit, given, states(), len(INSTRUMENTS))
         for given in ([leak(), other], [leak(), replace(leak()), other])
     )
     assert [d.delta_chi2 for d in twice] == pytest.approx([d.delta_chi2 for d in once])

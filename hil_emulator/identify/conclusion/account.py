@@ -27,7 +27,7 @@ from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.regressors import regressors
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.judgement import standing
-from hil_emulator.identify.selection.progress import NOTICEABLE, Round, Search
+from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.search import Searcher
 
 MAPPED = 2
@@ -106,8 +106,7 @@ def _where(searcher: Searcher, found: Round, views: Sequence[View]) -> list[Disa
     parts = [regressors(v.replay.track, names, v.experiment.period) for v in views]
     states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     count = len(searcher.fitter.predictor.channels)
-    least = NOTICEABLE * found.base.sample_size
-    return disagreements(found.base, found.terms, states, count, least)
+    return disagreements(found.base, found.worthwhile, states, count)
 
 
 def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm]:

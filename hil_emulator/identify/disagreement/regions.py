@@ -85,20 +85,18 @@ class Disagreement:
 
 
 def disagreements(
-    fit: Fit, terms: Sequence[DiscrepancyTerm], states: Regressors, channels: int, least: float
+    fit: Fit, terms: Sequence[DiscrepancyTerm], states: Regressors, channels: int
 ) -> list[Disagreement]:
     """Return the balances that disagree, the largest share first.
 
     Args:
         fit: the model.
-        terms: what every term explains there.
+        terms: those that are worth a word there.
         states: regressors along the trajectory, all experiments in a row.
         channels: residuals per sample.
-        least: gain in chi-square below which a term is not worth a word.
 
     """
-    told = [t for t in terms if t.significant and t.statistic > least and t.columns.size]
-    chosen = _chosen(told, fit)
+    chosen = _chosen([t for t in terms if t.columns.size], fit)
     total = sum(delta_chi2 for _, delta_chi2, _ in chosen)
     found: dict[str, Disagreement] = {}
     for term, delta_chi2, local in chosen:
