@@ -68,7 +68,7 @@ class Always:
 
 RULES: dict[str, Rule] = {
     # whether a candidate explains enough
-    "gain": Rule("a name for chance", {"acceptance_test.SMALLEST_DELTA_CHI2": -ALL}),
+    "gain": Rule("a name for chance", {"acceptance_test.FALSE_ALARM": 1.0}),
     "robust": Rule("a name for correlated noise", {"acceptance_test.SMALLEST_WALD": -ALL,
                                                    "acceptance_test.CONFIRMED_WALD": -ALL}),
     "less robust where confirmed": Rule(

@@ -158,7 +158,7 @@ def begun(bench: Bench) -> Beginning:
 def examine(bench: Bench) -> Outcome | Beginning:
     """Run one case; where the effect does not show, return where it ended."""
     first = begun(bench)
-    shows = first.delta_chi2 > needed_delta_chi2(len(first.fitter.residual([], np.zeros(0))))
+    shows = first.delta_chi2 > needed_delta_chi2(len(parameters.candidates(bench.model, CHANNELS)))
     return forecast_and_shown(bench, first) if shows else first
 
 

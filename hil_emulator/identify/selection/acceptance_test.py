@@ -1,14 +1,16 @@
 """What a name must pass: gain, robust against serial correlation, and on data not used."""
 
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.selection.parts import GREATER_PART
 
-SMALLEST_DELTA_CHI2 = 10.0
-"""Added to the logarithm of the number of independent residuals."""
+FALSE_ALARM = 1e-3
+"""Probability that chance alone lets one of all candidates gain enough in a healthy machine
+(assumed; against serial correlation and wrong ordinary parameters there are other tests)."""
 
 SMALLEST_WALD = 16.0
 """Healthy plants with coloured and threefold noise stay below 13."""
@@ -99,9 +101,13 @@ class Evidence:
         return min(least, max(self.needed, least - self._spread))
 
 
-def needed_delta_chi2(sample_size: float) -> float:
-    """Return the gain in chi-square that a name needs."""
-    return SMALLEST_DELTA_CHI2 + float(np.log(max(sample_size, 1.0)))
+def needed_delta_chi2(candidates: int) -> float:
+    """Return the gain in chi-square that a name needs, the best of so many candidates.
+
+    What one candidate gains by chance is a squared normal variable; of many, each gets its part of
+    the probability of a false alarm (Bonferroni).
+    """
+    return NormalDist().inv_cdf(1.0 - 0.5 * FALSE_ALARM / max(candidates, 1)) ** 2
 
 
 def hac_variance_factor(difference: Array, residual: Array, correlation_length: int) -> float:

@@ -11,11 +11,7 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.restarts import nudged
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.acceptance_test import (
-    Evidence,
-    hac_variance_factor,
-    needed_delta_chi2,
-)
+from hil_emulator.identify.selection.acceptance_test import Evidence, hac_variance_factor
 from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.scan import Projection, Score
 
@@ -71,12 +67,13 @@ class CandidateRefits:
         fitter: with the training data frozen.
         base: the fit without any of them.
         held: frozen validation data, or None.
+        needed: gain in chi-square that a name needs.
 
     """
 
-    def __init__(self, fitter: Fitter, base: Fit, held: Batch | None) -> None:
+    def __init__(self, fitter: Fitter, base: Fit, held: Batch | None, needed: float) -> None:
         self._fitter, self._base, self._held = fitter, base, held
-        self._needed = needed_delta_chi2(base.sample_size)
+        self._needed = needed
 
     def refit(self, likely: Sequence[Score]) -> list[Trial]:
         """Refit candidates, all roughly and the better ones to the end; the best comes first."""

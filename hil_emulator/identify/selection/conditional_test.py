@@ -9,7 +9,6 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.candidate_refit import ranked
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.law_form import directions
@@ -64,11 +63,9 @@ class ConditionalTest:
         gradient = columns.T @ self._project.residual - mine.T @ self._rest
         return float(np.sum((vectors[:, there].T @ gradient) ** 2 / values[there]))
 
-    def stands_out(self, score: Score, sample_size: float) -> bool:
+    def stands_out(self, score: Score, needed: float) -> bool:
         """Tell whether a candidate keeps enough of its gain, and enough for a name."""
-        return self.candidate(score) > max(
-            needed_delta_chi2(sample_size), GREATER_PART * score.statistic
-        )
+        return self.candidate(score) > max(needed, GREATER_PART * score.statistic)
 
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
@@ -90,9 +87,8 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
 
     """
     beside = ConditionalTest(laws, found.base)
-    size = found.base.sample_size
     there = ranked([t for t in found.trials if t.score.coordinate.name not in without
-                    and beside.stands_out(t.score, size)])  # fmt: skip
+                    and beside.stands_out(t.score, found.needed)])  # fmt: skip
     found.trials = there + [t for t in found.trials if t not in there]
     if not there or not there[0].evidence.passed:
         return False

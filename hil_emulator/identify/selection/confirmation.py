@@ -9,7 +9,6 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.acceptance_test import SMALLEST_DELTA_CHI2
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
@@ -112,7 +111,7 @@ class Confirmation:
         Of two that do the same, the linearisation of one may lead somewhere, the other's nowhere.
         """
         best = max(found, key=lambda s: s.statistic, default=None)
-        if best is None or best.coordinate.channel or best.statistic < SMALLEST_DELTA_CHI2:
+        if best is None or best.coordinate.channel or best.statistic < WORTHLESS:
             return []
         known = {s.coordinate.name for s in found}
         kin = [s for s in rest if s.coordinate.name not in known and _stage(s) == _stage(best)]

@@ -15,7 +15,6 @@ from hil_emulator.identify.selection.acceptance_test import (
     SMALLEST_HELD_OUT,
     SMALLEST_WALD,
     hac_variance_factor,
-    needed_delta_chi2,
 )
 from hil_emulator.identify.selection.completion import Completion, place
 from hil_emulator.identify.selection.distinguishability import weighed
@@ -103,8 +102,6 @@ def _shared(fitter: Fitter, base: Fit, name: str, rival: StandIn) -> Fit:
 def _certain(fitter: Fitter, base: Fit, both: Fit, held: Batch | None) -> bool:
     """Tell whether both explain more than one, beyond chance and on data that took no part."""
     delta_chi2 = base.chi2 - both.chi2
-    if delta_chi2 <= needed_delta_chi2(base.sample_size):
-        return False
     widened = hac_variance_factor(
         base.residual - both.residual, both.residual, fitter.correlation_length
     )

@@ -53,11 +53,12 @@ class Lookahead:
         fitter: with the training data frozen.
         base: the fit without any candidate, where the scores were taken.
         held: frozen validation data, or None.
+        needed: gain in chi-square that a name needs.
 
     """
 
-    def __init__(self, fitter: Fitter, base: Fit, held: Batch | None) -> None:
-        self._fitter, self._base, self._held = fitter, base, held
+    def __init__(self, fitter: Fitter, base: Fit, held: Batch | None, needed: float) -> None:
+        self._fitter, self._base, self._held, self._needed = fitter, base, held, needed
 
     def leader(self, pairs: Sequence[Pair], alone: float) -> Trial | None:
         """Return the candidate to begin with, judged beside its partner; None without a pair.
@@ -95,7 +96,8 @@ class Lookahead:
             [*free, second.coordinate], np.append(model.at, 0.0), model.residual, len(free)
         )
         score = score_of(second.coordinate, sensitivity, Projection(model))
-        trial = CandidateRefits(self._fitter, model, self._held).refit([score])[0]
+        refits = CandidateRefits(self._fitter, model, self._held, self._needed)
+        trial = refits.refit([score])[0]
         return replace(trial, score=second.lean(), beside=first.coordinate.name)
 
 

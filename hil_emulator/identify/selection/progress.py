@@ -8,6 +8,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.completion import Completion
 from hil_emulator.identify.selection.discrepancy_term import HATS, DiscrepancyTerm
@@ -68,6 +69,11 @@ class Round:
     def best(self) -> float:
         """Gain of the first candidate."""
         return self.trials[0].evidence.delta_chi2 if self.trials else 0.0
+
+    @property
+    def needed(self) -> float:
+        """Gain in chi-square that a name needs among its candidates."""
+        return needed_delta_chi2(len(self.scores))
 
     @property
     def significant(self) -> list[DiscrepancyTerm]:

@@ -12,7 +12,6 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.parts import SMALL_PART
 from hil_emulator.identify.selection.progress import Round
 from hil_emulator.identify.selection.scan import Score
@@ -60,4 +59,4 @@ def certain(found: Round) -> bool:
     Few independent values know a variance badly: the likelihood ratio grows by a logarithm only.
     """
     size = found.base.sample_size
-    return size * math.log1p(found.best / size) > needed_delta_chi2(size)
+    return size * math.log1p(found.best / size) > found.needed

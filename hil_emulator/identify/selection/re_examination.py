@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 
@@ -25,7 +24,7 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
         stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
         rest = [full.coordinates[i] for i in stay]
         fit = fitter.fit(rest, full.at[stay], 2, jacobian=full.jacobian[:, stay])
-        if fit.chi2 - full.chi2 < needed_delta_chi2(full.sample_size):
+        if fit.chi2 - full.chi2 < search.rounds[-1].needed:
             search.remove(name, "named, later superfluous")
             search.adopt(fit)
             tell(f"{name} is no longer needed")

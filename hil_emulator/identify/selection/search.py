@@ -9,6 +9,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.candidate_refit import CandidateRefits, Trial
 from hil_emulator.identify.selection.certainty import faint, uncertain
 from hil_emulator.identify.selection.confirmation import Confirmation
@@ -177,9 +178,10 @@ class Searcher:
         likely = look.returning(scores, likely, before)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
         held = self._held_out(base, best)
-        trials = CandidateRefits(self.fitter, base, held).refit(likely)
+        needed = needed_delta_chi2(len(scores))
+        trials = CandidateRefits(self.fitter, base, held, needed).refit(likely)
         alone = max((t.evidence.delta_chi2 for t in trials), default=0.0)
-        leader = Lookahead(self.fitter, base, held).leader(pairs, alone)
+        leader = Lookahead(self.fitter, base, held, needed).leader(pairs, alone)
         if leader is not None:
             others = [t for t in trials if t.score.coordinate != leader.score.coordinate]
             trials = [leader, *others]
