@@ -11,9 +11,8 @@ from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.judgement import judge
-from hil_emulator.identify.selection.law_form import sole_laws
+from hil_emulator.identify.selection.law_form import nearest, sole_laws
 from hil_emulator.identify.selection.law_objections import hardly_believed, outdone, strained
-from hil_emulator.identify.selection.nearest import nearest
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_model

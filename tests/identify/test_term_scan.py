@@ -8,7 +8,7 @@ from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.balances import NULL_FLOW, RETURN, TERMS
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
-from hil_emulator.identify.selection.nearest import nearest
+from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import Projection, scan

@@ -11,8 +11,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.selection.candidate_refit import ranked
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
-from hil_emulator.identify.selection.law_form import directions
-from hil_emulator.identify.selection.nearest import acts_in
+from hil_emulator.identify.selection.law_form import acts_in, directions
 from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.progress import Round
 from hil_emulator.identify.selection.scan import Projection, Score

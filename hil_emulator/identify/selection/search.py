@@ -17,14 +17,13 @@ from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.distinguishability import rivals_of, weighed
 from hil_emulator.identify.selection.judgement import judge, laws
 from hil_emulator.identify.selection.law_between import between, overtaken
+from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.law_objections import outdone
 from hil_emulator.identify.selection.lookahead import Lookahead, pairs_of
-from hil_emulator.identify.selection.nearest import nearest
 from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.quieter import certain, held_out, quietest
-from hil_emulator.identify.selection.re_examination import re_examine
-from hil_emulator.identify.selection.redundant_effects import redundant, same_part
+from hil_emulator.identify.selection.re_examination import re_examine, redundant, same_part
 from hil_emulator.identify.selection.scan import Projection, Score, scan
 from hil_emulator.identify.selection.term_scan import score_terms
 

@@ -8,7 +8,7 @@ from hil_emulator.identify.prediction.balances import LOAD, PISTON, Balance
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.progress import Round, Search
-from hil_emulator.identify.selection.redundant_effects import redundant, same_part
+from hil_emulator.identify.selection.re_examination import redundant, same_part
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
