@@ -35,7 +35,7 @@ def test_a_law_between_two_is_said_to_be_either() -> None:
 
 @pytest.mark.slow
 @pytest.mark.xfail(
-    reason="asymmetry is named where friction over pressure explains twice as much", run=False
+    reason="a pressure offset is named where friction over pressure explains more", run=False
 )
 def test_a_sensor_is_not_blamed_for_friction_of_another_form() -> None:
     """Two effects of other laws: what one sensor explains of both goes to the unknown."""
