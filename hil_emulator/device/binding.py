@@ -40,6 +40,7 @@ class SensorObjects:
     Attributes:
         sources: by (index, sub-index) of every bound object, what feeds it.
         shown: the last sample, None before the first.
+        overrange: the ranges that `check_ranges` was told last.
 
     Raises:
         UserError: a channel's name is not unique in the dictionary, its object is not a
@@ -59,7 +60,7 @@ class SensorObjects:
         self.sources: dict[tuple[int, int], str] = {}
         self._emergency = emergency
         self._inside = [0] * len(channels)
-        self._overrange = self._inside
+        self.overrange = self._inside
         self.shown: Measured | None = None
         self._number = -1
         self._time_us = 0
@@ -78,7 +79,7 @@ class SensorObjects:
 
     def reset(self) -> None:
         """Show the last sample again, and report ranges anew: a reset has cleared both."""
-        self._overrange = self._inside
+        self.overrange = self._inside
         if self.shown is not None:
             self._show(self.shown)
 
@@ -115,8 +116,6 @@ class SensorObjects:
 
     def check_ranges(self, overrange: list[int]) -> None:
         """Raise and clear the range error of each shown channel that crossed a limit."""
-        if overrange == self._overrange:
-            return
         for position in self._positions:
             direction = overrange[position]
             if direction:
@@ -128,7 +127,7 @@ class SensorObjects:
                 )
             else:
                 self._emergency.clear(("overrange", position))
-        self._overrange = list(overrange)
+        self.overrange = list(overrange)
 
     def _bind(self, position: int, entry: Entry) -> None:
         kind = entry.type

@@ -66,6 +66,7 @@ class Emergency:
     """Active errors, their messages and their history.
 
     Attributes:
+        active: errors that have been raised and not been cleared, by their keys.
         queue: messages that have not been sent yet.
 
     """
@@ -87,7 +88,7 @@ class Emergency:
 
     def reset(self) -> None:
         """Forget everything: after an NMT reset. What still is wrong will be raised again."""
-        self._active: dict[Hashable, _Error] = {}
+        self.active: dict[Hashable, _Error] = {}
         self.queue: deque[bytes] = deque(maxlen=QUEUE_LENGTH)
         self._free_ns = 0
         self._register.value = 0
@@ -104,19 +105,19 @@ class Emergency:
 
         """
         error = _Error(code, bit | ErrorBit.GENERIC, details)
-        if self._active.get(key) == error:
+        if self.active.get(key) == error:
             return
-        self._active[key] = error
+        self.active[key] = error
         self._update_register()
         self._record(error)
         self._send(code, details)
 
     def clear(self, key: Hashable) -> None:
         """Report that a condition is gone."""
-        if self._active.pop(key, None) is None:
+        if self.active.pop(key, None) is None:
             return
         self._update_register()
-        if not self._active:
+        if not self.active:
             self._send(ErrorCode.NONE, b"")
 
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
@@ -149,7 +150,7 @@ class Emergency:
 
     def _update_register(self) -> None:
         register = 0
-        for error in self._active.values():
+        for error in self.active.values():
             register |= error.bit
         self._register.value = register
 

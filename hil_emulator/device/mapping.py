@@ -2,12 +2,15 @@
 
 import struct
 from collections.abc import Iterator, Sequence
+from operator import attrgetter
 from typing import Any
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo_records import LAST_DUMMY, MAX_BITS
+
+_VALUE = attrgetter("value")
 
 
 def resolve(dictionary: Dictionary, word: int, *, receive: bool) -> Entry:
@@ -70,7 +73,7 @@ class Mapping:
     def pack(self) -> bytes:
         """Return the entries' values now as frame data."""
         if self._struct is not None:
-            return self._struct.pack(*[entry.value for entry in self.entries])
+            return self._struct.pack(*map(_VALUE, self.entries))
         word = offset = 0
         for entry in self.entries:
             raw = int.from_bytes(entry.type.encode(entry.value), "little")

@@ -182,7 +182,8 @@ class Node:
         """
         if self._sensors.sample(now_ns, measured):
             self._profile.measure(now_ns, measured)
-        self._courses.publish(now_ns)
+        if self._courses.sources:
+            self._courses.publish(now_ns)
         for distortion in self.distortions:
             distortion.publish(now_ns)
         frames: list[Frame] = []
@@ -195,7 +196,8 @@ class Node:
                 if self._self_starting():
                     self._enter(State.OPERATIONAL)
             return frames
-        self._sensors.check_ranges(measured.overrange)
+        if measured.overrange != self._sensors.overrange:
+            self._sensors.check_ranges(measured.overrange)
         if self._state is not State.STOPPED:
             if self._produces:
                 self._produce(now_ns, frames)

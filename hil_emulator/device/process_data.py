@@ -89,7 +89,7 @@ class ProcessData:
             window_ns: how long synchronous RPDOs are taken from now on, 0 for ever.
 
         """
-        for rpdo in self._active_rpdos:
+        for rpdo in self._synchronous_rpdos:
             if rpdo.sync(now_ns, window_ns):
                 self._on_written(rpdo.parameters.mapping.entries)
         for tpdo in self._synchronous:
@@ -108,7 +108,8 @@ class ProcessData:
                 for tpdo in self._active:
                     tpdo.trigger(trigger.entries)
         for tpdo in self._active:
-            tpdo.publish(now_ns, frames)
+            if now_ns >= tpdo.wakes_ns:
+                tpdo.publish(now_ns, frames)
 
     def add_routes(self, data: dict[int, list[Handler]], remote: dict[int, list[Handler]]) -> None:
         """Add which data and remote frames the PDOs take."""
@@ -144,5 +145,6 @@ class ProcessData:
     def _select(self) -> None:
         """Note who has something to do, of the many PDOs an EDS may describe."""
         self._active_rpdos = [rpdo for rpdo in self.rpdos if rpdo.parameters.active]
+        self._synchronous_rpdos = [r for r in self._active_rpdos if r.parameters.synchronous]
         self._active = [tpdo for tpdo in self.tpdos if tpdo.parameters.active]
         self._synchronous = [tpdo for tpdo in self._active if tpdo.parameters.synchronous]

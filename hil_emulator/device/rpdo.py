@@ -23,6 +23,8 @@ class Rpdo:
     def __init__(self, parameters: PdoParameters, emergency: Emergency) -> None:
         self.parameters = parameters
         self._emergency = emergency
+        self._wrong_length = (parameters.name, "length")
+        self._overdue = (parameters.name, "deadline")
         self._held: bytes | None = None
         self._deadline_ns = NEVER
         self.stop()
@@ -30,6 +32,7 @@ class Rpdo:
     def start(self) -> None:
         """Begin afresh: on entering OPERATIONAL and after a change of parameters."""
         self._mapping = self.parameters.mapping
+        self._size = self._mapping.size
         self._synchronous = self.parameters.transmission_type <= SYNC_CYCLIC_MAX
         self._timeout_ns = self.parameters.event_timer_ms * NS_PER_MS
         self._deadline_ns = NEVER  # monitoring starts with the first reception
@@ -40,16 +43,18 @@ class Rpdo:
     def stop(self) -> None:
         """Leave OPERATIONAL: nothing held, nothing monitored, no PDO error pending."""
         self.start()
-        for error in ("length", "deadline"):
-            self._emergency.clear((self.parameters.name, error))
+        for error in (self._wrong_length, self._overdue):
+            self._emergency.clear(error)
 
     def receive(self, now_ns: int, data: bytes) -> bool:
         """Take a frame; return whether objects have new values already."""
-        if not self._check_length(len(data)):
+        erroneous = self._emergency.active  # mostly nothing is
+        if (erroneous or len(data) != self._size) and not self._check_length(len(data)):
             return False
         if self._timeout_ns:
             self._deadline_ns = now_ns + self._timeout_ns
-            self._emergency.clear((self.parameters.name, "deadline"))
+            if erroneous:
+                self._emergency.clear(self._overdue)
         if self._synchronous:
             if now_ns <= self._window_end_ns:
                 self._held = data
@@ -78,9 +83,7 @@ class Rpdo:
         if now_ns < self._deadline_ns:
             return False
         self._deadline_ns = NEVER
-        self._emergency.raise_error(
-            (self.parameters.name, "deadline"), ErrorCode.RPDO_TIMEOUT, ErrorBit.COMMUNICATION
-        )
+        self._emergency.raise_error(self._overdue, ErrorCode.RPDO_TIMEOUT, ErrorBit.COMMUNICATION)
         return True
 
     def _store(self, data: bytes) -> None:
@@ -94,8 +97,7 @@ class Rpdo:
 
     def _check_length(self, length: int) -> bool:
         """Raise or clear the length error (7.2.7.1); return whether the data can be used."""
-        key = (self.parameters.name, "length")
-        size = self._mapping.size
+        key, size = self._wrong_length, self._size
         if length == size:
             self._emergency.clear(key)
         elif length < size:

@@ -64,7 +64,8 @@ class SyncConsumer:
                 _LENGTH_ERROR, ErrorCode.SYNC_LENGTH, ErrorBit.COMMUNICATION
             )
             return None
-        self._emergency.clear(_LENGTH_ERROR)
+        if self._emergency.active:
+            self._emergency.clear(_LENGTH_ERROR)
         return data[0] if counted else 0
 
     def check(self, entry: Entry, value: Any) -> None:

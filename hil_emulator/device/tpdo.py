@@ -30,8 +30,9 @@ from hil_emulator.device.rpdo import NEVER, NS_PER_MS
 from hil_emulator.frame import Frame
 
 NS_PER_US = 1_000
-UNSTARTED = -1
-"""Stands for the time of the next event until the first tick of the timer's life."""
+UNSTARTED = ALWAYS = -1
+"""Stands for the time of the next event until the first tick of the timer's life, and for a time
+that has come already."""
 
 
 class Tpdo:
@@ -39,6 +40,9 @@ class Tpdo:
 
     Args:
         parameters: the PDO's records.
+
+    Attributes:
+        wakes_ns: before this time `publish` has nothing to do.
 
     """
 
@@ -67,6 +71,7 @@ class Tpdo:
         self._period_ns = parameters.event_timer_ms * NS_PER_MS if event_driven else 0
         self._next_ns = UNSTARTED if self._period_ns else NEVER
         self._on_change = event_driven and not self._period_ns
+        self.wakes_ns = ALWAYS if self._on_change else self._next_ns
 
     def sync(self, counter: int) -> None:
         """Take note of a SYNC; what it triggers is sent by the next `publish`.
@@ -83,26 +88,35 @@ class Tpdo:
             self._syncs_left = 1
         if self._type in (SYNC_ACYCLIC, RTR_SYNC):
             self._sync_pending = True
+            self.wakes_ns = ALWAYS
         elif self._type <= SYNC_CYCLIC_MAX:
             self._syncs_left -= 1
             if self._syncs_left == 0:
                 self._syncs_left = self._type
                 self._requests += 1
+                self.wakes_ns = ALWAYS
 
     def request(self) -> None:
         """Take note of a remote frame, ignored where the COB-ID says no RTR."""
         if not self.parameters.cob_id & cob_id.NO_RTR:
             self._requests += 1
+            self.wakes_ns = ALWAYS
 
     def trigger(self, entries: Sequence[Entry]) -> None:
         """Take note of an event of some objects, if one of them is mapped here."""
         if self._type >= EVENT_MANUFACTURER and any(e in entries for e in self._mapping.entries):
             self._event = True
+            self.wakes_ns = ALWAYS
 
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
         """Append this PDO as often as it is due."""
-        if now_ns >= self._next_ns:
-            self._on_timer(now_ns)
+        due_ns = self._next_ns
+        if due_ns == UNSTARTED:
+            self._next_ns = now_ns + self._period_ns
+        elif now_ns >= due_ns:
+            self._event = True
+            # it never drifts; a period shorter than a tick fires once per tick
+            self._next_ns += ((now_ns - due_ns) // self._period_ns + 1) * self._period_ns
         if self._on_change and self._changed():
             self._event = True
         if self._event and now_ns >= self._free_ns:
@@ -113,6 +127,8 @@ class Tpdo:
             self._at_sync()
         if self._requests:
             self._send(frames)
+        # an event that waits for the inhibit time asks in every tick
+        self.wakes_ns = ALWAYS if self._on_change or self._event else self._next_ns
 
     def _changed(self) -> bool:
         """Return whether there is a change that no trigger decides upon."""
@@ -122,16 +138,6 @@ class Tpdo:
         ungated = [entry.value for entry in entries if not entry.gated]
         changed, self._ungated = ungated != self._ungated, ungated
         return changed
-
-    def _on_timer(self, now_ns: int) -> None:
-        """Start the event timer, or note its event; it never drifts."""
-        period_ns = self._period_ns
-        if self._next_ns == UNSTARTED:
-            self._next_ns = now_ns + period_ns
-            return
-        self._event = True
-        # A period shorter than a tick fires once per tick.
-        self._next_ns += ((now_ns - self._next_ns) // period_ns + 1) * period_ns
 
     def _at_sync(self) -> None:
         self._sync_pending = False
@@ -145,5 +151,6 @@ class Tpdo:
         if self._type == RTR_SYNC and self._sampled is not None:
             data = self._sampled
         self._last = data
-        frames += [Frame(self._can_id, data, False, self._extended)] * self._requests
+        frame = Frame(self._can_id, data, False, self._extended)
+        frames += (frame,) * self._requests
         self._requests = 0

@@ -1,10 +1,10 @@
 """What the nodes of a rig hear: what the others said in the last tick, then the bus.
 
 Most frames on a bus concern none of the rig's nodes. They are sorted out once for all of them, by
-the identifiers that the nodes listen to at this moment.
+the identifiers that the nodes listen to at this moment; a node that is alone does that itself.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from hil_emulator.device.node import Node
 from hil_emulator.frame import Frame
@@ -23,6 +23,7 @@ class FrameRouter:
 
     def __init__(self, nodes: Sequence[Node]) -> None:
         self._nodes = tuple(nodes)
+        self._alone = len(self._nodes) == 1  # nobody else to hear what it says
         self._spoken: Spoken = []
         self._stale = True
         self._hears: dict[int, bool] = {}
@@ -41,18 +42,31 @@ class FrameRouter:
 
     def say(self, node: Node, frames: Sequence[Frame]) -> None:
         """Let the other nodes hear in the next tick what a node has sent."""
-        self._spoken += [(node, frame) for frame in frames]
+        if not self._alone:
+            self._spoken += [(node, frame) for frame in frames]
 
     def arriving(
         self, frames: Sequence[Frame], *, everything: bool
-    ) -> Iterator[tuple[Node, Sequence[Frame]]]:
-        """Yield each node with what it hears now.
+    ) -> Iterable[tuple[Node, Sequence[Frame]]]:
+        """Return each node with what it hears now.
 
         Args:
             frames: what the bus carried since the last tick.
-            everything: yields frames that no node takes, too.
+            everything: hands on frames that no node takes, too.
 
         """
+        if self._alone:
+            return ((self._nodes[0], frames),)
+        return self._shared(frames, everything=everything)
+
+    def leaving(self, now_ns: int, said: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
+        """Return what leaves the nodes at this tick, and when: all that they have said."""
+        return [(now_ns, said)] if said else []
+
+    def _shared(
+        self, frames: Sequence[Frame], *, everything: bool
+    ) -> Iterator[tuple[Node, Sequence[Frame]]]:
+        """Yield each of several nodes with what it hears, from the others, too."""
         spoken, self._spoken = self._spoken, []
         if not everything:
             spoken, frames = self._of_concern(spoken, frames)
@@ -61,10 +75,6 @@ class FrameRouter:
                 yield node, [*(f for speaker, f in spoken if speaker is not node), *frames]
             else:
                 yield node, frames
-
-    def leaving(self, now_ns: int, said: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
-        """Return what leaves the nodes at this tick, and when: all that they have said."""
-        return [(now_ns, said)] if said else []
 
     def _of_concern(
         self, spoken: Spoken, frames: Sequence[Frame]

@@ -4,18 +4,23 @@ from itertools import pairwise
 
 import pytest
 from device_master import (
+    CHANNELS,
+    EDS,
     NODE_ID,
     READINGS,
+    SAFE_CURRENT,
     SYNC,
     TPDO1,
     TPDO2,
     TPDO3,
     Master,
+    booted,
 )
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
+from hil_emulator.device.tpdo import Tpdo
 from hil_emulator.frame import Frame
 
 NS_PER_MS = 1_000_000
@@ -38,6 +43,24 @@ def only(master: Master, number: int, kind: int, timer: int = 0, inhibit: int = 
     configure(master, number, kind, timer, inhibit)
     master.start()
     return 0x180 + 0x100 * (number - 1) + NODE_ID
+
+
+def played(master: Master, kind: int, timer: int, inhibit: int) -> list[tuple[int, Frame]]:
+    """Return what a TPDO sends while SYNC, requests, samples and NMT commands come and go."""
+    can_id = only(master, 2, kind, timer, inhibit)
+    for tick in range(60):
+        if tick % 4 == 0:
+            master.measure((*READINGS[:3], READINGS[3] + 1e-5 * tick, READINGS[4]))
+        happening = {
+            3: [Frame(SYNC)],
+            5: [Frame(SYNC), Frame(SYNC)],
+            6: [Frame(can_id, remote=True)],
+        }.get(tick % 8, [])
+        commands = {30: 2, 34: 1, 45: 128}
+        if tick in commands:
+            happening = [*happening, Frame(0x000, bytes([commands[tick], NODE_ID]))]
+        master.network.tick(*happening)
+    return [sent for sent in master.network.log if sent[1].can_id == can_id]
 
 
 def test_stock_master_reads_the_sensors(master: Master) -> None:
@@ -97,6 +120,23 @@ def test_event_timer_shorter_than_a_tick_fires_once_per_tick(node: Node) -> None
         sent = node.publish(tick * 10 * NS_PER_MS, measured)
         counts.append(sum(frame.can_id == TPDO1 for frame in sent))
     assert counts == [0, 0] + [1] * 8
+
+
+@pytest.mark.parametrize("kind", [0, 1, 3, 252, 253, 254, 255])
+@pytest.mark.parametrize(("timer", "inhibit"), [(0, 0), (0, 50), (2, 0), (2, 50)])
+def test_a_tpdo_is_asked_only_when_it_may_have_to_send(
+    monkeypatch: pytest.MonkeyPatch, kind: int, timer: int, inhibit: int
+) -> None:
+    """Asked in every tick it sends the same frames at the same times."""
+
+    def fresh() -> Master:
+        dictionary = Dictionary.from_eds(EDS, NODE_ID)
+        return booted(Node(dictionary, CHANNELS, {"valve_current": SAFE_CURRENT}))
+
+    sent = played(fresh(), kind, timer, inhibit)
+    monkeypatch.setattr(Tpdo, "wakes_ns", property(lambda _: -1, lambda *_: None), raising=False)
+    assert sent == played(fresh(), kind, timer, inhibit)
+    assert sent
 
 
 def test_inhibit_time_holds_events_back(master: Master) -> None:

@@ -62,12 +62,21 @@ def test_faults_meet_every_frame() -> None:
 
 def test_a_changed_route_is_heeded() -> None:
     """A node that comes to take other frames says so."""
-    a = Listener({0x200: False})
-    router = FrameRouter([a])  # type: ignore[list-item]
-    assert heard(router, Frame(0x201)) == [[]]
+    a, b = Listener({0x200: False}), Listener({})
+    router = FrameRouter([a, b])  # type: ignore[list-item]
+    assert heard(router, Frame(0x201)) == [[], []]
     a.hears = {0x201: False}
     a.on_route()
-    assert heard(router, Frame(0x201)) == [[0x201]]
+    assert heard(router, Frame(0x201)) == [[0x201], [0x201]]
+
+
+def test_a_node_alone_sorts_out_for_itself() -> None:
+    """It is handed all that the bus carried, and nothing that it has said itself."""
+    a = Listener({0x200: False})
+    router = FrameRouter([a])  # type: ignore[list-item]
+    router.say(a, [Frame(0x181)])  # type: ignore[arg-type]
+    assert heard(router, Frame(0x201), Frame(0x200)) == [[0x201, 0x200]]
+    assert heard(router, everything=True) == [[]]
 
 
 @pytest.fixture

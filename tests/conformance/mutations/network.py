@@ -96,7 +96,7 @@ def emcy_repeated(
     report: Call, emergency: Emergency, key: Any, code: int, bit: ErrorBit, details: bytes = b""
 ) -> None:
     """An emergency is sent once per error event: whenever the error is seen again."""
-    emergency._active.pop(key, None)
+    emergency.active.pop(key, None)
     report(emergency, key, code, bit, details)
 
 

@@ -8,6 +8,7 @@ from hil_emulator.device.entry import Entry
 from hil_emulator.device.mapping import Mapping
 from hil_emulator.device.pdo import PdoParameters
 from hil_emulator.device.pdo_records import INHIBIT_TIME, SYNC_START, TRANSMISSION_TYPE
+from hil_emulator.device.process_data import ProcessData
 from hil_emulator.device.rpdo import Rpdo
 from hil_emulator.device.tpdo import Tpdo
 from hil_emulator.frame import Frame
@@ -159,11 +160,15 @@ def tpdo_acyclic_at_every_sync(at_sync: Call, tpdo: Tpdo) -> None:
     at_sync(tpdo)
 
 
-@mutant((Tpdo, "publish"))
-def tpdo_acyclic_at_once(publish: Call, tpdo: Tpdo, now_ns: int, frames: list[Frame]) -> None:
+@mutant((ProcessData, "publish"))
+def tpdo_acyclic_at_once(
+    publish: Call, pdos: ProcessData, now_ns: int, frames: list[Frame]
+) -> None:
     """Type 0 waits for the SYNC after its event: it does not."""
-    tpdo._event |= tpdo._type == 0 and tpdo._mapping.pack() != tpdo._last
-    publish(tpdo, now_ns, frames)
+    for tpdo in pdos._active:
+        if tpdo._type == 0 and tpdo._mapping.pack() != tpdo._last:
+            tpdo._event, tpdo.wakes_ns = True, now_ns
+    publish(pdos, now_ns, frames)
 
 
 @mutant((PdoParameters, "sync_start"))
@@ -181,6 +186,7 @@ def tpdo_remote_frame_unanswered(request: Call, tpdo: Tpdo) -> None:
 def tpdo_remote_frame_answered_always(request: Call, tpdo: Tpdo) -> None:
     """Bit 30 of the COB-ID forbids remote frames: they are answered."""
     tpdo._requests += 1
+    tpdo.wakes_ns = 0
 
 
 @mutant((Tpdo, "_at_sync"))
