@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from hil_emulator.command_line.interview import Interview
-from hil_emulator.command_line.kinds import FILES
+from hil_emulator.command_line.kinds import FILES, NewFile
 
 
 @click.command()
@@ -59,7 +59,7 @@ def check(files: tuple[Path, ...]) -> None:
 
 @click.command()
 @click.argument("what", type=click.Choice(["configuration", "machine"]), default="configuration")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="File to write.")
+@click.option("--out", type=NewFile(), help="File to write.")
 def schema(what: str, out: Path | None) -> None:
     """Write the JSON Schema of a configuration, or of a machine of several actuators.
 
@@ -88,7 +88,7 @@ def export(files: tuple[Path, ...], out: Path) -> None:
 
 @click.command("export-fmu")
 @FILES
-@click.option("--out", type=click.Path(path_type=Path), help="File to write, such as knee.fmu.")
+@click.option("--out", type=NewFile(), help="File to write, such as knee.fmu.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True)
 @click.option("--c-only", is_flag=True, help="One .h and one .c, without FMI.")
 @click.option("--float32", is_flag=True, help="With --c-only: compute with float.")

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from hil_emulator.command_line.kinds import CONFIGURATION, Duration, QuantityType
+from hil_emulator.command_line.kinds import CONFIGURATION, Duration, NewFile, QuantityType
 from hil_emulator.command_line.recordings import Examination, recordings
 from hil_emulator.errors import UserError
 
@@ -63,9 +63,9 @@ def gap(
     "--config", "configs", multiple=True, type=CONFIGURATION,
     help="The machine, for its stops and its valve.",
 )  # fmt: skip
-@click.option("--out", type=click.Path(path_type=Path), help="Stimulus file; NAME.csv without it.")
-@click.option("--picture", type=click.Path(path_type=Path), help="Draw it.")
-@click.option("--scenario", type=click.Path(path_type=Path), help="Write a scenario that plays it.")
+@click.option("--out", type=NewFile(), help="Stimulus file; NAME.csv without it.")
+@click.option("--picture", type=NewFile(), help="Draw it.")
+@click.option("--scenario", type=NewFile(), help="Write a scenario that plays it.")
 def experiment(
     name: str | None, amplitude: float | None, duration: float | None, seed: int,
     configs: tuple[Path, ...], out: Path | None, picture: Path | None, scenario: Path | None,

@@ -94,6 +94,20 @@ class QuantityType(click.ParamType[float]):
             self.fail(str(error), param, ctx)
 
 
+class NewFile(click.Path):
+    """A file to write: that its folder exists is found out before the work, not after it."""
+
+    def __init__(self) -> None:
+        super().__init__(dir_okay=False, writable=True, path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return its path; fail where it cannot be written."""
+        folder = Path(value).parent
+        if not folder.is_dir():
+            self.fail(f"{value}: the folder {folder} does not exist; make it first", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 CONFIGURATION = PackagedFile("configuration", "machine", "layer", "bench")
 SCENARIO = PackagedFile("scenario", "scenario")
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration
+from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewFile
 
 
 @click.command()
@@ -65,7 +65,7 @@ def ctl(port: int, words: tuple[str, ...]) -> None:
 @click.command()
 @click.option(
     "--picture",
-    type=click.Path(path_type=Path, dir_okay=False, writable=True),
+    type=NewFile(),
     default="hil-emulator-demo.png",
     show_default=True,
 )
@@ -100,7 +100,7 @@ def replay(ctx: click.Context, recording: Path, files: tuple[Path, ...]) -> None
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path))
 @click.argument("signals", nargs=-1)
-@click.option("--picture", type=click.Path(path_type=Path), help="File of the picture.")
+@click.option("--picture", type=NewFile(), help="File of the picture.")
 def plot(recording: Path, signals: tuple[str, ...], picture: Path | None) -> None:
     """Draw signals of a recording."""
     from hil_emulator.commands import plot as command
@@ -113,12 +113,9 @@ def plot(recording: Path, signals: tuple[str, ...], picture: Path | None) -> Non
 @click.argument("targets", nargs=-1, required=True, type=click.Path(path_type=Path))
 def convert(recording: Path, targets: tuple[Path, ...]) -> None:
     """Write a .rec recording in other formats, by the files' endings."""
-    from hil_emulator.platform.paths import near
-    from hil_emulator.recording import exports
+    from hil_emulator.commands import convert as command
 
-    for target in targets:
-        exports.export(recording, target)
-        click.echo(f"written   {near(target)}")
+    command.convert(recording, targets)
 
 
 COMMANDS = (run, ctl, demo, panel, replay, plot, convert)

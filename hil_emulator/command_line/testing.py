@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from hil_emulator.command_line.kinds import SCENARIO
+from hil_emulator.command_line.kinds import SCENARIO, NewFile
 
 
 @click.command("faults")
@@ -22,8 +22,8 @@ def list_faults() -> None:
     help="Processes; all cores without it.",
 )  # fmt: skip
 @click.option("--cluster", default="", help="Address of a Dask scheduler in place of processes.")
-@click.option("--junit", type=click.Path(path_type=Path), help="Write JUnit XML.")
-@click.option("--html", "page", type=click.Path(path_type=Path), help="Write one HTML page.")
+@click.option("--junit", type=NewFile(), help="Write JUnit XML.")
+@click.option("--html", "page", type=NewFile(), help="Write one HTML page.")
 @click.option("--record", type=click.Path(path_type=Path), help="Folder for recordings.")
 @click.pass_context
 def scenario(
@@ -70,7 +70,7 @@ def scenario(
     metavar="N",
     help="After all cases send N random frames, then put all cases again.",
 )
-@click.option("--html", type=click.Path(path_type=Path), help="Write the report as an HTML page.")
+@click.option("--html", type=NewFile(), help="Write the report as an HTML page.")
 def conformance(
     can: str, can_options: tuple[str, ...], node: int, eds: Path,
     cases: tuple[str, ...], storm: int, html: Path | None, *, self_starting: bool,

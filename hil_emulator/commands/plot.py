@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from hil_emulator.commands.waiting import waiting
 from hil_emulator.errors import UserError
 from hil_emulator.pages import drawing
 from hil_emulator.platform.paths import near
@@ -29,9 +30,9 @@ def plot(file: Path, names: Sequence[str], picture: Path | None) -> None:
         UserError: for an unknown signal or a file that cannot be read or written.
 
     """
-    recording = journal.read(file)
     target = picture or file.with_suffix(".png")
-    draw(recording, names or USUAL, target)
+    with waiting("plot", [file]):
+        draw(journal.read(file), names or USUAL, target)
     click.echo(f"picture: {near(target)}")
 
 

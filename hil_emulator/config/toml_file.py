@@ -35,7 +35,11 @@ def read_text(file: Path, what: str) -> str:
         return file.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise UserError(f"{file}: no such file; name an existing {what} (TOML)") from None
-    except (OSError, ValueError) as error:  # no text, or a name that Python refuses
+    except IsADirectoryError:
+        raise UserError(f"{file}: is a folder; name a {what} (TOML) in it") from None
+    except UnicodeDecodeError:
+        raise UserError(f"{file}: is no text in UTF-8; name a {what} (TOML)") from None
+    except (OSError, ValueError) as error:  # such as a name that Python refuses
         raise UserError(f"{file}: cannot be read: {error}") from None
 
 

@@ -131,7 +131,7 @@ def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
                 yield EntryKind(kind), payload
     except (OSError, ValueError) as error:  # a name that Python refuses is a ValueError
         reason = getattr(error, "strerror", None) or error
-        raise UserError(f"{file}: cannot be read: {reason}") from None
+        raise UserError(f"{file}: cannot be read: {reason}; name a recording (.rec)") from None
 
 
 def split(data: bytes) -> Iterator[tuple[int, bytes]]:

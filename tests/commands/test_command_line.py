@@ -322,3 +322,24 @@ def test_a_value_may_be_negative() -> None:
     """`-0.5 mA` is what to set, not an option."""
     text = refused("ctl", "set", "valve_current", "-0.5 mA", "--port", "1")
     assert "no emulator answers at port 1" in text
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["demo --picture", "linear hyq_knee --picture", "scenario supply_drop_while_moving --html",
+     "experiment steps --out", "export-fmu hyq_knee --out", "schema --out"],
+)  # fmt: skip
+def test_a_file_in_a_folder_that_is_not_there_is_refused_before_the_work(words: str) -> None:
+    """Nobody waits for a demonstration to learn that its picture has no place."""
+    text = refused(*words.split(), "/nowhere/made")
+    assert "/nowhere/made: the folder /nowhere does not exist; make it first" in text
+    assert "reparing" not in text
+
+
+@pytest.mark.parametrize("words", ["check", "linear", "effects", "replay", "plot"])
+def test_a_folder_in_place_of_a_file_is_refused(words: str, tmp_path: Path) -> None:
+    """So is one that is nowhere: one message that names it."""
+    folder = tmp_path / "folder.toml"
+    folder.mkdir()
+    assert f"{folder}: " in refused(*words.split(), folder)
+    assert "nowhere.rec" in refused(*words.split(), tmp_path / "nowhere.rec")

@@ -49,13 +49,6 @@ def test_a_text_and_a_picture_for_people(tmp_path: Path) -> None:
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_picture_that_cannot_be_written_is_said(tmp_path: Path) -> None:
-    """One line that names the file, and exit code 2."""
-    code, text = linear("--picture", str(tmp_path / "nowhere" / "response.png"))
-    assert code == 2
-    assert "response.png: cannot be written: No such file or directory" in text
-
-
 def test_a_position_outside_the_stroke_is_refused() -> None:
     """The message names the stroke."""
     code, text = linear("--position", "90 mm")

@@ -42,7 +42,7 @@ def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
     """One message and exit code 2."""
     result = CliRunner().invoke(main, ["experiment", "steps", f"--out={tmp_path / 'no' / 's.csv'}"])
     assert result.exit_code == 2
-    assert "cannot be written" in result.output
+    assert "does not exist; make it first" in result.output
 
 
 def played(name: str, folder: Path) -> Path:
