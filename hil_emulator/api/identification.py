@@ -32,6 +32,12 @@ if TYPE_CHECKING:
     Log = str | Path | pandas.DataFrame
 
 
+MEASURED = ("agrees", "disagrees")
+"""Verdicts of `gap`, which does not search: it calls nothing unknown."""
+
+_NOTHING_SAID = Meaning()
+
+
 @dataclass(frozen=True)
 class Identification:
     """What `gap` measured or `identify` found.
@@ -80,7 +86,9 @@ class Identification:
 
     def page(self) -> str:
         """Return the report as one HTML page."""
-        title = f"{self.actuator.name} beside its measurements"
+        name = self.actuator.name
+        measured = self.verdict in MEASURED
+        title = f"{name} beside its measurements" if measured else f"What {name} lacks"
         return report(self.result, title, f"hil-emulator {__version__}, {today()}")
 
     def save(self, folder: str | Path) -> None:
@@ -118,7 +126,7 @@ def gap(
         UserError: if a log cannot be used.
 
     """
-    return _examined(actuator, logs, validate, Question(search=False), jobs, lambda _: None)
+    return examined(actuator, logs, validate, Question(search=False), jobs=jobs)
 
 
 def identify(
@@ -140,7 +148,7 @@ def identify(
         UserError: if a log cannot be used, or an effect is unknown.
 
     """
-    return _examined(actuator, logs, validate, Question(only, exclude), jobs, tell)
+    return examined(actuator, logs, validate, Question(only, exclude), tell, jobs)
 
 
 def findings(result: Result, configs: Sequence[Path]) -> dict[str, str]:
@@ -172,25 +180,44 @@ def today() -> str:
     return datetime.now(tz=UTC).strftime("%Y-%m-%d")
 
 
-def _examined(
+def examined(
     actuator: ActuatorModel, logs: Sequence["Log"], validate: Sequence["Log"], question: Question,
-    jobs: int, tell: Callable[[str], None],
+    tell: Callable[[str], None] = lambda _: None, jobs: int = 1, meaning: Meaning = _NOTHING_SAID,
+    cluster: str = "",
 ) -> Identification:  # fmt: skip
+    """Hold logs against an actuator; see `gap`, `identify` and `session.identify`.
+
+    Args:
+        actuator: what should describe the machine.
+        logs: files or tables.
+        validate: logs that take no part in the fit.
+        question: what to look for.
+        tell: takes progress in words.
+        jobs: threads.
+        meaning: what is known of the files.
+        cluster: address of a Dask scheduler in place of threads.
+
+    Raises:
+        UserError: if a log cannot be used, an effect is unknown or the cluster is lost.
+
+    """
     if not logs:
         raise UserError("name at least one log")
-    learn, check = (_experiments(some, actuator.config) for some in (logs, validate))
+    learn, check = (_experiments(some, actuator.config, meaning) for some in (logs, validate))
     result = session.identify(
-        actuator.config, learn, check, question, tell, cache_folder(), jobs
+        actuator.config, learn, check, question, tell, cache_folder(), jobs, cluster
     )  # fmt: skip
     return Identification(actuator, result)
 
 
-def _experiments(logs: Sequence["Log"], config: Configuration) -> list[Experiment]:
+def _experiments(
+    logs: Sequence["Log"], config: Configuration, meaning: Meaning
+) -> list[Experiment]:
     """Read files and tables, in their order."""
     made: list[Experiment] = []
     for number, log in enumerate(logs, 1):
         if isinstance(log, str | Path):
-            made += experiments([Path(log)], config, Meaning())
+            made += experiments([Path(log)], config, meaning)
         else:
             made += as_experiments(log, number)
     return made

@@ -7,9 +7,9 @@ from typing import Any
 import click
 import numpy as np
 
-from hil_emulator import __version__
-from hil_emulator.api.identification import findings, today, write
-from hil_emulator.api.logs import Meaning, experiments
+from hil_emulator.api.actuator import ActuatorModel
+from hil_emulator.api.identification import MEASURED, Identification, examined, findings, write
+from hil_emulator.api.logs import Meaning
 from hil_emulator.command_line.group import INTERRUPTED
 from hil_emulator.commands.gap_table import gap_lines
 from hil_emulator.commands.waiting import waiting
@@ -17,16 +17,11 @@ from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.reporting.headline import headline
-from hil_emulator.identify.reporting.report import report
 from hil_emulator.identify.session import Question
-from hil_emulator.identify.session import identify as run_identification
 from hil_emulator.platform.allocator import map_large_arrays
-from hil_emulator.platform.paths import cache_folder, near
+from hil_emulator.platform.paths import near
 
 CONFIGURATIONS = {".toml"}
-
-MEASURED = ("agrees", "disagrees")
-"""Verdicts of `gap`, which does not search: it calls nothing unknown."""
 
 UNANSWERED = ("cannot_examine", "cannot_tell")
 NO_ANSWER = 3
@@ -62,20 +57,20 @@ def identify(
             ".parquet, .blf, ...); what follows --validate is held-out data"
         )
     map_large_arrays()
-    config = load(configs)
-    learn, check = experiments(recordings, config, meaning), experiments(validate, config, meaning)
+    actuator = ActuatorModel(", ".join(f.name for f in configs), load(configs))
     with waiting("identify" if question.search else "gap", [*files, *validate]) as progress:
-        result = run_identification(
-            config, learn, check, question, lambda text: progress.say(f"  {text}"),
-            cache_folder(), jobs, cluster,
+        found = examined(
+            actuator, recordings, validate, question, lambda text: progress.say(f"  {text}"),
+            jobs, meaning, cluster,
         )  # fmt: skip
-    if config.bench.kind != "actuator":
-        click.echo(f"bench     {config.bench}")
+    result = found.result
+    if actuator.config.bench.kind != "actuator":
+        click.echo(f"bench     {actuator.config.bench}")
     click.echo(summary(result))
     if out is not None:
         write(out, findings(result, configs))
         click.echo(f"\nwritten   {near(out / 'result.json')}, identified.toml")
-        _illustrate(result, configs, out)
+        _illustrate(found, out)
         _keep_traces(result, out)
     if result.interrupted:
         raise SystemExit(INTERRUPTED)
@@ -122,14 +117,10 @@ def _addition(result: Result) -> list[str]:
     return [f"          added to identified.toml as a table, {result.added.name}"]
 
 
-def _illustrate(result: Result, configs: Sequence[Path], out: Path) -> None:
+def _illustrate(found: Identification, out: Path) -> None:
     """Write the page; whatever goes wrong with it, the findings are written already."""
-    names = ", ".join(f.name for f in configs)
-    title = f"What {names} lacks"
-    if result.verdict in MEASURED:
-        title = f"{names} beside its measurements"
     try:
-        page = report(result, title, f"hil-emulator {__version__}, {today()}")
+        page = found.page()
     except Exception as error:
         click.echo(f"no page   report.html failed: {type(error).__name__}: {error}", err=True)
         return

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
-from hil_emulator.commands import identify as command
+from hil_emulator.api import identification
 from hil_emulator.config.load import load
 from hil_emulator.identify.conclusion.result import Result
 
@@ -50,7 +50,7 @@ def test_a_page_that_fails_loses_no_finding(
     def fails(*_: object) -> str:
         raise IndexError("no column")
 
-    monkeypatch.setattr(command, "report", fails)
+    monkeypatch.setattr(identification, "report", fails)
     done = CliRunner().invoke(main, ["gap", RIG, *TRAIN, f"--out={tmp_path}"])
     assert done.exit_code == 0, done.output
     assert done.output.count("report.html failed: IndexError: no column") == 1
@@ -131,7 +131,7 @@ def test_an_interrupted_search_ends_as_a_shell_expects(
 ) -> None:
     """After Ctrl-C what is known is written, and the exit code is 130."""
     known = Result("cannot_examine", "interrupted before the first round", interrupted=True)
-    monkeypatch.setattr(command, "run_identification", lambda *_, **__: known)
+    monkeypatch.setattr(identification.session, "identify", lambda *_, **__: known)
     done = CliRunner().invoke(main, ["identify", RIG, *TRAIN, f"--out={tmp_path}"])
     assert done.exit_code == 130
     assert "interrupted" in done.output.lower()
