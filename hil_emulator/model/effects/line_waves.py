@@ -16,8 +16,8 @@ from hil_emulator.model.effects.supply import Line, Oil
 from hil_emulator.model.stages import cylinder_line_rates, line_a, line_b, line_flow_a, line_flow_b
 
 _MODES = 4
-"""Of each line. A sudden stop surges in l/(2 c) then; two more would make the front a third steeper
-and ask for steps two thirds as wide (measured)."""
+"""Of each line: a front takes l/(4 c). With two more it would take two thirds of that, and ask for
+steps two thirds as wide."""
 
 _ORDERS = [2 * n + 1 for n in range(_MODES)]
 
