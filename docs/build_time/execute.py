@@ -5,7 +5,8 @@
     figure = ...
     ```
 
-The blocks of a page share their names. A picture is anything with `png` or `savefig`.
+The blocks of a page share their names; `docs` is the folder of the pages. A picture is anything
+with `png` or `savefig`.
 """
 
 import contextlib
@@ -33,7 +34,7 @@ class Run(SphinxDirective):
         """Return the code, what it printed, and its picture."""
         code = "\n".join(self.content)
         page = self.env.docname
-        names = self.env.temp_data.setdefault("names of run", {})
+        names = self.env.temp_data.setdefault("names of run", {"docs": Path(self.env.srcdir)})
         printed = _executed(code, names, f"{page}, line {self.lineno}")
         shown: list[nodes.Node] = [nodes.literal_block(code, code, language="python")]
         if printed:

@@ -217,3 +217,19 @@ def test_an_fmu_for_another_system_is_refused(crane: Path) -> None:
     text = WIRED.format(misdeed=0).replace("crane.fmu", "other.fmu")
     with pytest.raises(UserError, match="is for win32"), emulator(crane, text):
         pass
+
+
+def test_a_valve_driver_by_cia_408_stands_in_front_of_it(crane: Path) -> None:
+    """In ACTIVE, a quarter of full scale is a quarter of 10 mA, that is 250 N in the end."""
+    layer = crane.parent / "layer.toml"
+    layer.write_text(WIRED.format(misdeed=0))
+    separate = KNEE.with_name("hyq_knee_separate.toml")
+    with Emulator(load([KNEE, separate, layer])) as made, Bus(made.bus) as peer:
+        made.tick()
+        peer.send([Frame(0x000, bytes([1, 0]))])
+        for word in (0x08, 0x09, 0x0B, *[0x0F] * 200):
+            peer.send([Frame(0x205, struct.pack("<Hh", word, 0x4000 // 4))])
+            made.tick()
+        assert made.signals.model.load_force == pytest.approx(250.0, rel=1e-6)
+        seen = [f for f in peer.receive() if f.can_id == 0x188]
+        assert seen
