@@ -11,7 +11,7 @@ from pathlib import Path
 import can
 import canopen
 import pytest
-from test_shown import block, port  # noqa: F401  the fixture
+from test_shown import block
 
 import hil_emulator as hil
 from hil_emulator.commands.export import contents
@@ -67,18 +67,6 @@ def test_the_controller_in_c_brings_the_rod_to_its_target(tmp_path: Path) -> Non
         ours.close()
         theirs.close()
         assert controller.wait(timeout=30.0) == 0
-
-
-def test_the_controller_by_python_can_moves_the_rod_towards_its_target(port: int) -> None:  # noqa: F811
-    """Through TCP, for a second of emulator time."""
-    network = canopen.Network()
-    network.connect(interface="socketcand", host="127.0.0.1", port=port, channel="can0")
-    node = network.add_node(5, str(EDS))
-    node.nmt.state = "OPERATIONAL"
-    before = node.sdo["position"].phys
-    exec(block("controller.md", "python", "import struct").replace("29536", str(port)), {})
-    assert abs(node.sdo["position"].phys - 0.05) < abs(before - 0.05)
-    network.disconnect()
 
 
 def test_ros_2_can_configure_the_bus(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
+import canopen
 import pytest
 from test_end_to_end import emulator
 
@@ -97,6 +98,18 @@ def test_the_connecting_client_works(
     position, force = re.fullmatch(r"([\d.]+) mm, (-?\d+) N", values).groups()
     assert 39.0 < float(position) < 81.0
     assert -5000 < int(force) < 5000
+
+
+def test_the_controller_by_python_can_moves_the_rod_towards_its_target(port: int) -> None:
+    """Through TCP, for a second of emulator time."""
+    network = canopen.Network()
+    network.connect(interface="socketcand", host="127.0.0.1", port=port, channel="can0")
+    node = network.add_node(5, str(shipped("eds/hydraulic_actuator.eds")))
+    node.nmt.state = "OPERATIONAL"
+    before = node.sdo["position"].phys
+    exec(block("controller.md", "python", "import struct").replace("29536", str(port)), {})
+    assert abs(node.sdo["position"].phys - 0.05) < abs(before - 0.05)
+    network.disconnect()
 
 
 def test_an_effect_of_ones_own_takes_part(tmp_path: Path) -> None:
