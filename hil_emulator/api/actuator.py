@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from hil_emulator.api.linear_model import LinearModel, linearised
 from hil_emulator.api.standalone import StandAlone
 from hil_emulator.api.tables import recorded
-from hil_emulator.config.load import Configuration, load_texts, whole
+from hil_emulator.config.load import Configuration, built_in, load_texts, whole
 from hil_emulator.config.load import load as load_one
 from hil_emulator.config.machine import has_actuators, load_machine
 from hil_emulator.errors import UserError, brief
@@ -77,7 +77,7 @@ class ActuatorModel:
         ticks = _ticks(courses, duration, tick)
         times = tick * np.arange(ticks, dtype=np.float64)
         driven = {n: _sampled(n, c, times) for n, c in courses.items()}
-        alone = StandAlone(whole(self.config))
+        alone = StandAlone(built_in(whole(self.config)))
         rows = np.empty((ticks, len(columns())))
         for i in range(ticks):
             alone.step(**{name: values[i] for name, values in driven.items()})
@@ -96,7 +96,7 @@ class ActuatorModel:
 
         """
         place = None if position is None else si("position", position, "m")
-        return linearised(whole(self.config), place, si("current", current, "A"))
+        return linearised(built_in(whole(self.config)), place, si("current", current, "A"))
 
     def with_effect(
         self, name: str, value: Quantity | None = None, *, channel: str = "", **shape: Quantity

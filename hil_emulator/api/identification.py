@@ -13,7 +13,7 @@ from hil_emulator.api.actuator import ActuatorModel
 from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.api.picture import Picture
 from hil_emulator.api.reading import as_experiments
-from hil_emulator.config.load import Configuration
+from hil_emulator.config.load import Configuration, built_in
 from hil_emulator.errors import UserError
 from hil_emulator.identify import session
 from hil_emulator.identify.conclusion.findings import Finding
@@ -203,9 +203,10 @@ def examined(
     """
     if not logs:
         raise UserError("name at least one log")
-    learn, check = (_experiments(some, actuator.config, meaning) for some in (logs, validate))
+    config = built_in(actuator.config)
+    learn, check = (_experiments(some, config, meaning) for some in (logs, validate))
     result = session.identify(
-        actuator.config, learn, check, question, tell, cache_folder(), jobs, cluster
+        config, learn, check, question, tell, cache_folder(), jobs, cluster
     )  # fmt: skip
     return Identification(actuator, result)
 

@@ -14,7 +14,16 @@ from hil_emulator.config.schema import schema
 from hil_emulator.config.toml_file import read_text
 from hil_emulator.errors import UserError
 
-__all__ = ["Configuration", "load", "load_rig", "load_texts", "load_whole", "on_bus", "whole"]
+__all__ = [
+    "Configuration",
+    "built_in",
+    "load",
+    "load_rig",
+    "load_texts",
+    "load_whole",
+    "on_bus",
+    "whole",
+]
 
 
 def load(files: Sequence[Path], *, on_bus: bool = False) -> Configuration:
@@ -66,11 +75,20 @@ def load_whole(files: Sequence[Path]) -> Configuration:
         UserError: as `load` does, or if it describes less, or an FMU moves in its place.
 
     """
-    config = whole(load(files))
+    return built_in(whole(load(files)))
+
+
+def built_in(config: Configuration) -> Configuration:
+    """Return a configuration whose actuator moves by the model.
+
+    Raises:
+        UserError: if an FMU moves in its place.
+
+    """
     if config.fmu:
         raise UserError(
-            f"{config.fmu.file.name} moves in place of the built-in plant, which this command "
-            "needs: leave the file with [plant] fmu out"
+            f"needs the built-in plant, and {config.fmu.file.name} moves in its place: leave the "
+            "file with [plant] fmu out"
         )
     return config
 

@@ -1,12 +1,13 @@
 """An exported FMU for the whole session."""
 
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
-from hil_emulator.ccode.compiler import host
+from hil_emulator.ccode.compiler import CompilerError, build_library, host
 from hil_emulator.commands.export_fmu import export_fmu
 from hil_emulator.platform.paths import shipped
 
@@ -24,8 +25,6 @@ def knee_fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     file = tmp_path_factory.mktemp("fmu") / f"knee{version}.fmu"
     export_fmu([KNEE], file, version, c_only=False, single=False, every_effect=False)
     own = host()
-    import zipfile
-
     if own is None or not any(n.endswith(own.suffix) for n in zipfile.ZipFile(file).namelist()):
         pytest.skip("no C compiler for this system")
     return file
@@ -40,3 +39,22 @@ def run(knee_fmu: Path, tmp_path: Path) -> "Iterator[Run]":
     yield made
     made.fmu.terminate()
     made.fmu.freeInstance()
+
+
+@pytest.fixture(scope="session")
+def crane(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Compile the crane; skip where there is no compiler, or no name for this system."""
+    pytest.importorskip("fmpy")
+    own = host()
+    if own is None or not own.fmi2:
+        pytest.skip("FMI 2.0 has no name for this system")
+    file = tmp_path_factory.mktemp("crane") / "crane.fmu"
+    library = file.with_suffix(own.suffix)
+    try:
+        build_library([Path(__file__).parent / "crane.c"], library, own, ["-D_GNU_SOURCE"])
+    except CompilerError as error:
+        pytest.skip(str(error))
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.write(Path(__file__).parent / "crane.xml", "modelDescription.xml")
+        archive.write(library, f"binaries/{own.fmi2}/crane{own.suffix}")
+    return file

@@ -12,7 +12,6 @@ from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
 from hil_emulator.bus.bus import Bus
-from hil_emulator.ccode.compiler import CompilerError, build_library, host
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
@@ -49,24 +48,6 @@ resolution = "off"
 resolution = "off"
 noise = "off"
 """
-
-
-@pytest.fixture(scope="session")
-def crane(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Compile the crane; skip where there is no compiler, or no name for this system."""
-    own = host()
-    if own is None or not own.fmi2:
-        pytest.skip("FMI 2.0 has no name for this system")
-    file = tmp_path_factory.mktemp("crane") / "crane.fmu"
-    library = file.with_suffix(own.suffix)
-    try:
-        build_library([HERE / "crane.c"], library, own, ["-D_GNU_SOURCE"])
-    except CompilerError as error:
-        pytest.skip(str(error))
-    with zipfile.ZipFile(file, "w") as archive:
-        archive.write(HERE / "crane.xml", "modelDescription.xml")
-        archive.write(library, f"binaries/{own.fmi2}/crane{own.suffix}")
-    return file
 
 
 @contextmanager

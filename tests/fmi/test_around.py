@@ -1,0 +1,114 @@
+"""What stands around a plant works with an FMU in its place, or says that it does not."""
+
+import math
+import struct
+from pathlib import Path
+
+import can
+import pytest
+from click.testing import CliRunner, Result
+
+import hil_emulator as hil
+from hil_emulator.__main__ import main
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.errors import UserError
+from hil_emulator.platform.paths import shipped
+from hil_emulator.simulation.emulator import Emulator
+
+KNEE = shipped("configs/hyq_knee.toml")
+
+LAYER = """
+[plant]
+fmu = "crane.fmu"
+[plant.inputs]
+valve_current = "motor.i"
+[plant.outputs]
+position = "x[1]"
+load_force = "motor.F"
+"""
+
+SCENARIO = f"""
+title = "A motor of first order"
+config = ["{KNEE}", "crane.toml"]
+duration = "200 ms"
+[[step]]
+nmt = "start"
+at = "10 ms"
+set = {{ valve_current = "5 mA" }}
+[[expect]]
+signal = "model.load_force"
+within = ["499.9 N", "500.1 N"]
+from = "150 ms"
+"""
+
+
+@pytest.fixture
+def layer(crane: Path) -> Path:
+    """Return the layer that puts the crane in the plant's place."""
+    file = crane.with_name("crane.toml")
+    file.write_text(LAYER)
+    return file
+
+
+@pytest.fixture
+def emulator_config(layer: Path) -> Configuration:
+    """Return what the fixtures of the pytest plugin run."""
+    return load([KNEE, layer])
+
+
+def called(*words: str | Path) -> Result:
+    """Run a command."""
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+def test_the_pytest_fixtures_run_it(emulator: Emulator, can_bus: can.BusABC) -> None:
+    """Set points of a test move it: 1 - e^-5 of 500 N after five time constants of 10 ms."""
+    emulator.tick()
+    can_bus.send(can.Message(arbitration_id=0, data=[1, 5], is_extended_id=False))
+    for _ in range(50):
+        can_bus.send(
+            can.Message(arbitration_id=0x205, data=struct.pack("<i", 5_000_000),
+                        is_extended_id=False)
+        )  # fmt: skip
+        emulator.tick()
+    expected = 500.0 * (1.0 - math.exp(-5.0))
+    assert emulator.signals.model.load_force == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_scenario_is_played_on_it(layer: Path) -> None:
+    """Its verdict is that of the force, 0.1 kN for each mA."""
+    file = layer.with_name("scenario.toml")
+    file.write_text(SCENARIO)
+    done = called("scenario", file)
+    assert done.exit_code == 0, done.output
+
+
+def test_a_recording_of_it_is_replayed_to_the_last_bit(layer: Path) -> None:
+    """And by the same FMU alone: without it, that is said."""
+    record = layer.with_name("crane.rec")
+    done = called("run", KNEE, layer, "--bus", "virtual:crane", "--clock", "lockstep",
+                  "--duration", "50 ms", "--record", record)  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert "the same, bit for bit" in called("replay", record).output
+    fmu = layer.with_name("crane.fmu")
+    aside = fmu.rename(fmu.with_suffix(".away"))
+    lost = called("replay", record)
+    aside.rename(fmu)
+    assert lost.exit_code == 2
+    assert "there is no such FMU" in lost.output
+
+
+@pytest.mark.parametrize("command", ["identify", "gap"])
+def test_what_compares_the_model_with_data_needs_the_model(layer: Path, command: str) -> None:
+    """One message, exit code 2, before any recording is read."""
+    done = called(command, KNEE, layer, "run.csv")
+    assert done.exit_code == 2
+    assert "needs the built-in plant" in done.output
+
+
+def test_the_python_interface_does_not_simulate_the_model_in_its_stead(layer: Path) -> None:
+    """What has no bus has no FMU: an actuator with one says so."""
+    actuator = hil.load(KNEE, layer)
+    for asked in (lambda: actuator.simulate(duration="1 ms"), actuator.linearise):
+        with pytest.raises(UserError, match="needs the built-in plant"):
+            asked()
