@@ -26,6 +26,7 @@ from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.kernel import Kernel, build
 from hil_emulator.model.layout import fill
+from hil_emulator.model.rest import STRETCHING, bearing_pressures, stretch_under, without_gas
 from hil_emulator.model.sensors import CHANNELS, Transducers, wiring
 
 _HERE = Path(__file__).parent
@@ -98,7 +99,7 @@ def sources(actuator: Exported, *, single: bool = False) -> tuple[str, str]:
         "sensors": ",\n".join(_channel(kernel, actuator, c.name, single) for c in CHANNELS),
         "functions": "\n\n".join(program.texts),
         "noise": _noise(kernel),
-        "stretch": _stretch(kernel, single),
+        "stretching": _stretching(kernel),
         "seed": f"{actuator.seed}u",
         "turn": literal(2.0 * math.pi, single),
     }
@@ -125,6 +126,9 @@ def _translate(program: Translation, types: Mapping[str, Record], kernel: Kernel
     program.need("evaluate", *several)
     program.need("integrate", several[0], memory, *several[2:], path, REAL, INT)
     program.need("finite", memory)
+    program.need_function(bearing_pressures, *[REAL] * 5)
+    program.need_function(stretch_under, *[REAL] * 4)
+    program.need_function(without_gas, REAL, REAL)
     chain = [Records(types[n]) for n in ("channel", "memory", "channel_past")]
     transducers = program.named_tuple(Transducers, chain)
     signals = Numbers((len(y.fields),))
@@ -163,17 +167,10 @@ def _noise(kernel: Kernel) -> str:
     return "normals[i] = plant->sensors[i].noise_sigma != 0 ? normal(&plant->random) : 0;"
 
 
-def _stretch(kernel: Kernel, single: bool) -> str:
-    """Return how far the rod is ahead of a load that it holds, see `Plant.hold_load`."""
+def _stretching(kernel: Kernel) -> str:
+    """Return what `stretch_under` takes beside the force."""
     known = kernel.parameters.names or ()
-    lines = []
-    if "coupling_compliance_compliance" in known:
-        lines.append("stretch += force * par->coupling_compliance_compliance;")
-    if "backlash_gap" in known:
-        half = f"{literal(0.5, single)} * par->backlash_gap"
-        lines.append(f"stretch += copysign{'f' if single else ''}({half}, force);")
-        lines.append("stretch += force * par->backlash_gap * par->backlash_softness;")
-    return "\n".join(f"    {line}" for line in lines)
+    return ", ".join(f"par->{name}" if name in known else "0" for name in STRETCHING)
 
 
 def _constants(program: Translation, step: str) -> str:

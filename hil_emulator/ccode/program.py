@@ -68,6 +68,10 @@ class Translation:
         """
         self._function(name, self._scope[name], takes)
 
+    def need_function(self, function: Callable[..., Any], *takes: CType) -> None:
+        """Translate a function that the model's text does not hold, as `need` does."""
+        self._function(function.__name__, function, takes)
+
     def call(
         self, name: str, scope: Mapping[str, Any], arguments: Sequence[Expression]
     ) -> Expression:

@@ -9,6 +9,7 @@ import numpy as np
 from hil_emulator.model.effects.history import HISTORY
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import Vector, fill, length, named, zeros
+from hil_emulator.model.rest import STRETCHING, bearing_pressures, stretch_under, without_gas
 from hil_emulator.model.sensors import CHANNELS
 
 __all__ = ["Plant", "Sensors", "Supply", "fill", "longest_delay", "on_one_supply"]
@@ -138,33 +139,22 @@ class Plant:
         A load that no pressures between tank and supply hold is left to fall.
         """
         par, force = self.parameters, float(self.signals.resisting_force)
-        if not force or not math.isfinite(force):
+        pressures = bearing_pressures(
+            force, float(par.tank_pressure), float(par.supply_pressure),
+            float(par.cylinder_area_ratio), float(par.cylinder_piston_area),
+        )  # fmt: skip
+        if math.isnan(pressures[0]):
             return
-        low, high = float(par.tank_pressure), float(par.supply_pressure)
-        alpha, wanted = float(par.cylinder_area_ratio), force / float(par.cylinder_piston_area)
-        pressure_b = min(high, max(low, (high - wanted) / (1.0 + alpha)))
-        pressure_a = wanted + alpha * pressure_b
-        if not low <= pressure_a <= high:
-            return
-        self.state.stretch = self._stretch_under(force)
-        self.set_pressures(pressure_a, pressure_b)
-
-    def _stretch_under(self, force: float) -> float:
-        """Return how far the rod is ahead of a load that it holds with a force [N]."""
-        par, stretch = self.parameters, 0.0
-        if self.knows("coupling_compliance_compliance"):
-            stretch += force * float(par.coupling_compliance_compliance)
-        if self.knows("backlash_gap"):
-            gap = float(par.backlash_gap)
-            stretch += math.copysign(0.5 * gap, force) + force * gap * float(par.backlash_softness)
-        return stretch
+        elastic = [float(par[name]) if self.knows(name) else 0.0 for name in STRETCHING]
+        self.state.stretch = stretch_under(force, *elastic)
+        self.set_pressures(*pressures)
 
     def set_pressures(self, pressure_a: float, pressure_b: float) -> None:
         """Put pressures [Pa] into the chambers, and evaluate the signals there."""
         self.step(0)
         gas = float(self.signals.gas_pressure)
-        self.state.pressure_a = pressure_a - (gas * gas / pressure_a if gas else 0.0)
-        self.state.pressure_b = pressure_b - (gas * gas / pressure_b if gas else 0.0)
+        self.state.pressure_a = without_gas(pressure_a, gas)
+        self.state.pressure_b = without_gas(pressure_b, gas)
         self.step(0)
 
     def knows(self, parameter: str) -> bool:
