@@ -136,11 +136,17 @@ EXPORT int NAME(GetEventIndicators, GetEventIndicators)(void *c, double *z, size
     return 0;
 }
 
+/* a further force that sets in with the step after 20 ms, without any indicator */
+static bool latched(const Slide *s)
+{
+    return s->value[MISDEED] == 11 && s->value[TIME] > 0.01999;
+}
+
 EXPORT int NAME(CompletedIntegratorStep, CompletedIntegratorStep)(void *c, Flag past, Flag *enter,
                                                                   Flag *ends)
 {
     Slide *const s = c;
-    *enter = false;
+    *enter = latched(s) && !s->pushed;
     *ends = s->value[MISDEED] == 8 && s->value[TIME] > 0.0495;
     return 0;
 }
@@ -152,7 +158,7 @@ static bool settle(Slide *s)
         v[V] *= -v[REBOUND];
         v[HITS] += 1;
     }
-    s->pushed = v[TIME] >= v[ONSET];
+    s->pushed = v[TIME] >= v[ONSET] || latched(s);
     s->settled = v[TIME];
     return v[MISDEED] == 9 && v[TIME] > 0.0495;
 }

@@ -93,6 +93,15 @@ def test_it_moves_by_the_closed_form_through_both_kinds_of_events(sliding: Path)
         assert made.signals.model.acceleration == pytest.approx(11.0, rel=1e-12)
 
 
+def test_what_it_asks_for_after_a_step_is_an_event(sliding: Path) -> None:
+    """Its further force sets in at the end of the step that passes 19.99 ms: at 20 ms."""
+    text = WIRED.replace(f"onset = {ONSET}", "onset = 1e9").replace("reach = 15.0", "reach = 1e9")
+    with emulator(sliding, f"{text}misdeed = 11\n") as made:
+        driven(made, 29)
+        speed = 1e-3 * (5.0 * FORCE * 29e-3 + PUSH * 10e-3)
+        assert made.signals.model.velocity == pytest.approx(speed, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("misdeed", "said"),
     [
