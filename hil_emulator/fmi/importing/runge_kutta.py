@@ -107,14 +107,13 @@ def _accept(functions: Any, instance: int, rows: Any, indicators: Any, flags: An
     indicators[0] = indicators[1]
     flags[:] = 0
     enter = np.intp(flags.ctypes.data)
-    # the past is done with, 1: no state from before this time will be set again
+    # the past is done with, 1: no state from before this time will be set again; the flag goes in a
+    # register, whose further bits the FMU does not read
     status: int = _call(functions[4], (instance, 1, enter, enter + flags.itemsize))
     return status
 
 
-@_entry(
-    _types.Tuple((_STATUS, _types.boolean))(_FUNCTIONS, _INT, _REAL, _REAL, _ROWS, _ROWS)
-)  # fmt: skip
+@_entry(_types.Tuple((_STATUS, _types.boolean))(_FUNCTIONS, _INT, _REAL, _REAL, _ROWS, _ROWS))
 def attempt(
     functions: Any, instance: int, begin: float, end: float, rows: Any, indicators: Any
 ) -> tuple[int, bool]:
