@@ -97,6 +97,21 @@ class Dictionary:
         """Return an entry, or None where the EDS has none."""
         return self._entries.get((index, subindex))
 
+    def number(self, index: int, subindex: int = 0) -> Entry | None:
+        """Return an entry that its profile computes with, or None where the EDS has none.
+
+        Raises:
+            UserError: the EDS gives it text or a DOMAIN.
+
+        """
+        found = self.get(index, subindex)
+        if found is not None and not found.type.numeric:
+            raise UserError(
+                f"{self.source} [{found.section}] DataType: {found.type.name}, where the device's "
+                "profile has a number"
+            )
+        return found
+
     def entry(self, index: int, subindex: int = 0) -> Entry:
         """Return an entry, or raise `SdoAbort` (0602 0000, 0609 0011)."""
         found = self._entries.get((index, subindex))

@@ -73,6 +73,11 @@ class Entry:
         return f"0x{self.index:04X}:{self.subindex:02X}"
 
     @property
+    def section(self) -> str:
+        """Its section in an EDS, such as 1A00sub1."""
+        return f"{self.index:04X}" + (f"sub{self.subindex:X}" if self.subindex else "")
+
+    @property
     def readable(self) -> bool:
         """Whether an SDO client may read it."""
         return self.access != "wo"

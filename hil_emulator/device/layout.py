@@ -99,7 +99,7 @@ def checked_parameters(dictionary: Dictionary, number: int, *, receive: bool) ->
         except SdoAbort as abort:
             index, subindex, bits = word.value >> 16, word.value >> 8 & 0xFF, word.value & 0xFF
             raise UserError(
-                f"{dictionary.source} [{word.index:04X}sub{word.subindex:X}] maps "
+                f"{dictionary.source} [{word.section}] maps "
                 f"0x{index:04X}:{subindex:02X} with {bits} bits: {abort}; map an object that "
                 "exists, with PDOMapping=1, a fitting AccessType and its own length"
             ) from None

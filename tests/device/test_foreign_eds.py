@@ -1,6 +1,7 @@
 """EDS files of makers: what is odd is read in its one sense and noted, what is not is refused."""
 
 import contextlib
+import re
 from pathlib import Path
 
 import canopen
@@ -13,8 +14,10 @@ from hypothesis import strategies as st
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.eds.load import commissioned
 from hil_emulator.device.eds.report import lines
+from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
+from hil_emulator.frame import Frame
 
 NODE_ID = 5
 SHIPPED = sorted((Path(__file__).parents[2] / "eds").glob("*.eds"))
@@ -246,3 +249,41 @@ def test_any_text_is_an_eds_or_refused(tmp_path: Path, data: st.DataObject) -> N
     path.write_text("\n".join(text))
     with contextlib.suppress(UserError):
         Node(Dictionary.from_eds(path, NODE_ID), (), {})
+
+
+@pytest.mark.parametrize(
+    ("name", "section", "told"),
+    [("load_cell", "1A00sub1", "CiA 301 has an integer"),
+     ("valve_driver", "6040", "profile has a number"),
+     ("pressure_transmitter", "6126sub1", "profile has a number")],
+)  # fmt: skip
+def test_text_in_the_place_of_a_number_is_refused(
+    tmp_path: Path, name: str, section: str, told: str
+) -> None:
+    """What a device computes with cannot be a string; the message has section and key."""
+    before, mark, after = _sheet(name).partition(f"[{section}]\n")
+    path = tmp_path / "text.eds"
+    path.write_text(before + mark + re.sub(r"DataType=\w+", "DataType=9", after, count=1))
+    with pytest.raises(UserError, match=rf"\[{section}\] DataType: VISIBLE_STRING, where .*{told}"):
+        Node(Dictionary.from_eds(path, NODE_ID), (), {})
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_any_data_type_runs_or_is_refused(tmp_path: Path, data: st.DataObject) -> None:
+    """Whatever type a maker gives an object of a profile: the node runs, or is refused in words."""
+    lines = _sheet(data.draw(st.sampled_from(["valve_driver", "pressure_transmitter"]))).split("\n")
+    at = data.draw(st.sampled_from([i for i, line in enumerate(lines) if "DataType=" in line]))
+    lines[at] = f"DataType={data.draw(st.sampled_from([1, 8, 9, 10, 15, 27]))}"
+    path = tmp_path / "typed.eds"
+    path.write_text("\n".join(lines))
+    with contextlib.suppress(UserError):
+        node = Node(Dictionary.from_eds(path, NODE_ID), (), {})
+        for tick in range(3):
+            start = [Frame(0, bytes([1, NODE_ID]))] if tick == 1 else []
+            node.receive(tick * 100_000_000, [*start, Frame(0x80, b"")])
+            node.publish(tick * 100_000_000, Measured([], []))
+
+
+def _sheet(name: str) -> str:
+    return next(path for path in SHIPPED if path.stem == name).read_text()

@@ -87,8 +87,9 @@ class DefaultMappings:
         if target.access in ("rwr", "rww"):
             target.access = "rw"
         target.mappable = True
-        section = f"{target.index:04X}" + (f"sub{target.subindex:X}" if target.subindex else "")
-        self._report.note(section, "", f"mapped by default to {kind}s against its attributes")
+        self._report.note(
+            target.section, "", f"mapped by default to {kind}s against its attributes"
+        )
 
     def _switch_off(self, index: int, kind: str, problem: str) -> None:
         cob_id = self._entries.get((index - _TO_COMMUNICATION, COB_ID))

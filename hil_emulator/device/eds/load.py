@@ -14,7 +14,7 @@ the DefaultValue or ParameterValue of a real number, which tools do not agree ho
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,6 +35,12 @@ IDENTITY = 0x1018
 BIT_RATES = (10, 20, 50, 125, 250, 500, 800, 1000)
 """Those that `[DeviceInfo]` speaks of [kbit/s]."""
 DUMMY_TYPES = range(1, 8)
+
+_INTEGERS = (
+    range(0x1000, 0x1008), range(0x100C, 0x100E), range(0x1010, 0x1021), range(0x1028, 0x102A),
+    range(0x1200, 0x1300), range(0x1400, 0x1C00),
+)  # fmt: skip
+"""Objects of CiA 301 that hold integers alone and that services of a device compute with."""
 
 BINDING = re.compile(r"^([0-9A-Fa-f]{4}(?:sub[0-9A-Fa-f]+)?):((?: \w+=\S+)+)$")
 """A line of [Comments] that gives keys to an object's section."""
@@ -83,11 +89,19 @@ def load(path: Path, node_id: int) -> DataSheet:
     entries = list(ObjectReader(sheet, node_id, report).entries())
     indices = {entry.index for entry in entries}
     _check_indices(sheet, indices, report)
+    _check_integers(entries, report)
     DefaultMappings(entries, report).admit()
     rates = {
         k * 1000 for k in BIT_RATES if number(sheet.get("DeviceInfo"), f"BaudRate_{k}", report)
     }
     return DataSheet([*_dummies(sheet, report), *entries], report.remarks, frozenset(rates))
+
+
+def _check_integers(entries: Iterable[Entry], report: Report) -> None:
+    for entry in entries:
+        if entry.type.kind != "integer" and any(entry.index in known for known in _INTEGERS):
+            text = f"{entry.type.name}, where CiA 301 has an integer"
+            raise report.refusal(entry.section, "DataType", text)
 
 
 def commissioned(path: Path) -> int | None:

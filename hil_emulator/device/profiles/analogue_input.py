@@ -144,7 +144,7 @@ class AnalogueInput:
             if value != SIGNATURES[entry.index]:
                 raise SdoAbort(AbortCode.CANNOT_BE_STORED)
         elif entry.index == PHYSICAL_UNIT:
-            unit = si_unit(value)
+            unit = si_unit(int(value))
             if unit is None or unit[0] != self.field.unit:
                 raise SdoAbort(AbortCode.INVALID_VALUE)
         elif entry.index in (FIELD_1, FIELD_2):
@@ -166,7 +166,7 @@ class AnalogueInput:
 
     def _convert(self) -> None:
         """Express every parameter that is in the physical unit in the new one."""
-        unit = si_unit(self._unit.value)
+        unit = si_unit(int(self._unit.value))
         assert unit is not None  # `check` has seen to that
         ratio = self._si / unit[1]
         for parameter in self._parameters.values():
@@ -174,7 +174,7 @@ class AnalogueInput:
 
     def _scale_objects(self) -> None:
         """Say in each value's unit and factor what a digit of it is."""
-        unit = si_unit(self._unit.value) or (self.field.unit, 1.0)
+        unit = si_unit(int(self._unit.value)) or (self.field.unit, 1.0)
         self._si = unit[1]
         for entry in (*self._gross, *self._net):
             real = entry.type.kind == "real"
@@ -184,11 +184,11 @@ class AnalogueInput:
         self._net_digits = [_digits(entry, self._si / entry.factor) for entry in self._net]
 
     def _parameter(self, index: int, missing: float, kind: DataType = _REAL32) -> Entry:
-        entry = self._dictionary.get(index, self._number)
+        entry = self._dictionary.number(index, self._number)
         return entry or Entry(index, self._number, "unlisted", kind, default=missing)
 
     def _existing(self, indices: tuple[int, ...]) -> list[Entry]:
-        found = [self._dictionary.get(index, self._number) for index in indices]
+        found = [self._dictionary.number(index, self._number) for index in indices]
         return [entry for entry in found if entry is not None]
 
 

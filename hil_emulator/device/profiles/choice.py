@@ -38,12 +38,12 @@ def profile_of(dictionary: Dictionary, channels: Sequence[str], emergency: Emerg
         measuring_device.scale_by_unit(dictionary, direct)
     if number == 406 and kind not in ROTARY and _positions(dictionary):
         return Encoder(dictionary, channels)
-    if number == 408 and all(dictionary.get(*place) for place in valve.REQUIRED):
+    if number == 408 and all(dictionary.number(*place) for place in valve.REQUIRED):
         return ValveDriver(dictionary, channels, emergency)
     return NoProfile()
 
 
 def _positions(dictionary: Dictionary) -> bool:
     """Return whether there is a position, and its scale is left to the profile."""
-    found = [dictionary.get(POSITION), dictionary.get(MULTI_POSITION, 1)]
+    found = [dictionary.number(POSITION), dictionary.number(MULTI_POSITION, 1)]
     return any(found) and not any(dictionary.scaled(entry) for entry in found)

@@ -33,10 +33,10 @@ class Conditioning:
         values = self._dictionary
         self._low = share(values, LOWER_LIMIT, -FULL_SCALE)
         self._high = share(values, UPPER_LIMIT, FULL_SCALE)
-        self._scale = fraction(values.get(SCALING))
+        self._scale = fraction(values.number(SCALING))
         self._offset = share(values, OFFSET, 0)
         self._zero = share(values, ZERO_CORRECTION, 0)
-        gain = fraction(values.get(DIRECTION_GAIN))
+        gain = fraction(values.number(DIRECTION_GAIN))
         self._negative_gain = gain if self._on(DIRECTION_GAIN_TYPE) else 1.0
         on = self._on(DEAD_BAND_TYPE)
         self._positive_band = share(values, DEAD_BAND_A, 0) if on else 0
@@ -65,7 +65,7 @@ class Conditioning:
         return edge * size / self._threshold
 
     def _on(self, index: int) -> bool:
-        entry = self._dictionary.get(index)
+        entry = self._dictionary.number(index)
         return entry is not None and entry.value != 0
 
 

@@ -17,8 +17,8 @@ class CyclicTimer:
 
     def __init__(self, dictionary: Dictionary) -> None:
         self._dictionary = dictionary
-        self._here = dictionary.get(CYCLIC_TIMER)
-        self._there = dictionary.get(TPDO_COMMUNICATION, EVENT_TIMER)
+        self._here = dictionary.number(CYCLIC_TIMER)
+        self._there = dictionary.number(TPDO_COMMUNICATION, EVENT_TIMER)
         dictionary.observe(self._written)
 
     def _written(self, entry: Entry) -> None:

@@ -19,13 +19,13 @@ class DeviationMonitor:
 
     def __init__(self, dictionary: Dictionary) -> None:
         self._dictionary = dictionary
-        self._shown = dictionary.get(DEVIATION, VALUE)
+        self._shown = dictionary.number(DEVIATION, VALUE)
         self._since_ns: int | None = None
         self.reload()
 
     def reload(self) -> None:
         """Take over the parameters."""
-        kind = self._dictionary.get(MONITORING_TYPE)
+        kind = self._dictionary.number(MONITORING_TYPE)
         self._on = kind is not None and kind.value != 0
         self._delay_ns = round(seconds(self._dictionary, DELAY_TIME) * NS_PER_S)
         self._high = share(self._dictionary, UPPER_THRESHOLD, FULL_SCALE)

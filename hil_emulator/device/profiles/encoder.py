@@ -63,11 +63,11 @@ class Encoder:
         self._dictionary = dictionary
         self._position_values = [
             entry
-            for entry in (dictionary.get(MULTI_POSITION, 1), dictionary.get(POSITION))
+            for entry in (dictionary.number(MULTI_POSITION, 1), dictionary.number(POSITION))
             if entry is not None
         ]
         self._position_limited = [_limited(entry) for entry in self._position_values]
-        self._speed_value = dictionary.get(SPEED, 1)
+        self._speed_value = dictionary.number(SPEED, 1)
         self._speed_limited = None if self._speed_value is None else _limited(self._speed_value)
         signals = [entry.signal for entry in self._position_values if entry.signal in channels]
         self._at = self._wire(channels, signals[0] if signals else "", *self._position_values)
@@ -76,7 +76,7 @@ class Encoder:
             self._speed_at = self._wire(channels, self._speed_value.signal, self._speed_value)
         self._alarms = self._bits(ALARMS)
         self._warnings = self._bits(WARNINGS)
-        self._offset = dictionary.get(OFFSET)
+        self._offset = dictionary.number(OFFSET)
         if self._offset is not None:
             self._offset.retained = True
         self._raw = 0
@@ -98,7 +98,7 @@ class Encoder:
         if self._speed_value is not None:
             step = self._value(STEP_SETTINGS, 2, missing=1) or 1
             self._speed_value.factor = step / STEPS_PER_METRE_PER_SECOND
-        status = self._dictionary.get(OPERATING_STATUS)
+        status = self._dictionary.number(OPERATING_STATUS)
         if status is not None:
             status.value = parameters
 
@@ -154,10 +154,10 @@ class Encoder:
     def _bits(self, index: int) -> Entry:
         """Return an object of bits; one that the EDS has not is set for nobody."""
         self.sources[index, 0] = "profile"
-        return self._dictionary.get(index) or Entry(index, 0, "unlisted", _UNSIGNED16)
+        return self._dictionary.number(index) or Entry(index, 0, "unlisted", _UNSIGNED16)
 
     def _value(self, index: int, subindex: int = 0, missing: int = 0) -> int:
-        entry = self._dictionary.get(index, subindex)
+        entry = self._dictionary.number(index, subindex)
         return missing if entry is None else int(entry.value)
 
 

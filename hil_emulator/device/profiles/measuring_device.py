@@ -42,7 +42,7 @@ class MeasuringDevice:
         self._inputs: dict[int, AnalogueInput] = {}
         self._wired: list[tuple[int, AnalogueInput]] = []
         for number in range(1, MAX_INPUTS):
-            field = dictionary.get(FIELD_VALUE, number)
+            field = dictionary.number(FIELD_VALUE, number)
             if field is None:
                 break
             self._inputs[number] = made = AnalogueInput(dictionary, number)
@@ -95,7 +95,7 @@ def complete(dictionary: Dictionary) -> bool:
     """Return whether there is an input, and each has a process value and a physical unit."""
     numbers = [e.subindex for e in dictionary if e.index == FIELD_VALUE and e.subindex]
     needed = (PROCESS_VALUES[0], PHYSICAL_UNIT)
-    return bool(numbers) and all(dictionary.get(i, n) for i in needed for n in numbers)
+    return bool(numbers) and all(dictionary.number(i, n) for i in needed for n in numbers)
 
 
 def shown_directly(dictionary: Dictionary, channels: Sequence[str]) -> list[Entry]:
@@ -107,11 +107,11 @@ def shown_directly(dictionary: Dictionary, channels: Sequence[str]) -> list[Entr
 def scale_by_unit(dictionary: Dictionary, shown: Sequence[Entry]) -> None:
     """Give process values the unit and the decimal digits that their objects state (CiA 404)."""
     for entry in shown:
-        coded = dictionary.get(PHYSICAL_UNIT, entry.subindex)
+        coded = dictionary.number(PHYSICAL_UNIT, entry.subindex)
         unit = None if coded is None else si_unit(int(coded.value))
         if unit is None or dictionary.scaled(entry):
             continue
-        places = dictionary.get(DECIMAL_DIGITS, entry.subindex)
+        places = dictionary.number(DECIMAL_DIGITS, entry.subindex)
         whole = entry.type.kind == "integer" and places is not None
         entry.unit = unit[0]
         entry.factor = unit[1] * (10.0 ** -int(places.value) if whole and places else 1.0)

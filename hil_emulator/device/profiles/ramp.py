@@ -43,7 +43,7 @@ class Ramp:
 
     def reload(self) -> None:
         """Take over the parameters."""
-        entry = self._dictionary.get(RAMP_TYPE)
+        entry = self._dictionary.number(RAMP_TYPE)
         kind = RampType.OFF if entry is None else entry.value
         both = seconds(self._dictionary, ACCELERATION[0])
         away, towards = (both, both), (both, both)

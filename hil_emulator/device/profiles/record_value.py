@@ -12,16 +12,16 @@ FULL_SCALE = 16384
 
 def seconds(dictionary: Dictionary, index: int) -> float:
     """Return a record that is a time, 0 where the EDS has none."""
-    entry = dictionary.get(index, VALUE)
+    entry = dictionary.number(index, VALUE)
     if entry is None:
         return 0.0
-    prefix = dictionary.get(index, PREFIX)
+    prefix = dictionary.number(index, PREFIX)
     return float(entry.value) * 10.0 ** (0 if prefix is None else int(prefix.value))
 
 
 def share(dictionary: Dictionary, index: int, missing: int) -> int:
     """Return a record's value in digits of 1/16384, or what holds where the EDS has none."""
-    entry = dictionary.get(index, VALUE)
+    entry = dictionary.number(index, VALUE)
     return missing if entry is None else int(entry.value)
 
 

@@ -92,7 +92,7 @@ class ValveDriver:
     ) -> Mapping[str, float]:
         """Follow the control word, and turn the set point into the command."""
         elapsed, self._last_ns = (now_ns - self._last_ns) / NS_PER_S, now_ns
-        self._machine.update(self._control.value, operational=operational)
+        self._machine.update(int(self._control.value), operational=operational)
         state = self._machine.state
         if self._machine.repaired:
             self._error.value = 0
