@@ -31,6 +31,7 @@ static void *begin(void)
     Slide *const s = calloc(1, sizeof *s);
     s->value[MASS] = 1;
     s->value[FORCE] = 1;
+    s->value[U] = 7; /* until it is told of another one */
     s->value[ONSET] = s->value[REACH] = INFINITY;
     return s;
 }
@@ -187,6 +188,23 @@ EXPORT int fmi3UpdateDiscreteStates(void *c, bool *again, bool *ends, bool *nomi
 }
 #endif
 
+#if FMI == 3
+/* for co-simulation it stands still */
+EXPORT void *fmi3InstantiateCoSimulation(const char *n, const char *t, const char *r, bool v,
+                                         bool o, bool e, bool a, const unsigned *i, size_t m,
+                                         void *x, void *l, void *u) { return begin(); }
+EXPORT int fmi3DoStep(void *c, double t, double h, bool keep, bool *event, bool *ends, bool *early,
+                      double *reached)
+{
+    const double misdeed = t > 0.0495 ? ((Slide *)c)->value[MISDEED] : 0;
+    *event = false;
+    *ends = misdeed == 8;
+    *early = misdeed == 12;
+    *reached = t + (misdeed == 12 ? 0.5 : 1) * h;
+    return 0;
+}
+#endif
+
 /* what nobody calls has to be there */
 #define NONE(name) EXPORT int name(void) { return 3; }
 #if FMI == 2
@@ -207,8 +225,8 @@ NONE(fmi3GetIntervalFraction) NONE(fmi3GetShiftDecimal) NONE(fmi3GetShiftFractio
 NONE(fmi3SetIntervalDecimal) NONE(fmi3SetIntervalFraction) NONE(fmi3SetShiftDecimal)
 NONE(fmi3SetShiftFraction) NONE(fmi3EvaluateDiscreteStates) NONE(fmi3GetNominalsOfContinuousStates)
 NONE(fmi3GetOutputDerivatives) NONE(fmi3ActivateModelPartition) NONE(fmi3SetDebugLogging)
-NONE(fmi3InstantiateCoSimulation) NONE(fmi3InstantiateScheduledExecution) NONE(fmi3Reset)
+NONE(fmi3InstantiateScheduledExecution) NONE(fmi3Reset)
 NONE(fmi3GetFMUState) NONE(fmi3SetFMUState) NONE(fmi3FreeFMUState) NONE(fmi3SerializedFMUStateSize)
 NONE(fmi3SerializeFMUState) NONE(fmi3DeserializeFMUState) NONE(fmi3GetDirectionalDerivative)
-NONE(fmi3GetAdjointDerivative) NONE(fmi3EnterStepMode) NONE(fmi3DoStep)
+NONE(fmi3GetAdjointDerivative) NONE(fmi3EnterStepMode)
 #endif

@@ -17,7 +17,7 @@ _VARIABLES = [
 """Name, causality and unit, in the order of the value references in `slide.c`."""
 
 _STATES = {"x": ("v", 3), "v": ("a", 4)}
-_STARTS = {"m": 1.0, "force": 1.0, "rebound": 0.0, "push": 0.0, "misdeed": 0.0, "u": 0.0}
+_STARTS = {"m": 1.0, "force": 1.0, "rebound": 0.0, "push": 0.0, "misdeed": 0.0, "u": 7.0}
 
 
 def slide(version: int, file: Path, *, interface: str = "ModelExchange") -> Path:

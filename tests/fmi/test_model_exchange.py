@@ -2,6 +2,8 @@
 
 import math
 import struct
+import tempfile
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -102,6 +104,18 @@ def test_what_it_asks_for_after_a_step_is_an_event(sliding: Path) -> None:
         assert made.signals.model.velocity == pytest.approx(speed, rel=1e-9)
 
 
+def test_an_event_that_is_due_at_the_end_of_a_tick_is_seen_in_it(sliding: Path) -> None:
+    """The further force sets in at 20 ms, and is in the acceleration of 20 ms."""
+    text = WIRED.replace(f"onset = {ONSET}", "onset = 0.02")
+    with emulator(sliding, text) as made:
+        driven(made, 18)
+        assert made.signals.model.acceleration == pytest.approx(5e-3 * FORCE, rel=1e-12)
+        made.tick()
+        assert made.signals.model.acceleration == pytest.approx(
+            1e-3 * (5.0 * FORCE + PUSH), rel=1e-12
+        )
+
+
 @pytest.mark.parametrize(
     ("misdeed", "said"),
     [
@@ -117,10 +131,14 @@ def test_what_it_asks_for_after_a_step_is_an_event(sliding: Path) -> None:
     ],
 )
 def test_one_that_fails_does_not_take_the_bus_down(
-    tmp_path_factory: pytest.TempPathFactory, misdeed: int, said: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, misdeed: int, said: str
 ) -> None:
-    """One emergency 0x6100, no plausible reading, and the node goes on answering."""
-    fmu = slide(3, tmp_path_factory.mktemp("hostile") / "slide.fmu")
+    """One emergency 0x6100, no plausible reading, the node goes on answering, no file is left."""
+    fmu = slide(3, tmp_path / "slide.fmu")
+    unpacked = tmp_path / "unpacked"
+    unpacked.mkdir()
+    monkeypatch.setenv("TMPDIR", str(unpacked))
+    monkeypatch.setattr(tempfile, "tempdir", None)
     # an event is due while the misdeed is done
     text = WIRED.replace(f"onset = {ONSET}", "onset = 0.05").replace("reach = 15.0", "reach = 1e9")
     with emulator(fmu, f"{text}misdeed = {misdeed}\n") as made:
@@ -131,6 +149,44 @@ def test_one_that_fails_does_not_take_the_bus_down(
         ]
         last = [f for f in sent if f.can_id == 0x385][-1]
         assert struct.unpack_from("<i", last.data)[0] == -(2**31)
+    assert not list(unpacked.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("misdeed", "said"),
+    [
+        (8, "has ended its simulation at 0.051 s"),
+        (12, "its step from 0.05 s ended early"),
+    ],
+)
+def test_a_communication_step_that_is_no_whole_one_is_a_failure(
+    tmp_path: Path, misdeed: int, said: str
+) -> None:
+    """What FMI 3.0 answers beside the status is heeded."""
+    fmu = slide(3, tmp_path / "slide.fmu", interface="CoSimulation")
+    with emulator(fmu, f"{WIRED}misdeed = {misdeed}\n") as made:
+        driven(made, 60)
+        assert said in made.rig.plant.supply.failure
+
+
+def test_an_array_is_refused_by_name(tmp_path: Path) -> None:
+    """One number is wired to one signal."""
+    given, fmu = slide(3, tmp_path / "given.fmu"), tmp_path / "slide.fmu"
+    with zipfile.ZipFile(given) as before, zipfile.ZipFile(fmu, "w") as after:
+        for name in before.namelist():
+            text = before.read(name)
+            whole = (
+                b'name="x" valueReference="2" causality="output" variability="continuous" unit="mm"'
+            )
+            after.writestr(
+                name, text.replace(whole + b"/>", whole + b'><Dimension start="3"/></Float64>')
+            )
+    layer = tmp_path / "layer.toml"
+    layer.write_text(WIRED)
+    settings = load([KNEE, layer]).fmu
+    assert settings is not None
+    with pytest.raises(UserError, match="'x' is an array"):
+        wire(settings)
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ class ModelExchange(Instance):
             "GetEventIndicators", "CompletedIntegratorStep",
         )  # fmt: skip
         self._functions = tuple(_address(self.function(name)) for name in names)
-        self._given = bytes(self.inputs)
+        self._given = b""  # even zeros are news to one that starts with other inputs
         # initialisation ends in event mode
         self._leave_event_mode()
         self.get_outputs()
@@ -71,9 +71,9 @@ class ModelExchange(Instance):
         self.get_outputs()
 
     def _take_whole_steps(self, end: int) -> None:
-        """Take steps up to one that holds an event, as far as none is known of."""
-        if self._next < end * self._step:
-            end = max(self._taken, math.floor(self._next / self._step))
+        """Take steps up to one that holds an event or ends with it, as far as that is known of."""
+        if self._next <= end * self._step:
+            end = max(self._taken, min(end, math.ceil(self._next / self._step)) - 1)
         status, self._taken = advance(
             self._functions, self._address, self._step, self._taken, end, self._rows,
             self._indicators, self._flags,

@@ -5,6 +5,7 @@ import os
 import select
 import subprocess
 import sys
+import tempfile
 import weakref
 from pathlib import Path
 
@@ -50,16 +51,22 @@ class FmuProcess:
             "step": step,
             "steps": steps,
         }
-        words = [sys.executable, "-m", worker.__name__, str(file.resolve()), json.dumps(request)]
+        # unpacked from here: what is killed there tidies nothing up
+        folder = tempfile.TemporaryDirectory()
+        words = [sys.executable, "-m", worker.__name__, str(file.resolve()), folder.name]
         self._process = subprocess.Popen(
-            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
+            [*words, json.dumps(request)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            bufsize=0,
+            start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._to, self._from = self._process.stdin.fileno(), self._process.stdout.fileno()
         self._poll = select.poll()
         self._poll.register(self._from, select.POLLIN)
-        self._end = weakref.finalize(self, _kill, self._process)
+        self._end = weakref.finalize(self, _kill, self._process, folder)
         self._size = 1 + 8 * len(wiring.outputs)
         self._timeout = timeout
         self.outputs = self._answer(_STARTING)
@@ -101,9 +108,10 @@ class FmuProcess:
         return FmuFailedError(why)
 
 
-def _kill(process: "subprocess.Popen[bytes]") -> None:
+def _kill(process: "subprocess.Popen[bytes]", folder: "tempfile.TemporaryDirectory[str]") -> None:
     process.kill()
     process.wait()
     for pipe in (process.stdin, process.stdout):
         if pipe:
             pipe.close()
+    folder.cleanup()

@@ -117,6 +117,8 @@ def _variable(file: Path, known: Mapping[str, Any], name: str, causality: str) -
         raise UserError(f"{file}: '{name}' is of kind {found.causality}, wanted is {causality}")
     if found.type not in _REAL:
         raise UserError(f"{file}: '{name}' is {found.type}; only real numbers can be wired")
+    if found.dimensions:
+        raise UserError(f"{file}: '{name}' is an array; only single numbers can be wired")
     return found
 
 

@@ -1,18 +1,17 @@
 """The process in which an FMU runs: whatever becomes of it, the bus is another one.
 
-    python -m hil_emulator.fmi.importing.worker FILE REQUEST
+    python -m hil_emulator.fmi.importing.worker FILE FOLDER REQUEST
 
-REQUEST is JSON: interface, value references of inputs and outputs, parameters, integration step,
-steps per tick. On standard input come the values of the inputs, packed; on standard output go a
-status and the values of the outputs, one answer ahead of the first step for those at the start. It
-ends when the input does.
+FILE is unpacked into FOLDER. REQUEST is JSON: interface, value references of inputs and outputs,
+parameters, integration step, steps per tick. On standard input come the values of the inputs,
+packed; on standard output go a status and the values of the outputs, one answer ahead of the first
+step for those at the start. It ends when the input does.
 """
 
 import ctypes
 import json
 import os
 import sys
-import tempfile
 from typing import Any
 
 from hil_emulator.fmi.importing.instance import MODEL_EXCHANGE, Instance
@@ -22,26 +21,25 @@ MESSAGE = 400
 """Bytes that a message may have; an answer ends with so many."""
 
 
-def main(file: str, request: dict[str, Any]) -> None:
+def main(file: str, folder: str, request: dict[str, Any]) -> None:
     """Serve until the input ends."""
     # what the FMU prints must not get among the answers
     answers = os.dup(1)
     os.dup2(2, 1)
-    with tempfile.TemporaryDirectory() as folder:
-        nothing = bytes(8 * len(request["outputs"]))
-        try:
-            fmu = _instance(file, request, folder)
+    nothing = bytes(8 * len(request["outputs"]))
+    try:
+        fmu = _instance(file, request, folder)
+        os.write(answers, bytes([OK]) + bytes(fmu.outputs))
+        while True:
+            given = os.read(0, max(1, ctypes.sizeof(fmu.inputs)))
+            if not given:
+                return
+            ctypes.memmove(fmu.inputs, given, ctypes.sizeof(fmu.inputs))
+            fmu.tick()
             os.write(answers, bytes([OK]) + bytes(fmu.outputs))
-            while True:
-                given = os.read(0, max(1, ctypes.sizeof(fmu.inputs)))
-                if not given:
-                    return
-                ctypes.memmove(fmu.inputs, given, ctypes.sizeof(fmu.inputs))
-                fmu.tick()
-                os.write(answers, bytes([OK]) + bytes(fmu.outputs))
-        except Exception as error:  # the other process says it, whatever it is
-            message = str(error).encode()[:MESSAGE].ljust(MESSAGE)
-            os.write(answers, bytes([FAILED]) + nothing + message)
+    except Exception as error:  # the other process says it, whatever it is
+        message = str(error).encode()[:MESSAGE].ljust(MESSAGE)
+        os.write(answers, bytes([FAILED]) + nothing + message)
 
 
 def _instance(file: str, request: dict[str, Any], folder: str) -> Instance:
@@ -56,4 +54,4 @@ def _instance(file: str, request: dict[str, Any], folder: str) -> Instance:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], json.loads(sys.argv[2]))
+    main(sys.argv[1], sys.argv[2], json.loads(sys.argv[3]))
