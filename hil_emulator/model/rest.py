@@ -19,13 +19,15 @@ def bearing_pressures(
         area: of the piston [m^2].
 
     Returns:
-        Twice NaN without a force, or where no pressures between tank and supply hold it.
+        Twice NaN without a force or an area, or where no pressures between tank and supply hold it.
 
     """
+    if force == 0.0 or area == 0.0:
+        return math.nan, math.nan
     wanted = force / area
     pressure_b = min(high, max(low, (high - wanted) / (1.0 + alpha)))
     pressure_a = wanted + alpha * pressure_b
-    if force == 0.0 or not low <= pressure_a <= high:
+    if not low <= pressure_a <= high:
         return math.nan, math.nan
     return pressure_a, pressure_b
 

@@ -5,6 +5,7 @@ The other process imports the same effects and compiles the model, or finds it i
 
 import io
 import pickle
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -47,7 +48,7 @@ def serialised(predictor: Predictor) -> Serialised:
     """Return a predictor ready to travel."""
     kernel = predictor.model.kernel
     buffer = io.BytesIO()
-    _Pickler(buffer, kernel.effects).dump(predictor)
+    _Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(predictor)
     names = frozenset(effect.name for effect in kernel.effects)
     return Serialised(buffer.getvalue(), names, effect_files(kernel.effects), digest(kernel))
 
@@ -75,32 +76,32 @@ def _built(sent: Serialised) -> Predictor:
                 "here; install the same, so that the results are the same"
             )
         loops = bind(kernel, cache_folder())
-    predictor: Predictor = _Unpickler(io.BytesIO(sent.state), kernel, loops).load()
+    # the configuration names effects that the machine's kernel need not know
+    effects = {effect.name: effect for effect in (*CATALOGUE, *own, *kernel.effects)}
+    predictor: Predictor = _Unpickler(io.BytesIO(sent.state), effects, kernel, loops).load()
     return predictor
 
 
 class _Pickler(pickle.Pickler):
-    def __init__(self, file: io.BytesIO, effects: tuple[Effect, ...]) -> None:
-        super().__init__(file, pickle.HIGHEST_PROTOCOL)
-        self._places = {id(effect): i for i, effect in enumerate(effects)}
-
-    def persistent_id(self, obj: Any) -> tuple[str, int] | None:
+    def persistent_id(self, obj: Any) -> tuple[str, str] | None:
         """Return what stands for code."""
         if isinstance(obj, Effect):
-            return "effect", self._places[id(obj)]
+            return "effect", obj.name
         if isinstance(obj, Kernel):
-            return "kernel", 0
-        return ("loops", 0) if isinstance(obj, Loops) else None
+            return "kernel", ""
+        return ("loops", "") if isinstance(obj, Loops) else None
 
 
 class _Unpickler(pickle.Unpickler):
-    def __init__(self, file: io.BytesIO, kernel: Kernel, loops: Loops) -> None:
+    def __init__(
+        self, file: io.BytesIO, effects: Mapping[str, Effect], kernel: Kernel, loops: Loops
+    ) -> None:
         super().__init__(file)
-        self._kernel, self._loops = kernel, loops
+        self._effects, self._kernel, self._loops = effects, kernel, loops
 
-    def persistent_load(self, pid: tuple[str, int]) -> Effect | Kernel | Loops:
+    def persistent_load(self, pid: tuple[str, str]) -> Effect | Kernel | Loops:
         """Return the code that stands for."""
-        kind, place = pid
+        kind, name = pid
         if kind == "effect":
-            return self._kernel.effects[place]
+            return self._effects[name]
         return self._kernel if kind == "kernel" else self._loops
