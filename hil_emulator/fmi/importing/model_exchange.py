@@ -137,7 +137,8 @@ class ModelExchange(Instance):
                 break
         else:
             raise RuntimeError(f"finds no end of its events at {self._time:g} s")
-        self._next = time if known else math.inf
+        # one that is due in the past, or at no number, is due now
+        self._next = max(self._time, time) if known else math.inf
         self.fmu.enterContinuousTimeMode()
         self._fetch(self._get_states, self._rows[0], "reading its states")
         self._fetch(self._get_indicators, self._indicators[0], "reading its event indicators")
