@@ -70,6 +70,9 @@ class Supply:
             self.step_width, steps,
         )  # fmt: skip
 
+    def close(self) -> None:
+        """End what runs beside this process: for the model's balances nothing does."""
+
     def path(self, place: int) -> Matrix:
         """Return what the channels of an actuator met in the last tick, see `Plant.path`."""
         count = len(CHANNELS)

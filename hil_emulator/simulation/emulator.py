@@ -170,8 +170,9 @@ class Emulator(AbstractContextManager["Emulator"]):
         return remembered(self.recorder, header(self.config, self.rig.nodes))
 
     def close(self) -> None:
-        """Leave the bus."""
+        """Leave the bus, and end an FMU."""
         self._door.close()
+        self.rig.plant.supply.close()
 
     def __exit__(self, *error: object) -> None:
         self.close()

@@ -1,5 +1,6 @@
 """An exported FMU for the whole session."""
 
+import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -58,3 +59,13 @@ def crane(tmp_path_factory: pytest.TempPathFactory) -> Path:
         archive.write(Path(__file__).parent / "crane.xml", "modelDescription.xml")
         archive.write(library, f"binaries/{own.fmi2}/crane{own.suffix}")
     return file
+
+
+@pytest.fixture
+def unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the folder that FMUs are unpacked into, here and in processes that are started."""
+    folder = tmp_path / "unpacked"
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    return folder

@@ -75,6 +75,15 @@ def test_the_pytest_fixtures_run_it(emulator: Emulator, can_bus: can.BusABC) -> 
     assert emulator.signals.model.load_force == pytest.approx(expected, rel=1e-12)
 
 
+def test_it_ends_with_its_emulator(layer: Path, unpacked: Path) -> None:
+    """Neither files nor a process stay behind, though the emulator is still looked at."""
+    with Emulator(load([KNEE, layer])) as made:
+        made.tick()
+        assert list(unpacked.iterdir())
+    assert not list(unpacked.iterdir())
+    assert made.recording().table()["model.position"].shape == (1,)
+
+
 def test_a_scenario_is_played_on_it(layer: Path) -> None:
     """Its verdict is that of the force, 0.1 kN for each mA."""
     file = layer.with_name("scenario.toml")

@@ -2,7 +2,6 @@
 
 import math
 import struct
-import tempfile
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -131,14 +130,10 @@ def test_an_event_that_is_due_at_the_end_of_a_tick_is_seen_in_it(sliding: Path) 
     ],
 )
 def test_one_that_fails_does_not_take_the_bus_down(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, misdeed: int, said: str
+    tmp_path: Path, unpacked: Path, misdeed: int, said: str
 ) -> None:
     """One emergency 0x6100, no plausible reading, the node goes on answering, no file is left."""
     fmu = slide(3, tmp_path / "slide.fmu")
-    unpacked = tmp_path / "unpacked"
-    unpacked.mkdir()
-    monkeypatch.setenv("TMPDIR", str(unpacked))
-    monkeypatch.setattr(tempfile, "tempdir", None)
     # an event is due while the misdeed is done
     text = WIRED.replace(f"onset = {ONSET}", "onset = 0.05").replace("reach = 15.0", "reach = 1e9")
     with emulator(fmu, f"{text}misdeed = {misdeed}\n") as made:

@@ -70,6 +70,11 @@ class FmuSupply(Supply):
             return self._fail("has an output that is no finite number")
         return True
 
+    def close(self) -> None:
+        """End the FMU; it takes no further step."""
+        self._fmu.close()
+        self.failure = self.failure or f"{self._name} has been closed"
+
     def _fail(self, why: str) -> bool:
         self.failure = f"{self._name} {why}"
         _log.error("%s; the nodes say so, and stay on the bus", self.failure)
