@@ -21,6 +21,7 @@ from hil_emulator.simulation import realtime
 from hil_emulator.simulation.clock import Clock, LockStep, WallClock
 from hil_emulator.simulation.loop import Timing
 from hil_emulator.simulation.machine import Machine, assemble_machine, prepare
+from hil_emulator.simulation.not_finite import PlantFailedError
 
 
 def run_machine(
@@ -43,6 +44,7 @@ def run_machine(
 
     Raises:
         UserError: for whatever the user can mend.
+        PlantFailedError: at the end, if an FMU failed meanwhile.
 
     """
     if clock == "follow-sync":
@@ -75,6 +77,10 @@ def run_machine(
         finally:
             wires, left = machine.wires.values(), departures(machine.rigs)
             click.echo(summary(machine, timing, doors, wires, left))
+        failures = {name: rig.plant.supply.failure for name, rig in machine.rigs.items()}
+        failed = [f"{name}: {why}" for name, why in failures.items() if why]
+        if failed:
+            raise PlantFailedError("; ".join(failed))
 
 
 def placed(line: str, names: Sequence[str]) -> tuple[str, Fault]:

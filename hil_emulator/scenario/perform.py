@@ -21,6 +21,7 @@ from hil_emulator.scenario.outcome import Curve, Outcome, Span
 from hil_emulator.scenario.schema import NMT, Scenario, SignalProfile, Step
 from hil_emulator.signals.inputs import SET_POINTS, SETTINGS
 from hil_emulator.simulation.emulator import Emulator
+from hil_emulator.simulation.not_finite import PlantFailedError
 from hil_emulator.simulation.reference_controller import Controller
 from hil_emulator.units import show
 
@@ -152,6 +153,9 @@ def perform(file: Path, recordings: Path | None = None) -> Outcome:
                 conductor.close()
             if recordings is not None:
                 _keep(emulator, recordings / file.stem)
+            # what it showed last may meet every expectation
+            if emulator.rig.plant.supply.failure:
+                raise PlantFailedError(emulator.rig.plant.supply.failure)
             return _outcome(file, scenario, emulator, conductor, begin)
     except UserError as error:
         return Outcome(str(file), file.stem, error=str(error))

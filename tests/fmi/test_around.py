@@ -92,6 +92,34 @@ def test_a_scenario_is_played_on_it(layer: Path) -> None:
     assert done.exit_code == 0, done.output
 
 
+def test_a_scenario_whose_fmu_fails_has_no_verdict(layer: Path) -> None:
+    """Though the force that it showed last is as expected."""
+    layer.write_text(f"{LAYER}[plant.parameters]\nmisdeed = 3")
+    file = layer.with_name("scenario.toml")
+    file.write_text(SCENARIO.replace('"499.9 N"', '"0 N"'))
+    done = called("scenario", file)
+    assert done.exit_code != 0
+    assert "crane.fmu its step from 0.05 s failed" in " ".join(done.output.split())
+
+
+def test_a_machine_goes_on_without_it_and_ends_with_a_clear_line(layer: Path) -> None:
+    """The other actuator runs to the end; the exit code tells that one did not."""
+    layer.write_text(f"{LAYER}[plant.parameters]\nmisdeed = 3")
+    machine = layer.with_name("machine.toml")
+    machine.write_text(
+        "".join(
+            f'[buses.{name}]\ninterface = "virtual"\nchannel = "machine {name}"\n'
+            f'[[actuator]]\nname = "{name}"\nbus = "{name}"\nfiles = {files}\n'
+            for name, files in (("hip", [str(KNEE)]), ("knee", [str(KNEE), "crane.toml"]))
+        )
+    )
+    done = called("run", machine, "--clock", "lockstep", "--duration", "100 ms")
+    assert done.exit_code == 1
+    assert "0.100 s, 100 ticks" in done.output
+    last = done.output.strip().splitlines()[-1]
+    assert last.endswith("knee: crane.fmu its step from 0.05 s failed")
+
+
 def test_a_recording_of_it_is_replayed_to_the_last_bit(layer: Path) -> None:
     """And by the same FMU alone: without it, that is said."""
     record = layer.with_name("crane.rec")
