@@ -4,6 +4,10 @@ from hil_emulator.model import actuator
 
 STEP = 20e-6
 """Default step width [s]."""
+P_S, P_T = 160e5, 1e5
+"""Pressures of supply and tank of the knee [Pa] (S1)."""
+K_V = 6.68e-6
+"""Gain of its valve [m³/(s A √Pa)] (S1)."""
 
 
 def machine(**changes: float) -> dict[str, float]:

@@ -7,14 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from experiment import record
-from reference_machine import STEP, machine
+from reference_machine import K_V, P_S, P_T, STEP, machine
 
 from hil_emulator.model.plant import Plant
 
 MakePlant = Callable[..., Plant]
 
-P_S, P_T = 160e5, 1e5
-K_V, AREA, ALPHA = 6.68e-6, 2.0106e-4, 0.61
+AREA, ALPHA = 2.0106e-4, 0.61
 BETA, DEAD, STROKE = 1.3e9, 3e-6, 0.08
 
 OIL_ALONE = {"entrained_air_fraction": 0.0, "coulomb_friction_force": 0.0}

@@ -6,13 +6,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from experiment import crossing_frequency, record, settle
-from reference_machine import STEP, bare, pond
+from reference_machine import P_S, P_T, STEP, bare, pond
 from scipy.integrate import solve_ivp
 
 from hil_emulator.model.plant import Plant
 
 MakePlant = Callable[..., Plant]
-P_S, P_T, AREA, ALPHA, MODULUS = 160e5, 1e5, 2.0106e-4, 0.61, 1.3e9
+AREA, ALPHA, MODULUS = 2.0106e-4, 0.61, 1.3e9
 TEN_LITRES = 10e-3 / 60.0
 CLOSED = {"valve_gain": 1e-30}
 LONG = {"cylinder_stroke": 2.0, "initial_position": 1.5, "load_viscous_friction_coefficient": 500.0}

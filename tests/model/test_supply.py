@@ -5,12 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from experiment import crossing_frequency, record, settle
-from reference_machine import STEP, bare, pond
+from reference_machine import P_S, STEP, bare, pond
 
 from hil_emulator.model.plant import Plant
 
 MakePlant = Callable[..., Plant]
-P_S = 160e5
 TEN_LITRES = 10e-3 / 60.0
 LEAKING = {"fixed_pump_flow": TEN_LITRES, "pump_leakage_flow": 1e-3 / 60.0}
 
