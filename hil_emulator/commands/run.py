@@ -1,8 +1,9 @@
 """`hil-emulator run`: the emulator on a bus, until its time is over or Ctrl-C."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from hil_emulator.config.bus import DEFAULT_BUS
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
-from hil_emulator.faults.fault import spoken
+from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.panel.host import Panel, PanelOptions, require_server
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.recording.exports import check_file
@@ -96,27 +97,37 @@ def run(
     settings_of_bus = bus_settings(config, bus, operation.port)
     with waiting(PREPARING):
         prepare(settings, cache_folder())  # before anybody can connect
+    taped = partial(recorded, config=config, files=record, capture=capture)
     with Bus(settings_of_bus) as door:
-        follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
-        panel = Panel(operation.panel, follow or door) if operation.panel else None
-        rig = assemble(config, panel.hand if panel else follow or door, cache_folder())
-        refuse_collisions("bus", rig.nodes)
-        with ExitStack() as stack:
-            stack.enter_context(recorded(rig, config, record, capture))
-            if panel:
-                stack.enter_context(_open(panel, rig, config, door))
-            control_server = stack.enter_context(_control_server(operation.control))
-            for fault in broken:
-                rig.inject(fault)
-            measures = [] if clock == "lockstep" else realtime.apply()
-            click.echo(_banner(config, rig, door, clock, measures))
-            for fault in broken:
-                click.echo(f"fault     {fault.words}")
-            timing = panel.timing if panel else Timing()
-            served = [server.serve for server in (control_server, panel) if server]
-            pace = _clock(clock, config, follow, rig)
-            ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
-            _live(rig, pace, (ticks, timing, served), door, config)
+        _on_bus(door, config, clock, duration, taped, broken, operation)
+
+
+def _on_bus(
+    door: Bus, config: Configuration, clock: str, duration: float | None,
+    taped: Callable[[Rig], AbstractContextManager[object]], broken: Sequence[Fault],
+    operation: Operation,
+) -> None:  # fmt: skip
+    """Put the rig on the bus, with those who look on, and let its time pass."""
+    follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
+    panel = Panel(operation.panel, follow or door) if operation.panel else None
+    rig = assemble(config, panel.hand if panel else follow or door, cache_folder())
+    refuse_collisions("bus", rig.nodes)
+    with ExitStack() as stack:
+        stack.enter_context(taped(rig))
+        if panel:
+            stack.enter_context(_open(panel, rig, config, door))
+        control_server = stack.enter_context(_control_server(operation.control))
+        for fault in broken:
+            rig.inject(fault)
+        measures = [] if clock == "lockstep" else realtime.apply()
+        click.echo(_banner(config, rig, door, clock, measures))
+        for fault in broken:
+            click.echo(f"fault     {fault.words}")
+        timing = panel.timing if panel else Timing()
+        served = [server.serve for server in (control_server, panel) if server]
+        pace = _clock(clock, config, follow, rig)
+        ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
+        _live(rig, pace, (ticks, timing, served), door, config)
 
 
 def _live(

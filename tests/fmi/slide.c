@@ -134,6 +134,9 @@ EXPORT int NAME(GetEventIndicators, GetEventIndicators)(void *c, double *z, size
     if (s->value[MISDEED] == 10 && s->value[TIME] > 0.0495) {
         z[0] = s->value[TIME] > s->settled ? -1 : 1;
     }
+    if (s->value[MISDEED] == 13 && s->value[TIME] > 0.0495) {
+        z[0] = NAN;
+    }
     return 0;
 }
 

@@ -127,6 +127,7 @@ def test_an_event_that_is_due_at_the_end_of_a_tick_is_seen_in_it(sliding: Path) 
         pytest.param(7, "has a state that is no finite number", marks=pytest.mark.slow),
         pytest.param(8, "has ended its simulation at 0.0", marks=pytest.mark.slow),
         pytest.param(10, "has over 100 events within 2e-05 s", marks=pytest.mark.slow),
+        pytest.param(13, "an event indicator that is no number", marks=pytest.mark.slow),
     ],
 )
 def test_one_that_fails_does_not_take_the_bus_down(

@@ -68,6 +68,8 @@ class ModelExchange(Instance):
                 self._reach(self._taken * self._step)
         if not np.isfinite(self._rows[0]).all():
             raise RuntimeError("has a state that is no finite number")
+        if np.isnan(self._indicators[0]).any():
+            raise RuntimeError("has an event indicator that is no number")
         self.get_outputs()
 
     def _take_whole_steps(self, end: int) -> None:

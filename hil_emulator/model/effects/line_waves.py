@@ -12,7 +12,7 @@ from numba.extending import register_jitable
 
 from hil_emulator.model.declare import Param, Quantity, effect
 from hil_emulator.model.effects.lines import Ends, friction_rise
-from hil_emulator.model.effects.supply import Line, Oil
+from hil_emulator.model.effects.supply import Line, Oil, line_shape
 from hil_emulator.model.stages import cylinder_line_rates, line_a, line_b, line_flow_a, line_flow_b
 
 _MODES = 4
@@ -228,11 +228,7 @@ def _of_modes(kind: str, unit: str, meaning: str) -> tuple[Quantity, ...]:
 @effect(
     line_a,
     knob=Param("length", "m", "length of each line between valve and cylinder", 1.0, 0.0, 20.0),
-    shape=(
-        Param("diameter", "m", "inner diameter", 6e-3, 1e-3, 0.1, shown="mm", default=6e-3),
-        Param("wave_speed", "m/s", "speed of pressure waves", 1237.0, 100.0, 1500.0,
-              default=1237.0, source="sqrt(1300 MPa / 850 kg/m³)"),
-    ),
+    shape=line_shape(6e-3),
     states=(
         *_of_modes("flow_a", "m^3/s", "flow in the line to chamber a"),
         *_of_modes("pressure_a", "Pa", "pressure at the valve's port a over that of the chamber"),

@@ -178,11 +178,20 @@ def accumulator(
 
 
 class Line(NamedTuple):
-    """The pipe between pump and valve, see `supply_line`."""
+    """A pipe: knob and shape of each effect that is one."""
 
     length: float
     diameter: float
     wave_speed: float
+
+
+def line_shape(diameter: float) -> tuple[Param, Param]:
+    """Return the parameters of a line beside its length, with a usual diameter [m]."""
+    return (
+        Param("diameter", "m", "inner diameter", diameter, 1e-3, 0.1, shown="mm", default=diameter),
+        Param("wave_speed", "m/s", "speed of pressure waves", 1237.0, 100.0, 1500.0,
+              default=1237.0, source="sqrt(1300 MPa / 850 kg/m³)"),
+    )  # fmt: skip
 
 
 class Oil(NamedTuple):
@@ -219,11 +228,7 @@ def _line_flow(drawn: float, flow: float) -> float:
 @effect(
     supply,
     knob=Param("length", "m", "length of the line between pump and valve", 2.0, 0.0, 50.0),
-    shape=(
-        Param("diameter", "m", "inner diameter", 8e-3, 1e-3, 0.1, shown="mm", default=8e-3),
-        Param("wave_speed", "m/s", "speed of pressure waves", 1237.0, 100.0, 1500.0,
-              default=1237.0, source="sqrt(1300 MPa / 850 kg/m³)"),
-    ),
+    shape=line_shape(8e-3),
     states=(
         Quantity("flow", "m^3/s", "flow in the line"),
         Quantity("excess", "Pa", "pressure at the valve over the set pressure"),
