@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewFile, QuantityType
+from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewPicture, QuantityType
 
 
 @click.command()
@@ -26,7 +26,7 @@ def effects(files: tuple[Path, ...], as_json: bool) -> None:
 @click.option("--json", "as_json", is_flag=True, help="For programs; SI.")
 @click.option(
     "--picture",
-    type=NewFile(),
+    type=NewPicture(),
     help="Draw the frequency responses.",
 )
 def linear(

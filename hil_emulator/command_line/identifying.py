@@ -5,7 +5,13 @@ from typing import Any
 
 import click
 
-from hil_emulator.command_line.kinds import CONFIGURATION, Duration, NewFile, QuantityType
+from hil_emulator.command_line.kinds import (
+    CONFIGURATION,
+    Duration,
+    NewFile,
+    NewPicture,
+    QuantityType,
+)
 from hil_emulator.command_line.recordings import Examination, recordings
 from hil_emulator.errors import UserError
 
@@ -64,7 +70,7 @@ def gap(
     help="The machine, for its stops and its valve.",
 )  # fmt: skip
 @click.option("--out", type=NewFile(), help="Stimulus file; NAME.csv without it.")
-@click.option("--picture", type=NewFile(), help="Draw it.")
+@click.option("--picture", type=NewPicture(), help="Draw it.")
 @click.option("--scenario", type=NewFile(), help="Write a scenario that plays it.")
 def experiment(
     name: str | None, amplitude: float | None, duration: float | None, seed: int,

@@ -108,6 +108,21 @@ class NewFile(click.Path):
         return super().convert(value, param, ctx)
 
 
+class NewPicture(NewFile):
+    """A picture to write, in a format that there is."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return its path; fail where it cannot be written, or its ending says no format."""
+        from hil_emulator.pages.drawing import check_format
+
+        path = super().convert(value, param, ctx)
+        try:
+            check_format(path)
+        except UserError as error:
+            self.fail(str(error), param, ctx)
+        return path
+
+
 CONFIGURATION = PackagedFile("configuration", "machine", "layer", "bench")
 SCENARIO = PackagedFile("scenario", "scenario")
 

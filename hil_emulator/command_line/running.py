@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewFile
+from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewPicture
 
 
 @click.command()
@@ -65,7 +65,7 @@ def ctl(port: int, words: tuple[str, ...]) -> None:
 @click.command()
 @click.option(
     "--picture",
-    type=NewFile(),
+    type=NewPicture(),
     default="hil-emulator-demo.png",
     show_default=True,
 )
@@ -100,7 +100,7 @@ def replay(ctx: click.Context, recording: Path, files: tuple[Path, ...]) -> None
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path))
 @click.argument("signals", nargs=-1)
-@click.option("--picture", type=NewFile(), help="File of the picture.")
+@click.option("--picture", type=NewPicture(), help="File of the picture.")
 def plot(recording: Path, signals: tuple[str, ...], picture: Path | None) -> None:
     """Draw signals of a recording."""
     from hil_emulator.commands import plot as command

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from hil_emulator.conformance.expectation import Expectation
 from hil_emulator.errors import UserError
 
 _PACKAGE = "hil_emulator.conformance"
@@ -22,7 +23,8 @@ def conformance(
     """Run the suite; return whether no case failed.
 
     Raises:
-        UserError: pytest is not installed, or the suite could not begin.
+        UserError: pytest is not installed, the EDS cannot be read, or the suite could not
+            begin.
 
     """
     try:
@@ -31,6 +33,7 @@ def conformance(
         raise UserError(
             'the conformance suite needs pytest: pip install "hil-emulator[test]"'
         ) from error
+    Expectation(eds, node)  # what is wrong with it is said without a report around it
     plugin = f"{_PACKAGE}.plugin"
     options = ["--can", can, "--node", str(node), "--eds", str(eds), "--storm", str(storm)]
     options += [word for option in can_options for word in ("--can-option", option)]

@@ -35,11 +35,26 @@ def png(figure: "Figure", dpi: float) -> bytes:
     return memory.getvalue()
 
 
+def check_format(file: Path) -> None:
+    """Refuse a file whose ending is that of no format of a picture.
+
+    Raises:
+        UserError: names the endings that there are.
+
+    """
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    known = sorted(FigureCanvasBase.filetypes)
+    if file.suffix[1:].lower() not in known:
+        endings = ", ".join(f".{ending}" for ending in known)
+        raise UserError(f"{file}: no format of a picture has this ending; take one of {endings}")
+
+
 def save(figure: "Figure", file: Path, dpi: float = 110.0) -> None:
     """Write a picture in the format of the file's ending.
 
     Raises:
-        UserError: if it cannot be written, or no format has this ending.
+        UserError: if it cannot be written.
 
     """
     try:

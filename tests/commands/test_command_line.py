@@ -343,3 +343,17 @@ def test_a_folder_in_place_of_a_file_is_refused(words: str, tmp_path: Path) -> N
     folder.mkdir()
     assert f"{folder}: " in refused(*words.split(), folder)
     assert "nowhere.rec" in refused(*words.split(), tmp_path / "nowhere.rec")
+
+
+@pytest.mark.parametrize("command", ["linear hyq_knee", "demo", "plot made.rec position"])
+def test_a_picture_of_no_format_is_refused_before_the_work(command: str) -> None:
+    """The message lists the endings that there are."""
+    text = refused(*command.split(), "--picture", "made.foo")
+    assert "made.foo: no format of a picture has this ending; take one of " in text
+    assert ".png, " in text
+
+
+def test_a_missing_eds_is_told_in_one_line() -> None:
+    """The conformance suite does not begin, and no report stands around the reason."""
+    text = refused("conformance", "--eds", "missing.eds", "--can", "virtual:nobody", "--node", 5)
+    assert text == "hil-emulator: cannot read the EDS missing.eds: No such file or directory\n"
