@@ -65,7 +65,8 @@ def test_the_command_says_what_it_needs(tmp_path: Path) -> None:
         main, ["conformance", "--can", "virtual:1", "--node", "5", "--eds", missing]
     )
     assert told.exit_code == 2
-    assert "no case was put to the device" in told.output
+    assert f"cannot read the EDS {missing}" in told.output
+    assert "passed" not in told.output
 
 
 def test_the_command_explains_its_options() -> None:
