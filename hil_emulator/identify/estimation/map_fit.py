@@ -137,13 +137,15 @@ class Fitter:
         points = [self._memory(w.coordinates, w.moved(step))
                   for w, step in zip(wanted, steps, strict=True) if step]  # fmt: skip
         residuals = self.batch.residuals(points)
+        # far from a fit a long step leads on; only where noise is left would it hold that
+        only_noise = base @ base <= len(base)
         for one, step in zip(wanted, steps, strict=True):
             if step == 0.0:
                 yield np.zeros_like(base)
                 continue
             sensitivity = np.asarray((next(residuals) - base) / step)
             self._steps.learn(one, sensitivity)
-            if shorter := self._steps.again(one, step):
+            if only_noise and (shorter := self._steps.again(one, step)):
                 near = self.residual(one.coordinates, one.moved(shorter))
                 sensitivity = np.asarray((near - base) / shorter)
                 self._steps.learn(one, sensitivity)
