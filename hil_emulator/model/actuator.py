@@ -17,7 +17,7 @@ called here by its name. In every function:
 import math
 from typing import Any
 
-from hil_emulator.model.constants import ATMOSPHERE, DISCHARGE
+from hil_emulator.model.constants import ATMOSPHERE, DISCHARGE, LEAST_OPENING
 from hil_emulator.model.mechanics import MECHANICS, move_rod
 from hil_emulator.model.ports import PORTS, deliver, fill_lines, port_pressures
 from hil_emulator.model.quantities import HELD, INPUTS, PARAMS, SIGNALS, STATES
@@ -41,7 +41,6 @@ from hil_emulator.model.stages import (
     edge_sb_acts,
     full_flow,
     gas_expansion,
-    gas_octave,
     gas_pressure,
     heat,
     line_flow,
@@ -95,12 +94,10 @@ def hold(x: Any, par: Any, inputs: Any, held: Any) -> None:
     held.temperature = temperature(par, x, held, par.oil_temperature)
     held.viscosity = viscosity(par, held, held, 1.0, held.temperature)
     held.gas_pressure = gas_pressure(par, held, held)
-    p_a = chamber_pressure(x.pressure_a, held.gas_pressure)
-    p_b = chamber_pressure(x.pressure_b, held.gas_pressure)
-    held.gas_octave_a = gas_octave(par, x, held, p_a)
-    held.gas_octave_b = gas_octave(par, x, held, p_b)
-    held.gas_expansion_a = gas_expansion(par, x, held, held.gas_octave_a)
-    held.gas_expansion_b = gas_expansion(par, x, held, held.gas_octave_b)
+    held.start_pressure_a = chamber_pressure(x.pressure_a, held.gas_pressure)
+    held.start_pressure_b = chamber_pressure(x.pressure_b, held.gas_pressure)
+    held.gas_expansion_a = gas_expansion(par, x, held, held.start_pressure_a)
+    held.gas_expansion_b = gas_expansion(par, x, held, held.start_pressure_b)
     held.transition = transition(par, held.viscosity)
 
 
@@ -114,24 +111,6 @@ def move(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     fill_chambers(x, dx, par, held, y, p_a, p_b)
     fill_lines(x, dx, par, held, y)
     move_rod(x, dx, par, held, y)
-
-
-def pressure_root(difference: float, laminar: float, least: float) -> float:
-    """Return a square root of a pressure difference that is smooth and odd through zero [Pa^½].
-
-    phi(dp) = dp / (dp² + delta²)^¼ tends to sign(dp) sqrt(|dp|) far from zero and to the line
-    dp / sqrt(delta) near it, where an orifice is laminar. At |dp| = 10 delta it is 0.25 % low.
-
-    Args:
-        difference: dp [Pa].
-        laminar: what the flow makes of delta [Pa].
-        least: what the integration makes of it [Pa]; the greater of both counts. Fully open, a
-            sharp edge of the reference machine is laminar below 0.02 bar alone: a chamber stalled
-            behind it would ask for steps of 4 us, as they shrink with the root of it.
-
-    """
-    square = difference * difference + laminar * laminar + least * least
-    return difference / math.sqrt(math.sqrt(square))
 
 
 def chamber_pressure(state: float, gas: float) -> float:
@@ -182,14 +161,19 @@ def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
 def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
     """Flow through one metering edge (S1 eq. 3.6), in either direction [m³/s].
 
-    Laminar, q ~ u² dp, below a Reynolds number; turbulent, q = K_v u sqrt(dp), above it.
+    q = K u dp/(dp² + (T/u)⁴ + w²)^¼ is turbulent, K u sqrt(|dp|), far from zero, and laminar,
+    q ~ u² dp, below a Reynolds number. At |dp| = 10 (T/u)² it is 0.25 % low. It is laminar below
+    the width w in any case: fully open, a sharp edge of the reference machine is so below 0.02 bar
+    alone, and a chamber stalled behind it would ask for steps of 4 us, as they shrink with the
+    root of it. Written with u² above and below, it has no quotient but the last.
     """
-    if opening <= 0.0:
+    if opening < LEAST_OPENING:
         return 0.0
-    root = held.transition / opening
-    flow: float = (
-        par.valve_gain * opening * pressure_root(drop, root * root, par.valve_laminar_width)
-    )
+    width = par.valve_laminar_width
+    laminar = held.transition * held.transition
+    square = opening * opening
+    bent = square * square * (drop * drop + width * width) + laminar * laminar
+    flow: float = par.valve_gain * square * drop / math.sqrt(math.sqrt(bent))
     return flow
 
 
@@ -262,11 +246,11 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     q_cb = cushion_flow_b(par, x, dx, left_b, held.viscosity)
     beta_a = oil(
         par, x, dx, par.oil_bulk_modulus, p_a, v_a, held.temperature,
-        held.gas_octave_a, held.gas_expansion_a,
+        held.start_pressure_a, held.gas_expansion_a,
     )  # fmt: skip
     beta_b = oil(
         par, x, dx, par.oil_bulk_modulus, p_b, v_b, held.temperature,
-        held.gas_octave_b, held.gas_expansion_b,
+        held.start_pressure_b, held.gas_expansion_b,
     )  # fmt: skip
     into_a = y.flow_a - q_ab - q_ea - area_a * x.velocity - q_r - q_ta + q_ca
     into_b = q_ab - y.flow_b - q_eb + area_b * x.velocity + q_r - q_tb + q_cb
@@ -350,7 +334,7 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 
 BALANCES = (
-    transition, chamber_pressure, hold, pressure_root, gas_factor, ports, *PORTS, move_spool,
+    transition, chamber_pressure, hold, gas_factor, ports, *PORTS, move_spool,
     edge_flow, open_edges, meter, fill_chambers, *MECHANICS, move, feed, account,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

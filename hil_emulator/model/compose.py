@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.model.constants import (
-    ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, GRAVITY, LIGHTEST_ROD, PIECES, SLIDING_BEND,
-    VELOCITY_DOUBT,
+    ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, GRAVITY, LEAST_OPENING, LIGHTEST_ROD, PIECES,
+    SLIDING_BEND, VELOCITY_DOUBT,
 )
 from hil_emulator.model.sensors import Transducers
 '''

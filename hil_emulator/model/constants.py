@@ -13,6 +13,10 @@ viscosity grade and where HyQ's cooler switches on (S1 3.3.2)."""
 DISCHARGE = 0.6
 """Discharge coefficient of a turbulent metering edge (S1 3.3.2)."""
 
+LEAST_OPENING = 1e-10
+"""Opening below which a metering edge is shut [A]: a hundred millionth of a usual valve's range,
+whose fourth power single precision still holds."""
+
 LIGHTEST_ROD = 0.1
 """Smallest mass ahead of an elastic load cell [kg] (assumed): without any it has no dynamics."""
 

@@ -129,9 +129,9 @@ HELD = (
     Quantity("temperature", "K", "temperature of the oil"),
     Quantity("viscosity", "1", "viscosity over that at the reference temperature"),
     Quantity("gas_pressure", "Pa", "pressure below which gas governs a chamber's stiffness"),
-    Quantity("gas_octave_a", "Pa", "power of two below the pressure of chamber a at the beginning"),
-    Quantity("gas_octave_b", "Pa", "the same of chamber b"),
-    Quantity("gas_expansion_a", "1", "volume of gas over that at 1 atm, amid this octave"),
+    Quantity("start_pressure_a", "Pa", "pressure of chamber a at the beginning of the call"),
+    Quantity("start_pressure_b", "Pa", "the same of chamber b"),
+    Quantity("gas_expansion_a", "1", "volume of gas over that at 1 atm, at this pressure"),
     Quantity("gas_expansion_b", "1", "the same of chamber b"),
     Quantity("transition", "A*Pa^0.5", "opening times root of drop where an edge turns turbulent"),
 )

@@ -31,13 +31,9 @@ gas_pressure = Stage(
     "gas_pressure", "oil", (), "pressure below which gas makes a chamber softer than oil does",
     "Pa", "sum", balances=FLOWS,
 )  # fmt: skip
-gas_octave = Stage(
-    "gas_octave", "oil", ("pressure",), "power of two below a chamber's pressure, where gas is",
-    "Pa", "sum", repeated=True, balances=FLOWS,
-)  # fmt: skip
 gas_expansion = Stage(
-    "gas_expansion", "oil", ("octave",), "volume of gas over that at 1 atm, amid such an octave",
-    "1", "sum", repeated=True, balances=FLOWS,
+    "gas_expansion", "oil", ("pressure",), "volume of a chamber's gas over that at 1 atm", "1",
+    "sum", repeated=True, balances=FLOWS,
 )  # fmt: skip
 
 # supply and tank
@@ -188,7 +184,7 @@ vapour = Stage(
 )  # fmt: skip
 oil = Stage(
     "oil", "oil",
-    ("bulk_modulus", "pressure", "volume", "temperature", "octave", "expansion"),
+    ("bulk_modulus", "pressure", "volume", "temperature", "start", "expansion"),
     "effective bulk modulus in a chamber", "Pa", "chain", repeated=True, balances=FLOWS,
 )  # fmt: skip
 heat = Stage(
@@ -304,7 +300,7 @@ transducer = Stage(
 )  # fmt: skip
 
 CONTINUOUS = (
-    temperature, viscosity, gas_pressure, gas_octave, gas_expansion, supply, tank, pilot_flow,
+    temperature, viscosity, gas_pressure, gas_expansion, supply, tank, pilot_flow,
     line_flow, line_rates, source, relief, pump_loss, full_flow, pump_drag, capacity,
     return_rates, command, pilot, spool_force, spool, spool_reach, travel, edge_sa, edge_at,
     edge_sb, edge_bt, metering, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates,

@@ -78,13 +78,16 @@ def test_signals_belong_to_the_state_reached(make_plant: Callable[..., Plant]) -
 
 
 def test_one_call_of_many_steps_equals_many_calls_of_one(make_plant: Callable[..., Plant]) -> None:
-    """With the set point held, how steps are grouped into calls leaves no trace."""
+    """With the set point held, how steps are grouped into calls leaves no trace but rounding.
+
+    The power of the entrained air is followed from where a call began, to 4e-12.
+    """
     once, often = make_plant(machine()), make_plant(machine())
     once.inputs.valve_current = often.inputs.valve_current = 2e-3
     once.step(200)
     for _ in range(200):
         often.step(1)
-    assert np.array_equal(once.signal_vector, often.signal_vector)
+    assert once.signal_vector == pytest.approx(often.signal_vector, rel=1e-9, abs=1e-12)
 
 
 def knob() -> Param:

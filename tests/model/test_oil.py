@@ -38,9 +38,8 @@ def mixture(
     pressure: float, fraction: float, exponent: float = 1.4, held: float = 1e5
 ) -> float:  # fmt: skip
     """Return E' at a pressure, in a call of the integrator that began at another one."""
-    octave = 2.0 ** math.floor(math.log2(held))
-    expansion = (101_325.0 / (math.sqrt(2.0) * octave)) ** (1.0 / exponent)
-    return float(entrained_air(BETA, pressure, octave, expansion, fraction, exponent))
+    expansion = (101_325.0 / held) ** (1.0 / exponent)
+    return float(entrained_air(BETA, pressure, held, expansion, fraction, exponent))
 
 
 DAMPED = {"viscous_friction_coefficient": 1e4}

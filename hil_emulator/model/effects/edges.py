@@ -72,7 +72,7 @@ def land_leakage(opening: float, clearance: float) -> float:
     """
     if opening > 0.0:
         return opening + clearance
-    return clearance / math.sqrt(1.0 - 2.0 * opening / clearance)
+    return clearance * math.sqrt(clearance / (clearance - 2.0 * opening))
 
 
 @effect(

@@ -8,7 +8,6 @@ from hil_emulator.model.constants import ATMOSPHERE, REFERENCE_TEMPERATURE
 from hil_emulator.model.declare import Param, effect
 from hil_emulator.model.stages import (
     gas_expansion,
-    gas_octave,
     gas_pressure,
     oil,
     vapour,
@@ -21,6 +20,9 @@ a small value keeps the chamber's state close to its pressure."""
 
 LEAST_GAS_PRESSURE = 1e-9
 """Pressure that keeps logarithms finite [Pa] (assumed); p > 0 wherever there is air."""
+
+NEAR = 0.1
+"""(p - p_1)/(p + p_1) up to which a power is followed from p_1: a fifth more or less of p_1."""
 
 THIN = 0.1
 """p/E up to which six terms give exp(p/E), to 2e-11."""
@@ -86,35 +88,25 @@ def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus:
 
 
 @register_jitable
-def _gas_octave(pressure: float) -> float:
-    """2^n <= p < 2^(n + 1)."""
-    # as a real number: of a state that is none, an integer's power would raise
-    whole = 1.0 * math.floor(math.log2(max(pressure, LEAST_GAS_PRESSURE)))
-    return math.pow(2.0, whole)
+def _gas_expansion(pressure: float, polytropic_exponent: float) -> float:
+    """(p_0/p)^(1/k)."""
+    return math.pow(ATMOSPHERE / max(pressure, LEAST_GAS_PRESSURE), 1.0 / polytropic_exponent)
 
 
 @register_jitable
-def _gas_expansion(octave: float, polytropic_exponent: float) -> float:
-    """(p_0/(sqrt(2) p))^(1/k)."""
-    return math.pow(ATMOSPHERE / (math.sqrt(2.0) * octave), 1.0 / polytropic_exponent)
+def _compression(difference: float, total: float, k: float) -> tuple[float, float]:
+    """Return numerator and denominator of (p_1/p)^(1/k), given p - p_1 and p + p_1.
 
-
-@register_jitable
-def _compression(pressure: float, octave: float, k: float) -> tuple[float, float]:
-    """Return numerator and denominator of (p_m/p)^(1/k) in an octave with p_m amid it.
-
-    With s = (p - p_m)/(p + p_m) it is ((1 - s)/(1 + s))^(1/k) = (c - t)/(c + t), t = s/k, and
-    c = 1 + (t² - s²)/(3 + (t² - 4 s²)/(5 + (t² - 9 s²)/(7 + (t² - 16 s²)/(9 + ...)))) (the
-    continued fraction of Gauss). To there its relative error is below 4e-12 for k from 1 to 1.4.
+    With s = (p - p_1)/(p + p_1) it is ((1 - s)/(1 + s))^(1/k) = (c - t)/(c + t), t = s/k, and
+    c = 1 + (t² - s²)/(3 + (t² - 4 s²)/(5 + (t² - 9 s²)/(7 + ...))) (the continued fraction of
+    Gauss). To there its relative error is below 4e-12 for |s| up to NEAR and k from 1 to 1.4.
     """
-    middle = math.sqrt(2.0) * octave
-    t = (pressure - middle) / (k * (pressure + middle))
+    t = difference / (k * total)
     t_2 = t * t
     s_2 = k * k * t_2
-    third = 63.0 + t_2 - 16.0 * s_2
-    second = 5.0 * third + 9.0 * (t_2 - 9.0 * s_2)
-    lower = 3.0 * second + (t_2 - 4.0 * s_2) * third
-    upper = lower + (t_2 - s_2) * second
+    third = 35.0 + t_2 - 9.0 * s_2
+    lower = 3.0 * third + 7.0 * (t_2 - 4.0 * s_2)
+    upper = lower + (t_2 - s_2) * third
     return upper - t * lower, upper + t * lower
 
 
@@ -147,12 +139,11 @@ def _thinning(strain: float) -> float:
     not_modelled="air going into and out of solution; see the cavitation floor for vapour",
     also=(
         (gas_pressure, _gas_pressure),
-        (gas_octave, _gas_octave),
         (gas_expansion, _gas_expansion),
     ),
 )
 def entrained_air(
-    bulk_modulus: float, pressure: float, octave: float, expansion: float,
+    bulk_modulus: float, pressure: float, start: float, expansion: float,
     fraction: float, polytropic_exponent: float,
 ) -> float:  # fmt: skip
     """E' = E (1 + w) / (1 + w E / (k p)), w = r (p_0/p)^(1/k) exp(p/E).
@@ -163,14 +154,14 @@ def entrained_air(
     tangent modulus E, as the balances have it, and a polytropic gas; w is the volume of the gas
     over that of the oil. V_L (1 - p/E), the other usual form, has a modulus E - p without any air.
     E' tends to E at high pressure and to k p towards vacuum, so that a pressure cannot become
-    negative. The power is known amid the octave in which the pressure was when the call of the
-    integrator began, and followed from there.
+    negative. The power is known at the pressure p_1 with which the call of the integrator began,
+    and followed from there.
     """
     p = max(pressure, LEAST_GAS_PRESSURE)
-    if not octave <= p < 2.0 * octave:
-        octave = _gas_octave(p)
-        expansion = _gas_expansion(octave, polytropic_exponent)
-    upper, lower = _compression(p, octave, polytropic_exponent)
+    if abs(p - start) > NEAR * (p + start):
+        start = p
+        expansion = _gas_expansion(p, polytropic_exponent)
+    upper, lower = _compression(p - start, p + start, polytropic_exponent)
     # w as a quotient of both, so that one division is enough
     upper *= fraction * expansion * _thinning(p / bulk_modulus)
     softest = polytropic_exponent * p
