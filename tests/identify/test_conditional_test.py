@@ -113,6 +113,26 @@ def test_candidates_that_all_do_harm_are_in_order() -> None:
     assert [t.evidence.delta_chi2 for t in ranked(trials)] == [-20.0, -30.0]
 
 
+@pytest.mark.parametrize(
+    ("own", "other", "first"),
+    [
+        # held-out data tell a hundredth of them apart, the others a tenth: all data decide
+        ((60_000.0, 44_600.0), (55_800.0, 44_900.0), (60_000.0, 44_600.0)),
+        # a law that bends to its data has failed, however many it explains
+        ((60_000.0, 30_000.0), (55_800.0, 44_900.0), (55_800.0, 44_900.0)),
+    ],
+)
+def test_all_data_decide_between_those_that_hold_elsewhere(
+    own: tuple[float, float], other: tuple[float, float], first: tuple[float, float]
+) -> None:
+    """Of gains on training and held-out data, the latter come first unless nearly equal."""
+    fit = base(22.0 * NULL)
+    score = candidate("null_bias", fit, NULL)
+    trials = [Trial(score, fit, Evidence(g, 0.0, h, 20.0, h), 1.0) for g, h in (own, other)]
+    best = ranked(trials)[0].evidence
+    assert (best.delta_chi2, best.held_out) == first
+
+
 @pytest.mark.parametrize(("hats", "worth"), [(6, True), (24, False)])
 def test_a_term_that_follows_any_ripple_needs_more(hats: int, worth: bool) -> None:
     """What is worth a word of a term of six hat functions is not, of one of twenty-four."""

@@ -183,7 +183,8 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
     """Return the candidates in the order of what they explain, the strange ones last.
 
     Where several explain the training data about equally well, held-out data decide: a law that
-    holds elsewhere beats one that bends to its data.
+    holds elsewhere beats one that bends to its data. Where several do that equally well, too, none
+    has bent, and all data count.
     """
     by_delta_chi2 = sorted(trials, key=lambda t: -t.evidence.delta_chi2)
     sound = [t for t in by_delta_chi2 if not t.evidence.strange]
@@ -215,9 +216,14 @@ def _as_good(trial: Trial, explained: float, best: float) -> bool:
 
 
 def _modesty(trial: Trial) -> tuple[int, float]:
-    """Return what equals are ordered by: assumed parameters, then what few values tell most of."""
-    told = -trial.evidence.delta_chi2 if trial.fit.effective is not None else 0.0
-    return _assumed(trial.score.coordinate), told
+    """Return what equals are ordered by: assumed parameters, then what they explain of all data.
+
+    Where the noise is estimated, held-out data are too few to be added.
+    """
+    explained = trial.evidence.delta_chi2
+    if trial.fit.effective is None:
+        explained += trial.evidence.held_out
+    return _assumed(trial.score.coordinate), -explained
 
 
 def _assumed(coordinate: Coordinate) -> int:
