@@ -4,7 +4,8 @@
     python -m tests.identify.ablation --out ablation.jsonl --report
 
 Cases are none of the study's; each experiment lasts two seconds. Answers are kept in the file of
-`--out`: the same command goes on where it was stopped, and a larger `--each` adds cases.
+`--out`: the same command goes on where it was stopped, and a larger `--each` adds cases. A case is
+not searched again without a rule that decided nothing in it.
 """
 
 import argparse
@@ -21,9 +22,10 @@ from tests.identify.answer import Answer, from_dict, from_result
 from tests.identify.generator.cases import Case, campaign, case
 from tests.identify.remembered import remembered
 from tests.identify.rig_data import CACHE, KNEE
-from tests.identify.rules import RULES, changed, watched
+from tests.identify.rules import RULES, changed
 from tests.identify.scoring import Outcome, judge
 from tests.identify.tables import failed, wilson
+from tests.identify.watching import deciding
 
 FAMILIES = ("none", "medium", "foreign", "pairs", "foreign-pairs", "outside")
 """Healthy, the catalogue's law, another law, two of each, and what no catalogue has."""
@@ -75,7 +77,7 @@ def examine(which: Case, rules: Sequence[str], file: Path) -> None:
     learn, check = campaign(which)
     once = {f"session.{name}": _once(getattr(session, name)) for name in PREPARED}
     with remembered(), changed({**PLAIN, **once}):
-        with watched(rules) as met:
+        with deciding(rules) as met:
             with_all = _answered(learn, check)
         for rule in wanted:
             answer = with_all

@@ -5,7 +5,7 @@ the product knows nothing of this table, and `test_rules.py` sees to it that the
 constant of the product.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
@@ -182,30 +182,6 @@ def changed(values: Mapping[str, Any]) -> Iterator[None]:
     finally:
         for owner, attribute, value in reversed(before):
             setattr(owner, attribute, value)
-
-
-@contextmanager
-def watched(rules: Sequence[str]) -> Iterator[set[str]]:
-    """Yield the rules that had something to say; of others than functions nobody knows."""
-    met = {rule for rule in rules
-           if not all(isinstance(v, Always) for v in RULES[rule].without.values())}  # fmt: skip
-    wrapped = {}
-    for rule in set(rules) - met:
-        for name, silent in RULES[rule].without.items():
-            owner, attribute = holder(name)
-            wrapped[name] = _watching(vars(owner)[attribute], silent.answer, rule, met)
-    with changed(wrapped):
-        yield met
-
-
-def _watching(own: Callable[..., Any], silent: Any, rule: str, met: set[str]) -> Callable[..., Any]:
-    def watching(*asked: Any) -> Any:
-        said = own(*asked)
-        if said != silent:
-            met.add(rule)
-        return said
-
-    return watching
 
 
 def holder(name: str) -> tuple[Any, str]:
