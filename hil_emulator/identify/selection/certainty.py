@@ -78,21 +78,6 @@ def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
                      for c in fit.coordinates])  # fmt: skip
 
 
-def uncertain(search: Search) -> str:
-    """Return the effect that may as well be absent, the least certain first; or "".
-
-    By what it was accepted by, the robust Wald statistic, or by its value beside all that was
-    accepted later.
-    """
-    fit = search.rounds[-1].base
-    certainty = {}
-    for i, c in ((fit.coordinates.index(c), c) for c in search.effects):
-        beside = float(fit.at[i] ** 2 / fit.covariance()[i, i])
-        certainty[c.name] = min(beside, search.selected_in(c.name).trials[0].evidence.wald)
-    least = min(certainty, key=lambda name: certainty[name], default="")
-    return least if least and certainty[least] < NORMAL_95**2 else ""
-
-
 def _may_be_none(search: Search, name: str) -> bool:
     fit = search.rounds[-1].base
     at = fit.at[[c.name for c in fit.coordinates].index(name)]

@@ -11,7 +11,7 @@ from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.candidate_refit import CandidateRefits, Trial
-from hil_emulator.identify.selection.certainty import faint, uncertain
+from hil_emulator.identify.selection.certainty import faint
 from hil_emulator.identify.selection.confirmation import Confirmation
 from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
 from hil_emulator.identify.selection.distinguishability import rivals_of, weighed
@@ -204,10 +204,6 @@ class Searcher:
         for name in faint(search):
             self.tell(f"{name} is too faint")
             why = "named, but too faint for a law or a value as uncertain as that"
-            self._take_out(search, name, why, search.rounds[-1].unknown)
-        while name := uncertain(search):
-            self.tell(f"{name} may as well be absent")
-            why = "named, but its 95 % interval holds none of it"
             self._take_out(search, name, why, search.rounds[-1].unknown)
         last = search.rounds[-1]
         if last.unknown:
