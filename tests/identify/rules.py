@@ -46,6 +46,10 @@ def _as_it_is(_: CandidateRefits, fit: Any) -> Any:
     return fit
 
 
+def _all_of_them(*asked: Any) -> list[str]:
+    return [own[-1].name for own, _ in asked[-1]]
+
+
 @dataclass(frozen=True)
 class Always:
     """A function that says the same whatever it is asked.
@@ -91,7 +95,7 @@ RULES: dict[str, Rule] = {
                   {"search.Lookahead.leader": Always(None)},
                   ("lookahead.FURTHER", "lookahead.COLLINEAR")),
     "confirmation": Rule("a linearisation that leads nowhere",
-                         {"confirmation.GREATER_PART": -ALL}),
+                         {"confirmation.Confirmation._holds": Always(True)}),
     "same effect": Rule("trying one effect twice", {"confirmation.SAME_EFFECT": ALL}),
     "kin": Rule("missing one of two that do the same",
                 {"confirmation.Confirmation._kin": Always([])}),
@@ -142,29 +146,27 @@ RULES: dict[str, Rule] = {
     "alike": Rule("one name where data show a class", {"search.rivals_of": Always(([], None))},
                   ("distinguishability.INSEPARABLE",)),
     "alike in the end": Rule("a class that the whole model separates",
-                             {"distinguishability.GREATER_PART": -ALL}),
+                             {"conclusion.conclude.confirmed": _all_of_them}),
     "near rivals": Rule("the wrong one of two laws that both miss",
                         {"conclusion.conclude.near_rivals": Always({})},
                         ("near_rivals.MOST_TOLD",)),
 }  # fmt: skip
 """Every rule by its name, in the order in which a search meets them."""
 
-EFFORT = {
-    "candidate_refit": ("ITERATIONS_AT_ONCE", "MOST_CONTINUATIONS", "WORTHWHILE_PART", "PROMISING"),
-    "confirmation": ("WORTHLESS", "SECANTS", "MOST_SOUNDED"),
-    "discrepancy_term": ("HATS", "FINE"),
-    "distinguishability": ("RIVAL_ITERATIONS",),
-    "law_between": ("SHARED_ITERATIONS",),
-    "lookahead": ("MOST_PAIRS", "PARTNER_ITERATIONS"),
-    "near_rivals": ("TRIED", "PASSES", "STAND_IN_ITERATIONS"),
-    "outer_iteration": ("CONVERGED", "LITTLE"),
-    "quieter": ("PASSES", "ITERATIONS"),
-    "search": ("REFITTED", "MOST_EFFECTS", "AGAIN", "KEPT_TERMS"),
-    "takeover": ("DEAR", "TAKEOVER_ITERATIONS"),
-}  # fmt: skip
+EFFORT = (
+    "candidate_refit.ITERATIONS_AT_ONCE", "candidate_refit.MOST_CONTINUATIONS",
+    "candidate_refit.WORTHWHILE_PART", "candidate_refit.PROMISING",
+    "confirmation.WORTHLESS", "confirmation.SECANTS", "confirmation.MOST_SOUNDED",
+    "free_terms.HATS", "free_terms.FINE", "distinguishability.RIVAL_ITERATIONS",
+    "law_between.SHARED_ITERATIONS", "lookahead.MOST_PAIRS", "lookahead.PARTNER_ITERATIONS",
+    "near_rivals.TRIED", "near_rivals.PASSES", "near_rivals.STAND_IN_ITERATIONS",
+    "outer_iteration.CONVERGED", "outer_iteration.LITTLE", "quieter.PASSES", "quieter.ITERATIONS",
+    "search.REFITTED", "search.MOST_EFFECTS", "search.AGAIN", "search.KEPT_TERMS",
+    "takeover.DEAR", "takeover.TAKEOVER_ITERATIONS",
+)  # fmt: skip
 """Constants that decide nothing: how long is computed, how finely, and how much is kept."""
 
-LEVELS = {"certainty": ("NORMAL_95",), "parts": ("GREATER_PART", "SMALL_PART")}
+LEVELS = ("certainty.NORMAL_95", "parts.GREATER_PART", "parts.SMALL_PART")
 """Constants that several rules share: quantiles of a known distribution, and parts of a whole."""
 
 

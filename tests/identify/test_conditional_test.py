@@ -9,7 +9,7 @@ from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial, ranked
 from hil_emulator.identify.selection.conditional_test import ConditionalTest
-from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, Score, score_of

@@ -9,7 +9,7 @@ from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.law_form import nearest, sole_laws
 from hil_emulator.identify.selection.law_objections import hardly_believed, outdone, strained

@@ -6,7 +6,7 @@ import pytest
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.balances import LOAD, PISTON, Balance
 from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.re_examination import redundant, same_part
 from tests.identify.rig_data import INSTRUMENTS, knee_model

@@ -14,10 +14,9 @@ from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.balances import LEAKAGE
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
-from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.selection.progress import Round
 from hil_emulator.identify.selection.scan import Projection
-from hil_emulator.identify.selection.term_scan import score_terms
 from tests.identify.rig_data import INSTRUMENTS, OFF, knee_model, recorded
 
 CONDUCTANCE = 1e-13

@@ -7,12 +7,11 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.balances import NULL_FLOW, RETURN, TERMS
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, chance, score_terms
 from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import Projection, scan
-from hil_emulator.identify.selection.term_scan import chance, score_terms
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 RESISTANCE = 3e13

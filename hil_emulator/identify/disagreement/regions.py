@@ -14,7 +14,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.regressors import Regressors
-from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Projection
 
 LEAST_FURTHER_SHARE = 0.02

@@ -19,7 +19,7 @@ from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.records import Entries
 from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.prediction.static import MeasuredStates
-from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Projection
 
 TERM_STRENGTH = 0.03

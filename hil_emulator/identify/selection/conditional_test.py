@@ -10,7 +10,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.selection.candidate_refit import ranked
-from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.law_form import acts_in, directions
 from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.progress import Round

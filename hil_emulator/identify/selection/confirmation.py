@@ -62,7 +62,7 @@ class Confirmation:
             if i in tried:
                 found.append(score)
                 continue
-            holds = self._delta_chi2(score) >= GREATER_PART * score.statistic
+            holds = self._holds(score)
             options = [score] if holds else []
             if not any(_alike(score, other) for other in (*tried.values(), *found)):
                 options += self._takeover.starts(score)
@@ -118,8 +118,9 @@ class Confirmation:
         starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
         return [s for s in starts if s.statistic > GREATER_PART * best.statistic]
 
-    def _delta_chi2(self, score: Score) -> float:
-        return self._deltas([score])[0]
+    def _holds(self, score: Score) -> bool:
+        """Tell whether the model gains most of what its linearisation promises."""
+        return self._deltas([score])[0] >= GREATER_PART * score.statistic
 
     def _deltas(self, scores: Sequence[Score]) -> list[float]:
         """Return what the model itself gains where scores of one candidate put its estimate."""

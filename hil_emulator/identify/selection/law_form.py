@@ -16,7 +16,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.regressors import REGRESSORS
-from hil_emulator.identify.selection.discrepancy_term import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Score
 
 REPRODUCED = 0.6

@@ -11,7 +11,7 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.completion import Completion
-from hil_emulator.identify.selection.discrepancy_term import HATS, DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import HATS, DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Score
 
 NOTICEABLE = 0.01
