@@ -9,11 +9,11 @@ from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.acceptance_test import Evidence
 from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.confirmation import Confirmation
 from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.search import Searcher
+from hil_emulator.identify.selection.starts import Confirmation
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 DELAY = 7e-4

@@ -26,7 +26,7 @@ ASKED = {
     "candidate_refit.CONTENDERS": _RANKED,
     "candidate_refit.AS_GOOD": _RANKED,
     "conditional_test.OUTSHONE": ("judgement.stands_beside",),
-    "confirmation.SAME_EFFECT": ("confirmation._alike",),
+    "starts.SAME_EFFECT": ("starts._alike",),
     "judgement.INEXACT": ("search.judge",),
     "judgement.OUTSHONE": ("search.judge",),
     "judgement.UNKNOWN": ("search.laws",),

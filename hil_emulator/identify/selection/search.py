@@ -12,7 +12,6 @@ from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
 from hil_emulator.identify.selection.candidate_refit import CandidateRefits, Trial
 from hil_emulator.identify.selection.certainty import faint
-from hil_emulator.identify.selection.confirmation import Confirmation
 from hil_emulator.identify.selection.distinguishability import rivals_of, weighed
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.selection.judgement import judge, laws
@@ -25,6 +24,7 @@ from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.quieter import certain, held_out, quietest
 from hil_emulator.identify.selection.re_examination import re_examine, redundant, same_part
 from hil_emulator.identify.selection.scan import Projection, Score, scan
+from hil_emulator.identify.selection.starts import Confirmation
 
 REFITTED = 4
 """Candidates that are refitted together with everything else."""
