@@ -16,8 +16,8 @@ GROUND = {"errors", "frame", "units", "__version__"}
 """What every room but the model may know."""
 
 ROOMS = {
-    "model": {"numpy", "numba", "scipy"},
     "platform": {"platformdirs", "distributed"},
+    "model": {"numpy", "numba", "scipy", "platform"},
     "ccode": {"numpy", "model"},
     "fmi": set(),
     "fmi/exporting": {"ccode", "model"},
@@ -82,9 +82,12 @@ these - the command line - may know everything."""
 
 IDENTIFY = [room for room in ROOMS if room.startswith("identify")]
 
-NARROW = {("conformance", "device"): {"device.eds", "device.entry", "device.datatype"}}
+NARROW = {
+    ("conformance", "device"): {"device.eds", "device.entry", "device.datatype"},
+    ("model", "platform"): {"platform.file_lock"},
+}
 """Where a room needs little of another, all that it may take: the suite reads an EDS as a node
-does, and knows nothing of how a node works."""
+does, and knows nothing of how a node works; what compiles the physics does so once."""
 
 OUTERMOST = {"command_line", "commands", "__main__.py", "__init__.py"}
 

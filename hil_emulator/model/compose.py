@@ -34,7 +34,7 @@ _ENTRIES = '''@compiled
 def hold_all(memory, parameters, inputs):
     """Return what stays constant during a call of the integrator."""
     held = np.empty(ACTUATORS, HELD)
-    states, given = memory.view(STATE), inputs.view(INPUTS)
+    states, given = view(memory, STATE), view(inputs, INPUTS)
     for i in range(ACTUATORS):
         hold(states[i], parameters[i], given[i], held[i])
     return held
@@ -43,16 +43,16 @@ def hold_all(memory, parameters, inputs):
 @entry
 def tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick, the set points delayed; tell whether the states are finite."""
-    parameters = par.view(PARAMETERS)
+    parameters = view(par, PARAMETERS)
     held = hold_all(memory, parameters, inputs)
     if steps > 0:
-        before = past.view(PAST)
+        before = view(past, PAST)
         for i in range(ACTUATORS):
             held[i].valve_current = set_point(
                 parameters[i], held[i], held[i], before[i], held[i].valve_current, step * steps
             )
     integrate(
-        memory.view(STATE), memory, parameters, held, signals.view(SIGNALS), path, step, steps
+        view(memory, STATE), memory, parameters, held, view(signals, SIGNALS), path, step, steps
     )
     return finite(memory)
 
@@ -60,15 +60,15 @@ def tick(memory, past, par, inputs, signals, path, step, steps):
 @entry
 def rate(state, rates, par, inputs, signals):
     """Evaluate every balance and every signal of one actuator that is alone on its supply."""
-    parameters = par.view(PARAMETERS)
+    parameters = view(par, PARAMETERS)
     held = hold_all(state, parameters, inputs)
-    evaluate(state.view(STATE), rates.view(STATE), parameters, held, signals.view(SIGNALS))
+    evaluate(view(state, STATE), view(rates, STATE), parameters, held, view(signals, SIGNALS))
 
 
 @entry
 def sense(signals, path, par, memory, past, normal, period, reading, overrange):
     """Sample: `sensors.sample` on views of flat memory."""
-    chain = Transducers(par.view(CHANNEL), memory.view(MEMORY), past.view(CHANNEL_PAST))
+    chain = Transducers(view(par, CHANNEL), view(memory, MEMORY), view(past, CHANNEL_PAST))
     sample(signals, path, WIRING, chain, normal, period, reading, overrange)
 '''
 

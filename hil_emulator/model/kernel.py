@@ -19,10 +19,12 @@ from typing import Any
 import numba
 import numpy as np
 
+from hil_emulator.model.compile_once import entry
 from hil_emulator.model.compose import function_name, module_source, record_name
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.layout import Vector, layouts, length, named, zeros
+from hil_emulator.model.record_view import view
 from hil_emulator.model.sensors import wiring
 
 __all__ = ["Kernel", "Vector", "build", "keep", "named", "sources_digest", "zeros"]
@@ -106,10 +108,10 @@ def _as_it_is(function: Any) -> Any:
     return function
 
 
-def _compilers(compiled: bool, cached: bool) -> dict[str, Callable[[Any], Any]]:
-    """Return the decorators of inner and entry functions."""
+def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any]]:
+    """Return the decorators of inner and entry functions, and what sees memory as records."""
     if not compiled:
-        return {"compiled": _as_it_is, "entry": _as_it_is}
+        return {"compiled": _as_it_is, "entry": _as_it_is, "view": np.ndarray.view}
     # numpy's error model: a division by zero gives inf as in C, without a branch;
     # inlined, a fifth of a step is saved: much of it is the counting of references to arrays;
     # without doors for Python and C, which only entries need, two fifths of the compilation
@@ -120,7 +122,8 @@ def _compilers(compiled: bool, cached: bool) -> dict[str, Callable[[Any], Any]]:
     }
     return {
         "compiled": numba.njit(error_model="numpy", **inner),
-        "entry": numba.njit(error_model="numpy", cache=cached),
+        "entry": entry(file, error_model="numpy"),
+        "view": view,
     }
 
 
@@ -148,7 +151,7 @@ def build(
     # numba finds the functions again through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_kernel")
     sys.modules[module.__name__] = module
-    decorators = _compilers(compiled, cached=file is not None)
+    decorators = _compilers(compiled, file)
     types = layouts(effects)
     module.__dict__.update(decorators)
     for effect in effects:

@@ -45,6 +45,7 @@ from hil_emulator.identify.prediction.records import (
     Tuning,
     Unknowns,
 )
+from hil_emulator.model.compile_once import entry
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MODEL = ("tick", "rate", "sense")
@@ -141,7 +142,7 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
     module.__dict__.update(
         np=np, INPUT_COUNT=run.INPUT_COUNT,
         compiled=numba.njit(error_model="numpy", nogil=True),
-        entry=numba.njit(error_model="numpy", nogil=True, cache=file is not None),
+        entry=entry(file, error_model="numpy", nogil=True),
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
     return Loops(**{loop.__name__: getattr(module, loop.__name__) for loop in _LOOPS})
