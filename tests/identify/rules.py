@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from hil_emulator.identify.selection.candidate_refit import CandidateRefits
+from hil_emulator.identify.selection.refits import CandidateRefits
 
 SELECTION = "hil_emulator.identify.selection"
 ALL = 1e300
@@ -72,28 +72,28 @@ class Always:
 
 RULES: dict[str, Rule] = {
     # whether a candidate explains enough
-    "gain": Rule("a name for chance", {"acceptance_test.FALSE_ALARM": 1.0}),
-    "robust": Rule("a name for correlated noise", {"acceptance_test.SMALLEST_WALD": -ALL,
-                                                   "acceptance_test.CONFIRMED_WALD": -ALL}),
+    "gain": Rule("a name for chance", {"evidence.FALSE_ALARM": 1.0}),
+    "robust": Rule("a name for correlated noise", {"evidence.SMALLEST_WALD": -ALL,
+                                                   "evidence.CONFIRMED_WALD": -ALL}),
     "less robust where confirmed": Rule(
-        "silence about an effect that acts rarely", {"acceptance_test.CONFIRMED_WALD": 16.0}),
+        "silence about an effect that acts rarely", {"evidence.CONFIRMED_WALD": 16.0}),
     "held-out gain": Rule("a law that bends to its data",
-                          {"acceptance_test.SMALLEST_HELD_OUT": -ALL}),
+                          {"evidence.SMALLEST_HELD_OUT": -ALL}),
     "held-out size": Rule("an effect of another size elsewhere",
-                          {"acceptance_test.CONFIRMED": -ALL}),
-    "surpassed": Rule("a way out for ordinary parameters", {"acceptance_test.SURPASSED": ALL}),
-    "unbelieved": Rule("the same, seen by a parameter", {"candidate_refit.UNBELIEVED": ALL}),
+                          {"evidence.CONFIRMED": -ALL}),
+    "surpassed": Rule("a way out for ordinary parameters", {"evidence.SURPASSED": ALL}),
+    "unbelieved": Rule("the same, seen by a parameter", {"evidence.UNBELIEVED": ALL}),
     "not beside a hundredfold": Rule("naming what an inexact law leaves",
                                      {"judgement.INEXACT": -ALL}),
     "outshone": Rule("a catalogue's name for an unknown effect", {"judgement.OUTSHONE": ALL}),
     "less noise": Rule("noise that is the gap itself", {"search.quietest": Always(None)},
-                       ("quieter.SETTLED",)),
+                       ("refits.SETTLED",)),
     # which candidate comes first
-    "held-out order": Rule("the law that bends best", {"candidate_refit.CONTENDERS": 1.0}),
-    "modesty": Rule("the law with more assumed shapes", {"candidate_refit.AS_GOOD": ALL}),
+    "held-out order": Rule("the law that bends best", {"evidence.CONTENDERS": 1.0}),
+    "modesty": Rule("the law with more assumed shapes", {"evidence.AS_GOOD": ALL}),
     "pairs": Rule("a third effect for two that hide each other",
                   {"search.Lookahead.leader": Always(None)},
-                  ("lookahead.FURTHER", "lookahead.COLLINEAR")),
+                  ("scan.FURTHER", "scan.COLLINEAR")),
     "confirmation": Rule("a linearisation that leads nowhere",
                          {"starts.Confirmation._holds": Always(True)}),
     "same effect": Rule("trying one effect twice", {"starts.SAME_EFFECT": ALL}),
@@ -107,7 +107,7 @@ RULES: dict[str, Rule] = {
     "sensible": Rule("an absurd size of what hardly shows", {"scan.Score.sensible": True},
                      ("scan.FAR", "scan.SEEN")),
     "pushed": Rule("a refit that stopped at a kink",
-                   {"candidate_refit.CandidateRefits._pushed": _as_it_is}),
+                   {"refits.CandidateRefits._pushed": _as_it_is}),
     # what belongs to the law of an effect in the model
     "completing": Rule("a second name for one law", {"judgement.completions": Always({})}),
     "same work": Rule("the same by a candidate that was no rival",
@@ -154,19 +154,20 @@ RULES: dict[str, Rule] = {
 """Every rule by its name, in the order in which a search meets them."""
 
 EFFORT = (
-    "candidate_refit.ITERATIONS_AT_ONCE", "candidate_refit.MOST_CONTINUATIONS",
-    "candidate_refit.WORTHWHILE_PART", "candidate_refit.PROMISING",
+    "refits.ITERATIONS_AT_ONCE", "refits.MOST_CONTINUATIONS",
+    "refits.WORTHWHILE_PART", "refits.PROMISING",
     "starts.WORTHLESS", "starts.SECANTS", "starts.MOST_SOUNDED",
     "free_terms.HATS", "free_terms.FINE", "distinguishability.RIVAL_ITERATIONS",
-    "law_between.SHARED_ITERATIONS", "lookahead.MOST_PAIRS", "lookahead.PARTNER_ITERATIONS",
+    "law_between.SHARED_ITERATIONS", "scan.MOST_PAIRS", "refits.PARTNER_ITERATIONS",
     "near_rivals.TRIED", "near_rivals.PASSES", "near_rivals.STAND_IN_ITERATIONS",
-    "outer_iteration.CONVERGED", "outer_iteration.LITTLE", "quieter.PASSES", "quieter.ITERATIONS",
+    "outer_iteration.CONVERGED", "outer_iteration.LITTLE", "refits.NOISE_PASSES",
+    "refits.NOISE_ITERATIONS",
     "search.REFITTED", "search.MOST_EFFECTS", "search.AGAIN", "search.KEPT_TERMS",
     "starts.DEAR", "starts.TAKEOVER_ITERATIONS",
 )  # fmt: skip
 """Constants that decide nothing: how long is computed, how finely, and how much is kept."""
 
-LEVELS = ("certainty.NORMAL_95", "parts.GREATER_PART", "parts.SMALL_PART")
+LEVELS = ("certainty.NORMAL_95", "evidence.GREATER_PART", "evidence.SMALL_PART")
 """Constants that several rules share: quantiles of a known distribution, and parts of a whole."""
 
 

@@ -6,12 +6,12 @@ from scipy.stats import chi2
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.parameters import ordinary
-from hil_emulator.identify.selection.acceptance_test import (
+from hil_emulator.identify.selection.evidence import (
     Evidence,
     hac_variance_factor,
     needed_delta_chi2,
+    unbelieved,
 )
-from hil_emulator.identify.selection.candidate_refit import unbelieved
 from tests.identify.rig_data import knee_model
 
 

@@ -6,9 +6,8 @@ import pytest
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.balances import PISTON
 from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.selection.acceptance_test import Evidence
-from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.certainty import deviation, faint, interval
+from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of

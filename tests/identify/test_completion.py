@@ -5,9 +5,8 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.selection.acceptance_test import Evidence
-from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.completion import completions
+from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score

@@ -6,9 +6,8 @@ import pytest
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.balances import FLOW_B, LEAKAGE, LOAD, Balance
 from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.selection.acceptance_test import Evidence
-from hil_emulator.identify.selection.candidate_refit import Trial, ranked
 from hil_emulator.identify.selection.conditional_test import ConditionalTest
+from hil_emulator.identify.selection.evidence import Evidence, Trial, ranked
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.progress import Round, Search

@@ -7,8 +7,7 @@ from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.acceptance_test import Evidence
-from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import scan

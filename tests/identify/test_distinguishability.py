@@ -5,14 +5,13 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.acceptance_test import Evidence
-from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.distinguishability import (
     INSEPARABLE,
     hac_variance_factor,
     rivals_of,
     separability,
 )
+from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.scan import Score
 
 N = 4000

@@ -10,8 +10,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.acceptance_test import Evidence
-from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.law_between import between, overtaken
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score

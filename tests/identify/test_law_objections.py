@@ -7,8 +7,7 @@ from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.balances import LOAD, PISTON, RULER, SUPPLY, TAP_A, Balance
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.acceptance_test import Evidence
-from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.law_form import nearest, sole_laws

@@ -5,8 +5,7 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.lookahead import pairs_of
-from hil_emulator.identify.selection.scan import Projection, Score, score_of
+from hil_emulator.identify.selection.scan import Projection, Score, pairs_of, score_of
 
 N = 3000
 

@@ -8,9 +8,8 @@ import pytest
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.selection.acceptance_test import Evidence
-from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.distinguishability import weighed
+from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.near_rivals import near_rivals
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score

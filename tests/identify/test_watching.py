@@ -5,7 +5,7 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.selection import judgement, search
-from hil_emulator.identify.selection.acceptance_test import Evidence
+from hil_emulator.identify.selection.evidence import Evidence
 from hil_emulator.identify.selection.progress import Round, Search
 from tests.identify.rules import RULES, changed
 from tests.identify.watching import ASKED, deciding, same, watched

@@ -12,19 +12,19 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.selection.progress import Round, Search
 from tests.identify.rules import RULES, changed, holder
 
-_PASSED = ("acceptance_test.Evidence.passed",)
-_RANKED = ("candidate_refit.ranked", "conditional_test.ranked")
+_PASSED = ("evidence.Evidence.passed",)
+_RANKED = ("refits.ranked", "conditional_test.ranked")
 _OWN = ("judgement.own_terms", "law_objections.own_terms", "re_examination.own_terms")
 
 ASKED = {
-    "acceptance_test.SMALLEST_WALD": _PASSED,
-    "acceptance_test.CONFIRMED_WALD": _PASSED,
-    "acceptance_test.SMALLEST_HELD_OUT": _PASSED,
-    "acceptance_test.CONFIRMED": _PASSED,
-    "acceptance_test.SURPASSED": (*_PASSED, "acceptance_test.Evidence.strange"),
-    "candidate_refit.UNBELIEVED": ("candidate_refit.unbelieved",),
-    "candidate_refit.CONTENDERS": _RANKED,
-    "candidate_refit.AS_GOOD": _RANKED,
+    "evidence.SMALLEST_WALD": _PASSED,
+    "evidence.CONFIRMED_WALD": _PASSED,
+    "evidence.SMALLEST_HELD_OUT": _PASSED,
+    "evidence.CONFIRMED": _PASSED,
+    "evidence.SURPASSED": (*_PASSED, "evidence.Evidence.strange"),
+    "evidence.UNBELIEVED": ("refits.unbelieved",),
+    "evidence.CONTENDERS": _RANKED,
+    "evidence.AS_GOOD": _RANKED,
     "conditional_test.OUTSHONE": ("judgement.stands_beside",),
     "starts.SAME_EFFECT": ("starts._alike",),
     "judgement.INEXACT": ("search.judge",),

@@ -16,9 +16,9 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.experiment_design.contrast import contrast
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.certainty import NORMAL_95, discrepancy_uncertainty, interval
 from hil_emulator.identify.selection.distinguishability import confirmed, weighed
+from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.law_objections import hardly_believed
 from hil_emulator.identify.selection.near_rivals import MOST_TOLD, near_rivals
 from hil_emulator.identify.selection.progress import Search

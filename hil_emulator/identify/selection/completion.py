@@ -8,8 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.parts import GREATER_PART, SMALL_PART
+from hil_emulator.identify.selection.evidence import GREATER_PART, SMALL_PART, Trial
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.selection.candidate_refit import ranked
+from hil_emulator.identify.selection.evidence import GREATER_PART, ranked
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.law_form import acts_in, directions
-from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.progress import Round
 from hil_emulator.identify.selection.scan import Projection, Score
 

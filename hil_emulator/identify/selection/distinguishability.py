@@ -13,9 +13,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.acceptance_test import hac_variance_factor
-from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.parts import GREATER_PART
+from hil_emulator.identify.selection.evidence import GREATER_PART, Trial, hac_variance_factor
 from hil_emulator.identify.selection.progress import Round, StandIn
 from hil_emulator.identify.selection.scan import Score
 

@@ -11,15 +11,16 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.acceptance_test import (
+from hil_emulator.identify.selection.completion import Completion, place
+from hil_emulator.identify.selection.distinguishability import weighed
+from hil_emulator.identify.selection.evidence import (
+    GREATER_PART,
+    SMALL_PART,
     SMALLEST_HELD_OUT,
     SMALLEST_WALD,
     hac_variance_factor,
 )
-from hil_emulator.identify.selection.completion import Completion, place
-from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.judgement import standing
-from hil_emulator.identify.selection.parts import GREATER_PART, SMALL_PART
 from hil_emulator.identify.selection.progress import Round, Search, StandIn
 
 RIVAL_SHARE = 0.25

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.selection.candidate_refit import Trial
+from hil_emulator.identify.selection.evidence import SMALL_PART, Trial
 from hil_emulator.identify.selection.law_form import own_terms
-from hil_emulator.identify.selection.parts import SMALL_PART
 from hil_emulator.identify.selection.progress import Round
 
 STRAINED = 2.5

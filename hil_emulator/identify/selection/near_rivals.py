@@ -12,7 +12,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.completion import place
 from hil_emulator.identify.selection.distinguishability import belongs, weighed
-from hil_emulator.identify.selection.parts import GREATER_PART
+from hil_emulator.identify.selection.evidence import GREATER_PART
 from hil_emulator.identify.selection.progress import Round, Search, StandIn
 from hil_emulator.identify.selection.re_examination import same_part
 from hil_emulator.identify.selection.scan import Score

@@ -8,9 +8,8 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.acceptance_test import needed_delta_chi2
-from hil_emulator.identify.selection.candidate_refit import Trial
 from hil_emulator.identify.selection.completion import Completion
+from hil_emulator.identify.selection.evidence import Trial, needed_delta_chi2
 from hil_emulator.identify.selection.free_terms import HATS, DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Score
 

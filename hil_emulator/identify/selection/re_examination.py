@@ -13,9 +13,9 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.conditional_test import ConditionalTest
 from hil_emulator.identify.selection.distinguishability import belongs
+from hil_emulator.identify.selection.evidence import GREATER_PART
 from hil_emulator.identify.selection.law_form import own_terms
 from hil_emulator.identify.selection.outer_iteration import converge
-from hil_emulator.identify.selection.parts import GREATER_PART
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of
 

@@ -1,7 +1,8 @@
-"""Score every candidate at once, with what ordinary parameters could explain projected out."""
+"""Score every candidate and every pair, with what ordinary parameters could explain taken out."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -15,6 +16,15 @@ SEEN = 9.0
 
 FAR = 5.0
 """Typical sizes beyond which an estimate from a hardly visible effect is nonsense (assumed)."""
+
+FURTHER = 1.25
+"""Times what the best candidate and its best partner explain that a pair must explain (assumed)."""
+
+COLLINEAR = 0.95
+"""Squared cosine between the sensitivities of two candidates above which they are one (assumed)."""
+
+MOST_PAIRS = 4
+"""Most pairs that are tried in the model."""
 
 
 @dataclass(frozen=True)
@@ -119,3 +129,66 @@ def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> 
         response,
         remaining=remaining,
     )
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two candidates, and what the linear model expects of both.
+
+    Attributes:
+        scores: of each by itself.
+        sizes: of each beside the other, in typical sizes.
+        delta_chi2: in chi-square, of both.
+
+    """
+
+    scores: tuple[Score, Score]
+    sizes: tuple[float, float]
+    delta_chi2: float
+
+
+def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
+    """Return pairs that explain clearly more than the best candidate with any partner.
+
+    Args:
+        scores: of all candidates.
+        fit: where they were taken.
+
+    """
+    able = [s for s in scores if s.visible]
+    if len(able) < 2:
+        return []
+    columns = np.stack([s.column for s in able])
+    normal = (columns @ columns.T).astype(np.float64)
+    gradient = -(columns @ Projection(fit).residual.astype(np.float32)).astype(np.float64)
+    sizes, deltas = _jointly(normal, gradient)
+    ends = np.array([s.coordinate.bounds for s in able])
+    inside = (sizes >= ends[:, :1]) & (sizes <= ends[:, 1:])
+    deltas = np.where(inside & inside.T, deltas, 0.0)
+    best = max(range(len(able)), key=lambda i: able[i].statistic)
+    least = FURTHER * max(float(np.max(deltas[best])), able[best].statistic)
+    found = _above(deltas, least)
+    return [Pair((able[i], able[j]), (float(sizes[i, j]), float(sizes[j, i])), float(deltas[i, j]))
+            for i, j in islice(found, MOST_PAIRS)]  # fmt: skip
+
+
+def _jointly(normal: Array, gradient: Array) -> tuple[Array, Array]:
+    """Return the size of each candidate beside each other one, and what both gain."""
+    power = np.diag(normal)
+    room = np.outer(power, power) - normal**2
+    apart = room > (1.0 - COLLINEAR) * np.outer(power, power)
+    sizes = np.where(
+        apart, gradient[:, None] * power - normal * gradient, 0.0
+    ) / np.where(apart, room, 1.0)  # fmt: skip
+    parts = sizes * gradient[:, None]
+    return sizes, parts + parts.T
+
+
+def _above(deltas: Array, least: float) -> Iterator[tuple[int, int]]:
+    """Yield the pairs that gain more than the least, the best first."""
+    upper = np.triu(deltas, 1)
+    for flat in np.argsort(-upper, axis=None):
+        i, j = np.unravel_index(flat, upper.shape)
+        if upper[i, j] <= least:
+            return
+        yield int(i), int(j)

@@ -13,8 +13,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.candidate_refit import Trial
-from hil_emulator.identify.selection.parts import GREATER_PART
+from hil_emulator.identify.selection.evidence import GREATER_PART, Trial
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
 
 WORTHLESS = 8.0

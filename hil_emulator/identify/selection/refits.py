@@ -1,8 +1,15 @@
-"""Joint refits of the likeliest candidates, and which of them comes first."""
+"""Joint refits of the likeliest candidates, alone and in pairs, and by less noise.
+
+A friction that is larger one way and a pressure reading that is off act against each other: each
+alone explains little, both together nearly all; taking one at a time would begin with a third.
+Noise that is estimated from a residual holds all that the model does not explain, and beside it
+nothing is large: where a candidate leaves much less, a round is judged again by that, as the
+likelihood ratio of two models with a noise of their own (Seber and Lee 2003, section 4.1).
+"""
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,9 +18,17 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.restarts import nudged
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.acceptance_test import Evidence, hac_variance_factor
-from hil_emulator.identify.selection.parts import GREATER_PART
-from hil_emulator.identify.selection.scan import Projection, Score
+from hil_emulator.identify.selection.evidence import (
+    GREATER_PART,
+    SMALL_PART,
+    Evidence,
+    Trial,
+    hac_variance_factor,
+    ranked,
+    unbelieved,
+)
+from hil_emulator.identify.selection.progress import Round
+from hil_emulator.identify.selection.scan import FURTHER, Pair, Projection, Score, score_of
 
 ITERATIONS_AT_ONCE = 5
 """Iterations of a joint refit, before it is asked whether more are worth while."""
@@ -27,37 +42,17 @@ WORTHWHILE_PART = 0.01
 PROMISING = 0.2
 """Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
 
-CONTENDERS = 0.75
-"""Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
+PARTNER_ITERATIONS = 3
+"""Iterations of a refit with the first of a pair."""
 
-AS_GOOD = 0.9
-"""Of effects that gain at least this part of the best on held-out and on training data, the one
-with the fewest assumed shape parameters is named (assumed)."""
+SETTLED = 0.8
+"""Part of it that a further refit leaves, from which it is settled (assumed)."""
 
+NOISE_PASSES = 4
+"""Most refits, each by the noise that the last one has left."""
 
-UNBELIEVED = 5.0
-"""Prior standard deviations beyond which no ordinary parameter is believed to be, unless it was so
-without the candidate (assumed)."""
-
-
-@dataclass
-class Trial:
-    """One candidate, refitted.
-
-    Attributes:
-        score: from the scan.
-        fit: with the effect's knob last, and before it what else its law holds.
-        evidence: for and against it.
-        deviation: standard deviation of the knob's coordinate, serial correlation counted.
-        beside: the candidate beside which it was judged, see `lookahead`; mostly "".
-
-    """
-
-    score: Score
-    fit: Fit
-    evidence: Evidence
-    deviation: float
-    beside: str = ""
+NOISE_ITERATIONS = 5
+"""Of each refit."""
 
 
 class CandidateRefits:
@@ -168,64 +163,92 @@ class CandidateRefits:
         return delta_chi2 / factor, math.sqrt(factor / max(information, 1e-9)), factor
 
 
-def unbelieved(base: Fit, fit: Fit) -> str:
-    """Say which ordinary parameter a candidate drives where nobody believes it, or ""."""
-    before = {c.name: float(at) for c, at in zip(base.coordinates, base.at, strict=True)}
-    for coordinate, at in zip(fit.coordinates, fit.at, strict=True):
-        most = UNBELIEVED * coordinate.prior
-        if coordinate.name in before and abs(before[coordinate.name]) < most < abs(at):
-            share = float(coordinate.value(float(at))) / coordinate.neutral
-            return f"{coordinate.name} would have to be {share:.2g} times its configured value"
-    return ""
+class Lookahead:
+    """Tries pairs where one candidate at a time would go astray.
 
+    Args:
+        fitter: with the training data frozen.
+        base: the fit without any candidate, where the scores were taken.
+        held: frozen validation data, or None.
+        needed: gain in chi-square that a name needs.
 
-def ranked(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the candidates in the order of what they explain, the strange ones last.
-
-    Where several explain the training data about equally well, held-out data decide: a law that
-    holds elsewhere beats one that bends to its data. Where several do that equally well, too, none
-    has bent, and all data count.
     """
-    by_delta_chi2 = sorted(trials, key=lambda t: -t.evidence.delta_chi2)
-    sound = [t for t in by_delta_chi2 if not t.evidence.strange]
-    return _ranked(sound) + [t for t in by_delta_chi2 if t.evidence.strange]
+
+    def __init__(self, fitter: Fitter, base: Fit, held: Batch | None, needed: float) -> None:
+        self._fitter, self._base, self._held, self._needed = fitter, base, held, needed
+
+    def leader(self, pairs: Sequence[Pair], alone: float) -> Trial | None:
+        """Return the candidate to begin with, judged beside its partner; None without a pair.
+
+        Args:
+            pairs: the likeliest first, see `pairs_of`.
+            alone: what the best single candidate gains.
+
+        """
+        for pair in pairs:
+            if self._delta_chi2(pair) < GREATER_PART * pair.delta_chi2:
+                continue
+            first, second = pair.scores
+            trials = [self._beside(first, second), self._beside(second, first)]
+            deltas = [self._base.chi2 - t.fit.chi2 for t in trials]
+            if all(t.evidence.passed for t in trials) and min(deltas) > FURTHER * alone:
+                best = max(trials, key=lambda t: t.evidence.delta_chi2)
+                return replace(best, fit=best.fit.without([best.beside]))
+        return None
+
+    def _delta_chi2(self, pair: Pair) -> float:
+        """Return what the model itself gains where the linear one puts a pair."""
+        base = self._base
+        free = [*base.coordinates, *(s.coordinate for s in pair.scores)]
+        moved = sum(x * s.response for x, s in zip(pair.sizes, pair.scores, strict=True))
+        at = np.append(base.at + moved, pair.sizes)
+        return base.chi2 - self._fitter.loss(free, at, self._fitter.residual(free, at))
+
+    def _beside(self, first: Score, second: Score) -> Trial:
+        """Judge a candidate in a model that has another one already."""
+        at = np.append(self._base.at, 0.0)
+        free = [*self._base.coordinates, first.coordinate]
+        model = self._fitter.fit(free, at, PARTNER_ITERATIONS)
+        sensitivity = self._fitter.column(
+            [*free, second.coordinate], np.append(model.at, 0.0), model.residual, len(free)
+        )
+        score = score_of(second.coordinate, sensitivity, Projection(model))
+        refits = CandidateRefits(self._fitter, model, self._held, self._needed)
+        trial = refits.refit([score])[0]
+        return replace(trial, score=second.lean(), beside=first.coordinate.name)
 
 
-def _ranked(by_delta_chi2: list[Trial]) -> list[Trial]:
-    if not by_delta_chi2 or by_delta_chi2[0].evidence.delta_chi2 <= 0.0:
-        return by_delta_chi2
-    level = CONTENDERS * by_delta_chi2[0].evidence.delta_chi2
-    contenders = [t for t in by_delta_chi2 if t.evidence.delta_chi2 >= level]
-    if all(np.isfinite(t.evidence.held_out) for t in contenders):
-        contenders.sort(key=lambda t: -t.evidence.held_out)
-        first = contenders[0].evidence
-        equals = [t for t in contenders if _as_good(t, t.evidence.held_out, first.held_out)
-                  and _as_good(t, t.evidence.delta_chi2, first.delta_chi2)]  # fmt: skip
-        contenders = [*sorted(equals, key=_modesty), *(t for t in contenders if t not in equals)]
-    return contenders + [t for t in by_delta_chi2 if t.evidence.delta_chi2 < level]
+def quietest(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
+    """Weigh the training data by the noise that the likeliest candidate leaves; return its fit.
 
-
-def _as_good(trial: Trial, explained: float, best: float) -> bool:
-    """Tell whether a candidate explains about as much as the best.
-
-    Where the noise is estimated, few independent values decide, and two standard deviations of what
-    they gain by chance make no difference.
+    None, and the weights stay as they are, where they know the noise or it would hardly differ.
     """
-    chance = 2.0 * math.sqrt(max(best, 0.0)) if trial.fit.effective is not None else 0.0
-    return explained >= min(AS_GOOD * best, best - chance)
+    before = fitter.batch.noise
+    likeliest = next((s for s in scores if s.sensible), None)
+    if before is None or likeliest is None:
+        return None
+    at = np.append(base.at + likeliest.estimate * likeliest.response, likeliest.estimate)
+    fit, noise = fitter.fit([*base.coordinates, likeliest.coordinate], at, NOISE_ITERATIONS), before
+    for most in (SMALL_PART, *[SETTLED] * (NOISE_PASSES - 1)):
+        left = noise.left(fit.residual)
+        if left.density > most * noise.density:
+            break
+        fitter.batch, noise = fitter.batch.sharing(left), left
+        fit = fitter.fit(fit.coordinates, fit.at, NOISE_ITERATIONS)
+    return None if noise is before else fit
 
 
-def _modesty(trial: Trial) -> tuple[int, float]:
-    """Return what equals are ordered by: assumed parameters, then what they explain of all data.
+def held_out(fitter: Fitter, held: Batch, fit: Fit) -> Batch:
+    """Return held-out data weighed by the noise that a fit leaves there."""
+    if held.noise is None:
+        return held
+    return held.sharing(held.noise.left(fitter.residual(fit.coordinates, fit.at, held)))
 
-    Where the noise is estimated, held-out data are too few to be added.
+
+def certain(found: Round) -> bool:
+    """Tell whether the best candidate of a round is named even as its noise is estimated with it.
+
+    Few independent values know a variance badly: the likelihood ratio grows by a logarithm only.
     """
-    explained = trial.evidence.delta_chi2
-    if trial.fit.effective is None:
-        explained += trial.evidence.held_out
-    return _assumed(trial.score.coordinate), -explained
-
-
-def _assumed(coordinate: Coordinate) -> int:
-    """Return how many shape parameters of an effect are taken on trust."""
-    return len(coordinate.effect.shape) if coordinate.effect else 0
+    size = found.base.sample_size
+    return size * math.log1p(found.best / size) > found.needed

@@ -1,12 +1,23 @@
-"""What a name must pass: gain, robust against serial correlation, and on data not used."""
+"""What speaks for and against a candidate, whether that justifies a name, and which comes first."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
 
+from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.selection.parts import GREATER_PART
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.scan import Score
+
+GREATER_PART = 0.5
+"""Of what is explained, or of a squared cosine: who has more of it than all others together does
+the work, so that no other value could be meant."""
+
+SMALL_PART = 0.1
+"""What hardly counts beside the rest (assumed)."""
 
 FALSE_ALARM = 1e-3
 """Probability that chance alone lets one of all candidates gain enough in a healthy machine
@@ -21,7 +32,6 @@ CONFIRMED_WALD = 9.0
 SMALLEST_HELD_OUT = 5.0
 """Gain in chi-square on data that took no part in the fit."""
 
-
 CONFIRMED = 0.4
 """Part of the gain which an effect of the estimated size would have on held-out data, that it must
 have there (assumed)."""
@@ -29,6 +39,17 @@ have there (assumed)."""
 SURPASSED = 3.0
 """The same that it may have there at most: what gains more than its size explains is a way out for
 ordinary parameters (assumed)."""
+
+CONTENDERS = 0.75
+"""Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
+
+AS_GOOD = 0.9
+"""Of effects that gain at least this part of the best on held-out and on training data, the one
+with the fewest assumed shape parameters is named (assumed)."""
+
+UNBELIEVED = 5.0
+"""Prior standard deviations beyond which no ordinary parameter is believed to be, unless it was so
+without the candidate (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +122,26 @@ class Evidence:
         return min(least, max(self.needed, least - self._spread))
 
 
+@dataclass
+class Trial:
+    """One candidate, refitted.
+
+    Attributes:
+        score: from the scan.
+        fit: with the effect's knob last, and before it what else its law holds.
+        evidence: for and against it.
+        deviation: standard deviation of the knob's coordinate, serial correlation counted.
+        beside: the candidate beside which it was judged, see `Lookahead`; mostly "".
+
+    """
+
+    score: Score
+    fit: Fit
+    evidence: Evidence
+    deviation: float
+    beside: str = ""
+
+
 def needed_delta_chi2(candidates: int) -> float:
     """Return the gain in chi-square that a name needs, the best of so many candidates.
 
@@ -125,3 +166,66 @@ def hac_variance_factor(difference: Array, residual: Array, correlation_length: 
     products = difference * residual
     starts = np.arange(0, len(products), max(1, correlation_length))
     return max(1.0, float(np.sum(np.add.reduceat(products, starts) ** 2)) / power)
+
+
+def unbelieved(base: Fit, fit: Fit) -> str:
+    """Say which ordinary parameter a candidate drives where nobody believes it, or ""."""
+    before = {c.name: float(at) for c, at in zip(base.coordinates, base.at, strict=True)}
+    for coordinate, at in zip(fit.coordinates, fit.at, strict=True):
+        most = UNBELIEVED * coordinate.prior
+        if coordinate.name in before and abs(before[coordinate.name]) < most < abs(at):
+            share = float(coordinate.value(float(at))) / coordinate.neutral
+            return f"{coordinate.name} would have to be {share:.2g} times its configured value"
+    return ""
+
+
+def ranked(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the candidates in the order of what they explain, the strange ones last.
+
+    Where several explain the training data about equally well, held-out data decide: a law that
+    holds elsewhere beats one that bends to its data. Where several do that equally well, too, none
+    has bent, and all data count.
+    """
+    by_delta_chi2 = sorted(trials, key=lambda t: -t.evidence.delta_chi2)
+    sound = [t for t in by_delta_chi2 if not t.evidence.strange]
+    return _ranked(sound) + [t for t in by_delta_chi2 if t.evidence.strange]
+
+
+def _ranked(by_delta_chi2: list[Trial]) -> list[Trial]:
+    if not by_delta_chi2 or by_delta_chi2[0].evidence.delta_chi2 <= 0.0:
+        return by_delta_chi2
+    level = CONTENDERS * by_delta_chi2[0].evidence.delta_chi2
+    contenders = [t for t in by_delta_chi2 if t.evidence.delta_chi2 >= level]
+    if all(np.isfinite(t.evidence.held_out) for t in contenders):
+        contenders.sort(key=lambda t: -t.evidence.held_out)
+        first = contenders[0].evidence
+        equals = [t for t in contenders if _as_good(t, t.evidence.held_out, first.held_out)
+                  and _as_good(t, t.evidence.delta_chi2, first.delta_chi2)]  # fmt: skip
+        contenders = [*sorted(equals, key=_modesty), *(t for t in contenders if t not in equals)]
+    return contenders + [t for t in by_delta_chi2 if t.evidence.delta_chi2 < level]
+
+
+def _as_good(trial: Trial, explained: float, best: float) -> bool:
+    """Tell whether a candidate explains about as much as the best.
+
+    Where the noise is estimated, few independent values decide, and two standard deviations of what
+    they gain by chance make no difference.
+    """
+    chance = 2.0 * math.sqrt(max(best, 0.0)) if trial.fit.effective is not None else 0.0
+    return explained >= min(AS_GOOD * best, best - chance)
+
+
+def _modesty(trial: Trial) -> tuple[int, float]:
+    """Return what equals are ordered by: assumed parameters, then what they explain of all data.
+
+    Where the noise is estimated, held-out data are too few to be added.
+    """
+    explained = trial.evidence.delta_chi2
+    if trial.fit.effective is None:
+        explained += trial.evidence.held_out
+    return _assumed(trial.score.coordinate), -explained
+
+
+def _assumed(coordinate: Coordinate) -> int:
+    """Return how many shape parameters of an effect are taken on trust."""
+    return len(coordinate.effect.shape) if coordinate.effect else 0
