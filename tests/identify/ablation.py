@@ -1,17 +1,21 @@
 """Leave out every rule of the search in turn, on fresh cases of every family, and count.
 
+    python -m tests.identify.ablation --out ablation.jsonl --each 6 --watch
     python -m tests.identify.ablation --out ablation.jsonl --each 6
-    python -m tests.identify.ablation --out ablation.jsonl --report
+    python -m tests.identify.ablation --out ablation.jsonl --each 6 --report
 
-Cases are none of the study's; each experiment lasts two seconds. Answers are kept in the file of
-`--out`: the same command goes on where it was stopped, and a larger `--each` adds cases. A case is
-not searched again without a rule that decided nothing in it.
+Cases are none of the study's; each experiment lasts two seconds. A case is searched once with all
+rules, which tells those that decided something on the way; without each of these it is searched
+again, unless `--watch` asks for the first alone. Without any other the answer is the same. Answers
+are kept in the file of `--out`: the same command goes on where it was stopped, and a larger
+`--each` adds cases.
 """
 
 import argparse
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +34,7 @@ from tests.identify.watching import deciding
 FAMILIES = ("none", "medium", "foreign", "pairs", "foreign-pairs", "outside")
 """Healthy, the catalogue's law, another law, two of each, and what no catalogue has."""
 
-FIRST, STRIDE = 121, 4
+FIRST, STRIDE = 161, 4
 """Numbers of the cases, beyond those of the study; the stride meets every kind of bench."""
 
 DURATION = 2.0
@@ -51,8 +55,24 @@ MACHINE = load([KNEE])
 PREPARED = ("counted", "without_contradictions", "PlantModel", "predicting")
 """What is done with the data before anything is decided, once for each case."""
 
-Answers = dict[tuple[str, str], Answer]
-"""By case and by the rule that was left out."""
+
+@dataclass
+class Kept:
+    """What is known so far.
+
+    Attributes:
+        answers: by case and by the rule that was left out.
+        deciding: rules that decided something in a search with all of them, by case.
+
+    """
+
+    answers: dict[tuple[str, str], Answer]
+    deciding: dict[str, frozenset[str]]
+
+    def without(self, name: str, rule: str) -> Answer | None:
+        """Return the answer in a case without a rule; None where nobody has asked."""
+        same = rule not in self.deciding[name]
+        return self.answers.get((name, WITH_ALL if same else rule))
 
 
 def drawn(each: int) -> Iterator[Case]:
@@ -62,31 +82,37 @@ def drawn(each: int) -> Iterator[Case]:
             yield case(family, FIRST + STRIDE * i, DURATION)
 
 
-def kept(file: Path) -> Answers:
-    """Return the answers that a file has already."""
-    rows = map(json.loads, file.read_text().splitlines()) if file.exists() else ()
-    return {(r["case"], r["without"]): from_dict(r["answer"]) for r in rows}
+def kept(file: Path) -> Kept:
+    """Return what a file has already."""
+    rows = list(map(json.loads, file.read_text().splitlines())) if file.exists() else []
+    return Kept({(r["case"], r["without"]): from_dict(r["answer"]) for r in rows},
+                {r["case"]: frozenset(r["deciding"]) for r in rows if r["without"] == WITH_ALL},
+                )  # fmt: skip
 
 
 def examine(which: Case, rules: Sequence[str], file: Path) -> None:
-    """Ask about one case without each of some rules, and keep the answers."""
+    """Ask about one case with all rules, and without each of some that decide; keep the answers."""
     done = kept(file)
-    wanted = [rule for rule in (WITH_ALL, *rules) if (which.name, rule) not in done]
-    if not wanted:
+    met = done.deciding.get(which.name)
+    if met is not None and all(done.without(which.name, rule) for rule in rules):
         return
     learn, check = campaign(which)
     once = {f"session.{name}": _once(getattr(session, name)) for name in PREPARED}
     with remembered(), changed({**PLAIN, **once}):
-        with deciding(rules) as met:
-            with_all = _answered(learn, check)
-        for rule in wanted:
-            answer = with_all
-            if rule in met:
+        if met is None:
+            with deciding(list(RULES)) as met:
+                answer = _answered(learn, check)
+            _keep(file, which, WITH_ALL, answer, deciding=sorted(met))
+        for rule in rules:
+            if rule in met and (which.name, rule) not in done.answers:
                 with changed(RULES[rule].without):
-                    answer = _answered(learn, check)
-            row = {"case": which.name, "without": rule, "answer": answer.to_dict()}
-            with file.open("a") as stream:
-                stream.write(json.dumps(row) + "\n")
+                    _keep(file, which, rule, _answered(learn, check))
+
+
+def _keep(file: Path, which: Case, rule: str, answer: Answer, **more: Sequence[str]) -> None:
+    row = {"case": which.name, "without": rule, "answer": answer.to_dict(), **more}
+    with file.open("a") as stream:
+        stream.write(json.dumps(row) + "\n")
 
 
 def _once(work: Callable[..., Any]) -> Callable[..., Any]:
@@ -113,17 +139,19 @@ def said(answer: Answer) -> tuple[object, ...]:
     return named, bool(answer.unknown), answer.unknown[:1]
 
 
-def report(answers: Answers, cases: Mapping[str, Case]) -> str:
+def report(known: Kept, cases: Mapping[str, Case]) -> str:
     """Return the table of all rules, as Markdown."""
-    base = {name: judge(cases[name], answer) for (name, rule), answer in answers.items()
-            if rule == WITH_ALL and name in cases}  # fmt: skip
-    heads = ["rule", "protects from", "answers changed", *FAMILIES, "wrong names"]
-    rows = [["(all rules)", "", "", *_counted(base.values()), _wrong(base.values())]]
+    base = {name: judge(cases[name], known.answers[name, WITH_ALL])
+            for name in known.deciding if name in cases}  # fmt: skip
+    heads = ["rule", "protects from", "decided in", "answers changed", *FAMILIES, "wrong names"]
+    rows = [["(all rules)", "", "", "", *_counted(base.values()), _wrong(base.values())]]
     for name, rule in RULES.items():
-        without = {c: judge(cases[c], answers[c, name]) for c in base if (c, name) in answers}
-        beside = [base[c] for c in without]
-        changed_answers = sum(said(answers[c, name]) != said(base[c].answer) for c in without)
-        rows.append([name, rule.protects, f"{changed_answers} of {len(without)}",
+        asked = {case: known.without(case, name) for case in base}
+        without = {case: judge(cases[case], answer) for case, answer in asked.items() if answer}
+        beside = [base[case] for case in without]
+        other = sum(said(o.answer) != said(base[case].answer) for case, o in without.items())
+        decided = sum(name in known.deciding[case] for case in base)
+        rows.append([name, rule.protects, f"{decided} of {len(base)}", f"{other} of {len(without)}",
                      *_beside(without.values(), beside),
                      f"{_wrong(beside)} → {_wrong(without.values())}"])  # fmt: skip
     lines = [f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows)]
@@ -133,20 +161,20 @@ def report(answers: Answers, cases: Mapping[str, Case]) -> str:
     return "\n".join(lines)
 
 
-def _counted(outcomes: Iterator[Outcome] | Sequence[Outcome]) -> list[str]:
+def _counted(outcomes: Iterable[Outcome]) -> list[str]:
     """Return how many are right of each family."""
     found = list(outcomes)
     of = {f: [o for o in found if o.case.group == f] for f in FAMILIES}
     return [f"{sum(not failed(o) for o in of[f])}/{len(of[f])}" for f in FAMILIES]
 
 
-def _beside(without: Iterator[Outcome], beside: Sequence[Outcome]) -> list[str]:
+def _beside(without: Iterable[Outcome], beside: Sequence[Outcome]) -> list[str]:
     """Return how many are right of each family where that is another number."""
     counts = zip(_counted(beside), _counted(without), strict=True)
     return ["" if before == after else f"{before} → {after}" for before, after in counts]
 
 
-def _wrong(outcomes: Iterator[Outcome] | Sequence[Outcome]) -> str:
+def _wrong(outcomes: Iterable[Outcome]) -> str:
     return str(sum(o.wrong for o in outcomes))
 
 
@@ -158,12 +186,13 @@ def main() -> None:
     options.add_argument("--out", type=Path, default=Path("ablation.jsonl"))
     options.add_argument("--each", type=int, default=6, help="cases of each family")
     options.add_argument("--rules", nargs="*", choices=list(RULES), default=list(RULES))
+    options.add_argument("--watch", action="store_true", help="with all rules alone")
     options.add_argument("--report", action="store_true", help="only print what the file has")
     chosen = options.parse_args()
     wanted = {which.name: which for which in drawn(chosen.each)}
     if not chosen.report:
         for which in wanted.values():
-            examine(which, chosen.rules, chosen.out)
+            examine(which, [] if chosen.watch else chosen.rules, chosen.out)
             print(which.name, ", ".join(which.effects) or "nothing", flush=True)
     print(report(kept(chosen.out), wanted))
 

@@ -1,13 +1,16 @@
 """The study that leaves out rules: what it remembers, and what it counts."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from tests.identify.ablation import WITH_ALL, report
+from tests.identify import ablation
+from tests.identify.ablation import WITH_ALL, Kept, examine, kept, report
 from tests.identify.answer import Answer, Named
 from tests.identify.generator.cases import case
 from tests.identify.generator.effects import EFFECTS
@@ -31,14 +34,34 @@ def test_what_is_remembered_is_what_would_be_computed() -> None:
 
 
 def test_a_rule_is_counted_by_the_answers_that_change_without_it() -> None:
-    """Of two cases one loses its name without a rule, the other keeps it."""
-    cases = [case("medium", number) for number in (121, 125)]
+    """Of three cases it decides in two: one loses its name without it, the other was not asked.
+
+    Where it decides nothing, the answer without it is known.
+    """
+    cases = [case("medium", number) for number in (121, 125, 129)]
+    names = [c.name for c in cases]
     right = {c.name: Answer((Named(EFFECTS[next(iter(c.effects))].name),)) for c in cases}
-    answers = {(name, rule): answer for name, answer in right.items()
-               for rule in (WITH_ALL, "gain")}  # fmt: skip
-    answers[cases[0].name, "gain"] = replace(right[cases[0].name], named=())
-    table = report(answers, {c.name: c for c in cases}).splitlines()
+    answers = {(name, WITH_ALL): answer for name, answer in right.items()}
+    answers[names[0], "gain"] = replace(right[names[0]], named=())
+    deciding = dict(zip(names, map(frozenset, (["gain"], ["gain"], [])), strict=True))
+    table = report(Kept(answers, deciding), {c.name: c for c in cases}).splitlines()
     (line,) = [row for row in table if row.startswith("| gain |")]
-    assert "1 of 2" in line
+    assert "| 2 of 3 | 1 of 2 |" in line
     assert "2/2 → 1/2" in line
-    assert table[-1].startswith("2 of 2 cases right")
+    assert table[-1].startswith("3 of 3 cases right")
+
+
+def test_a_case_is_asked_once_about_what_decides_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file keeps which rules decided; it is searched again for these alone, and once."""
+    asked: list[str] = []
+    monkeypatch.setattr(ablation, "campaign", lambda _: ([], []))
+    monkeypatch.setattr(ablation, "_answered", lambda *_: asked.append("") or Answer())
+    which, file = case("none", 121), tmp_path / "ablation.jsonl"
+    examine(which, [], file)
+    assert len(asked) == 1
+    assert kept(file).deciding == {which.name: frozenset({"gain"})}  # which nobody can watch
+    for _ in "ab":
+        examine(which, ["gain", "robust"], file)
+        assert len(asked) == 2
