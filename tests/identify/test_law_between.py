@@ -80,7 +80,7 @@ WON = trial(THRESHOLD, 40000.0, 1.6), trial(HYSTERESIS, 32000.0, 0.5)
 def test_a_rival_that_shares_the_work_completes_the_law(twofold: Fitter) -> None:
     """A refit that begins between both shows the loop beside the fitted threshold."""
     base = fitted(twofold, [THRESHOLD], [1.6])
-    found = between(twofold, searched(base, named(*WON)), None)
+    found = between(twofold, searched(base, named(*WON)), lambda: None)
     assert list(found) == ["threshold"]
     assert found["threshold"].rival == "hysteresis"
     assert 0.0 < found["threshold"].part < 0.1
@@ -89,7 +89,7 @@ def test_a_rival_that_shares_the_work_completes_the_law(twofold: Fitter) -> None
 def test_where_the_law_fits_nothing_completes_it(single: Fitter) -> None:
     """A rival that explained much in its place, and adds nothing, is only a rival."""
     base = fitted(single, [THRESHOLD], [1.6])
-    assert between(single, searched(base, named(*WON)), None) == {}
+    assert between(single, searched(base, named(*WON)), lambda: None) == {}
 
 
 def test_a_rival_that_fails_on_held_out_data_completes_nothing(
@@ -98,7 +98,7 @@ def test_a_rival_that_fails_on_held_out_data_completes_nothing(
     """The loop that the training data show is not in the valve of the others."""
     base = fitted(twofold, [THRESHOLD], [1.6])
     held = twofold.frozen_at(single.experiments, base.coordinates, base.at)
-    assert between(twofold, searched(base, named(*WON)), held) == {}
+    assert between(twofold, searched(base, named(*WON)), lambda: held) == {}
 
 
 def test_an_effect_with_little_left_to_do_completes_the_later_one(single: Fitter) -> None:

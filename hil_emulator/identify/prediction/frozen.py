@@ -1,6 +1,6 @@
 """One experiment with everything that one fit has computed of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.records import Data, Entries, Gains, Jacobians, Start
@@ -22,6 +22,8 @@ class Frozen:
         par, chan: the parameters at which it was frozen.
         weights: one over the standard deviation of each channel's whitened innovations.
         probed: what the probes do, see `probing.probe`; None as long as nobody has asked.
+        latest: the point at which it was last predicted, and the whitened innovations there: a fit
+            often begins where the last one ended.
 
     """
 
@@ -37,3 +39,5 @@ class Frozen:
     chan: Array
     weights: Array
     probed: Entries | None = None
+    # not an argument: with other data or gains, what was predicted before would not hold
+    latest: tuple[bytes, Array] | None = field(default=None, init=False)

@@ -5,7 +5,7 @@ long as the effect does all the work. A refit that begins with part of the work 
 it. Where the rival was named as a further effect, the first may have little left to do.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -30,13 +30,15 @@ SHARED_ITERATIONS = 6
 """Of the refit of both (assumed)."""
 
 
-def between(fitter: Fitter, search: Search, held: Batch | None) -> dict[str, Completion]:
+def between(
+    fitter: Fitter, search: Search, held: Callable[[], Batch | None]
+) -> dict[str, Completion]:  # fmt: skip
     """Return, by effect in the model, the rival that only completes its law.
 
     Args:
         fitter: with the training data, frozen at the last round.
         search: a finished one.
-        held: frozen validation data, or None.
+        held: freezes the validation data, if there are any; seldom is there a rival to ask about.
 
     """
     base = search.rounds[-1].base
@@ -100,7 +102,7 @@ def _shared(fitter: Fitter, base: Fit, name: str, rival: StandIn) -> Fit:
     return fitter.fit([*base.coordinates, *own], at, SHARED_ITERATIONS)
 
 
-def _certain(fitter: Fitter, base: Fit, both: Fit, held: Batch | None) -> bool:
+def _certain(fitter: Fitter, base: Fit, both: Fit, held_out: Callable[[], Batch | None]) -> bool:
     """Tell whether both explain more than one, beyond chance and on data that took no part."""
     delta_chi2 = base.chi2 - both.chi2
     widened = hac_variance_factor(
@@ -108,6 +110,7 @@ def _certain(fitter: Fitter, base: Fit, both: Fit, held: Batch | None) -> bool:
     )
     if delta_chi2 < SMALLEST_WALD * widened:
         return False
+    held = held_out()
     if held is None:
         return True
     before = fitter.residual(base.coordinates, base.at, held)

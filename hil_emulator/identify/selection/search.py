@@ -1,6 +1,7 @@
 """Greedy search with joint refits, an acceptance test before every name, and re-examination."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -221,7 +222,7 @@ class Searcher:
             search.between[completion.named] = completion
             begins = weighed(search.selected_in(completion.rival), completion.rival)
             search.selected_in(completion.named).near[completion.rival] = begins
-        held = self._held_out(search.rounds[-1].base)
+        held = partial(self._held_out, search.rounds[-1].base)
         search.between = {**between(self.fitter, search, held), **search.between}
 
     def _take_out(self, search: Search, name: str, why: str, unknown: bool) -> None:

@@ -1,0 +1,59 @@
+"""What is not computed a second time, and what is: fits begin where others have ended."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.frozen import Frozen
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+
+
+@pytest.fixture(scope="module")
+def fitter() -> Fitter:
+    """Return a fitter of one short experiment."""
+    return Fitter(Observer(knee_model(), INSTRUMENTS), [recorded({}, "multisine", 5, 0.5)])
+
+
+@pytest.fixture(scope="module")
+def free() -> list[Coordinate]:
+    """Return what is fitted."""
+    return parameters.ordinary(knee_model())[:2]
+
+
+def test_gains_are_computed_anew_only_where_something_moved(
+    fitter: Fitter, free: list[Coordinate]
+) -> None:
+    """The same point gives the same gains, also after other weights; another point its own."""
+    fitter.freeze(free, np.zeros(2))
+    first = fitter.batch
+    fitter.batch = replace(first, frozen=[])
+    fitter.freeze(free, np.zeros(2))
+    assert fitter.batch is first
+    fitter.freeze(free, np.array([0.5, 0.0]))
+    before, after = first.frozen[0], fitter.frozen[0]
+    assert isinstance(before, Frozen)
+    assert isinstance(after, Frozen)
+    assert not np.array_equal(before.gains.kalman, after.gains.kalman)
+
+
+def test_a_prediction_that_is_remembered_is_that_of_its_point_and_data(
+    fitter: Fitter, free: list[Coordinate]
+) -> None:
+    """Asked twice at a point, between others and with other data, each answer is its own."""
+    fitter.freeze(free, np.zeros(2))
+    points = [np.zeros(2), np.array([0.5, 0.0]), np.array([0.5, 0.0]), np.zeros(2)]
+    here, there, again, back = (fitter.residual(free, at) for at in points)
+    np.testing.assert_array_equal(here, back)
+    np.testing.assert_array_equal(there, again)
+    assert not np.array_equal(here, there)
+    frozen = fitter.frozen[0]
+    assert isinstance(frozen, Frozen)
+    halved = replace(frozen, data=frozen.data._replace(current=0.5 * frozen.data.current))
+    memory = knee_model().memory(free, np.zeros(2))
+    other = fitter.predictor.innovations(halved, *memory)[0]
+    assert not np.array_equal(here, other.ravel())
