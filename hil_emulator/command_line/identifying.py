@@ -14,6 +14,7 @@ from hil_emulator.command_line.kinds import (
 )
 from hil_emulator.command_line.recordings import Examination, recordings
 from hil_emulator.errors import UserError
+from hil_emulator.platform.lean_start import lean_bus
 
 
 def _meaning(said: dict[str, Any]) -> Any:
@@ -39,6 +40,7 @@ def identify(
     exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, **said: Any,
 ) -> None:  # fmt: skip
     """Name the physical effects that a recording shows and the configuration lacks."""
+    lean_bus()
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 
@@ -53,6 +55,7 @@ def gap(
     **said: Any,
 ) -> None:  # fmt: skip
     """Measure where a recording and the configuration disagree."""
+    lean_bus()
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 

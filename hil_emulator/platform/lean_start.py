@@ -5,20 +5,27 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 
-_SEEKERS = {"can.io": "asammdf", "numba.np.arraymath": "scipy"}
-"""Modules on the way to the bus that look for a package, and the package: python-can's reader of
-MDF logs, which brings pandas, and numba's search for BLAS, which no model needs."""
-
 
 def lean_start() -> None:
-    """Load what a run needs of python-can and numba, as if those packages were not installed.
+    """Load what a run needs of python-can and numba, as if what they look for were not installed.
 
-    They can still be imported afterwards. For a process of this program's own only: in it
-    python-can reads no MDF, and compiled code knows no `numpy.dot`.
+    It can still be imported afterwards. For a process of this program's own only: in it python-can
+    reads no MDF, and compiled code knows no `numpy.dot`, as numba finds no BLAS, which no model
+    needs.
     """
-    for seeker, package in _SEEKERS.items():
-        with _hidden(package):
-            import_module(seeker)
+    lean_bus()
+    _without("numba.np.arraymath", "scipy")
+
+
+def lean_bus() -> None:
+    """Load python-can without its reader of MDF logs: that brings pandas, 90 MB and a second."""
+    _without("can.io", "asammdf")
+
+
+def _without(seeker: str, package: str) -> None:
+    """Load a module as if a package that it looks for were not installed."""
+    with _hidden(package):
+        import_module(seeker)
 
 
 @contextmanager

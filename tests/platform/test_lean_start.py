@@ -25,3 +25,23 @@ def test_a_run_loads_only_what_it_needs() -> None:
     assert run.returncode == 0
     assert needless == "needless:"
     assert at_hand == "at hand: scipy scipy.linalg"
+
+
+EXAMINATION = """
+import sys
+from hil_emulator.__main__ import main
+try:
+    main(["gap", "nothing.toml", "nothing.csv"])
+except SystemExit:
+    pass
+needless = ("asammdf", "pandas", "pyarrow", "matplotlib")
+print("needless:", *[name for name in needless if name in sys.modules])
+"""
+
+
+def test_an_examination_loads_no_tables_for_the_bus() -> None:
+    """Before any file is read, python-can has brought no reader of logs of another kind."""
+    examined = subprocess.run(
+        [sys.executable, "-c", EXAMINATION], capture_output=True, text=True, check=True
+    )
+    assert examined.stdout.splitlines()[-1] == "needless:"
