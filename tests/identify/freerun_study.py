@@ -16,11 +16,10 @@ import numpy as np
 from hil_emulator.config.load import load
 from hil_emulator.identify.disagreement.gap import Gap, compare, measure
 from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
-from hil_emulator.identify.selection.outer_iteration import converge
-from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.session import identify
 from tests.identify.generator.cases import Case, campaign, case, cases
@@ -39,10 +38,8 @@ def true_model(model: PlantModel, observer: Observer, which: Case, searcher: Sea
     hidden = [(known[EFFECTS[k].name], EFFECTS[k].knob(v)) for k, v in which.effects.items()]
     for coordinate, value in hidden:
         set_to(model, coordinate, value)
-    search = Search(parameters.ordinary(model))
-    search.nuisances = [c for c in search.nuisances if c.name not in dict(hidden_names(hidden))]
-    search.at = np.zeros(len(search.nuisances))
-    return converge(searcher.fitter, search)
+    free = [c for c in parameters.ordinary(model) if c.name not in dict(hidden_names(hidden))]
+    return converge(searcher.fitter, free, np.zeros(len(free)))
 
 
 def hidden_names(hidden: list[tuple[Coordinate, float]]) -> Iterator[tuple[str, float]]:

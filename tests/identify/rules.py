@@ -160,8 +160,7 @@ EFFORT = (
     "free_terms.HATS", "free_terms.FINE", "distinguishability.RIVAL_ITERATIONS",
     "law_between.SHARED_ITERATIONS", "scan.MOST_PAIRS", "refits.PARTNER_ITERATIONS",
     "near_rivals.TRIED", "near_rivals.PASSES", "near_rivals.STAND_IN_ITERATIONS",
-    "outer_iteration.CONVERGED", "outer_iteration.LITTLE", "refits.NOISE_PASSES",
-    "refits.NOISE_ITERATIONS",
+    "refits.NOISE_PASSES", "refits.NOISE_ITERATIONS",
     "search.REFITTED", "search.MOST_EFFECTS", "search.AGAIN", "search.KEPT_TERMS",
     "starts.DEAR", "starts.TAKEOVER_ITERATIONS",
 )  # fmt: skip

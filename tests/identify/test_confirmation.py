@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
+from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.outer_iteration import converge
-from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.selection.starts import Confirmation
@@ -27,9 +26,8 @@ def slow() -> tuple[Fitter, Fit]:
     model = knee_model()
     free = [c for c in parameters.ordinary(model)
             if c.name in ("valve_gain", "valve_natural_frequency", "oil_bulk_modulus")]  # fmt: skip
-    search = Search(free, at=np.zeros(len(free)))
     searcher = Searcher(Observer(model, INSTRUMENTS), data, [], [], free)
-    return searcher.fitter, converge(searcher.fitter, search)
+    return searcher.fitter, converge(searcher.fitter, free, np.zeros(len(free)))
 
 
 def effect(name: str) -> Coordinate:

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.balances import NULL_FLOW, RETURN, TERMS
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, chance, score_terms
 from hil_emulator.identify.selection.law_form import nearest
-from hil_emulator.identify.selection.outer_iteration import converge
-from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.scan import Projection, scan
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
@@ -26,7 +25,7 @@ def returning() -> tuple[Fitter, list[DiscrepancyTerm], Projection]:
     model = knee_model()
     free = parameters.ordinary(model)
     fitter = Fitter(Observer(model, INSTRUMENTS), data)
-    fit = converge(fitter, Search(free, at=np.zeros(len(free))), 2)
+    fit = converge(fitter, free, np.zeros(len(free)), passes=2)
     project = Projection(fit)
     return fitter, score_terms(fitter, fit.coordinates, fit.at, project), project
 

@@ -15,7 +15,7 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.experiment_design.forecast import Explanation, Forecaster
 from hil_emulator.identify.experiment_design.library import LIBRARY, Target, limits, target
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.selection.distinguishability import belongs, weighed
+from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.units import show
@@ -187,7 +187,7 @@ def explanations(
     """Return the fitted model, and with each rival in the place of the named effect."""
     final = search.final
     assert final is not None
-    own = [i for i, c in enumerate(final.coordinates) if belongs(c, named)]
+    own = [i for i, c in enumerate(final.coordinates) if c.belongs_to(named)]
     stays = [i for i in range(len(final.at)) if i not in own]
     shared = [final.coordinates[i] for i in stays]
     at, values = final.at[stays], final.at[own]

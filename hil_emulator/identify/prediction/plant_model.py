@@ -85,6 +85,20 @@ class Coordinate:
             return 0.0, 1.0 / (max(self.low, 1e-300) * self.scale)
         return (self.low - self.neutral) / self.scale, (self.high - self.neutral) / self.scale
 
+    @property
+    def place(self) -> str:
+        """The sensor, or the part of the machine, at which an effect acts; "" of none."""
+        return self.channel or (self.effect.stage.table if self.effect else "")
+
+    @property
+    def stage(self) -> str:
+        """The sensor, or the stage of the model, at which an effect acts; "" of none."""
+        return self.channel or (self.effect.stage.name if self.effect else "")
+
+    def belongs_to(self, effect: str) -> bool:
+        """Tell whether it is the knob or a shape parameter of an effect."""
+        return self.name == effect or self.name.startswith(f"{effect}.")
+
 
 SHARED_STATES = (
     (dry_friction_acts, quantities.FRICTION_STATES),

@@ -7,7 +7,6 @@ had explained nearly as much in its place. The law is one between both.
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import GREATER_PART, SMALL_PART, Trial
 
 
@@ -63,7 +62,7 @@ def _same_work(trial: Trial, rival: Trial) -> bool:
     one, other = trial.score, rival.score
     product = float(one.column @ other.column)
     alike = product**2 > GREATER_PART * one.information * other.information
-    return alike and place(one.coordinate) == place(other.coordinate)
+    return alike and one.coordinate.place == other.coordinate.place
 
 
 def near(selections: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, Trial]]:
@@ -71,15 +70,10 @@ def near(selections: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, Trial]]
     # where the best explains everything, a rival's part of it is the squared cosine between both
     for best, *rivals in selections:
         for rival in rivals:
-            here = place(rival.score.coordinate) == place(best.score.coordinate)
+            here = rival.score.coordinate.place == best.score.coordinate.place
             if here and rival.evidence.delta_chi2 > GREATER_PART * best.evidence.delta_chi2:
                 yield best, rival
 
 
 def _name(trial: Trial) -> str:
     return trial.score.coordinate.name
-
-
-def place(coordinate: Coordinate) -> str:
-    """Return the sensor, or the part of the machine, at which an effect acts."""
-    return coordinate.channel or (coordinate.effect.stage.table if coordinate.effect else "")

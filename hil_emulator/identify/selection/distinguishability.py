@@ -12,7 +12,6 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import GREATER_PART, Trial, hac_variance_factor
 from hil_emulator.identify.selection.progress import Round, StandIn
 from hil_emulator.identify.selection.scan import Score
@@ -105,7 +104,7 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
         rivals: what they bring along, and where it starts; see `weighed`.
 
     """
-    stays = [i for i, c in enumerate(final.coordinates) if not belongs(c, named)]
+    stays = [i for i, c in enumerate(final.coordinates) if not c.belongs_to(named)]
     rest = [final.coordinates[i] for i in stays]
     fitter.freeze(final.coordinates, final.at)
     right = fitter.fit(final.coordinates, final.at, 2)
@@ -127,18 +126,13 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
     return found
 
 
-def belongs(coordinate: Coordinate, effect: str) -> bool:
-    """Tell whether a coordinate is the knob or a shape parameter of an effect."""
-    return coordinate.name == effect or coordinate.name.startswith(f"{effect}.")
-
-
 def weighed(found: Round, name: str) -> StandIn:
     """Return what a candidate of a round brings along."""
     if name in found.near:
         return found.near[name]
     for trial in found.trials:
         if trial.score.coordinate.name == name:
-            own = [i for i, c in enumerate(trial.fit.coordinates) if belongs(c, name)]
+            own = [i for i, c in enumerate(trial.fit.coordinates) if c.belongs_to(name)]
             return [trial.fit.coordinates[i] for i in own], trial.fit.at[own]
     score = next(s for s in found.scores if s.coordinate.name == name)
     return [score.coordinate], np.array([score.estimate])

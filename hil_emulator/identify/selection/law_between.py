@@ -11,7 +11,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.completion import Completion, place
+from hil_emulator.identify.selection.completion import Completion
 from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.evidence import (
     GREATER_PART,
@@ -83,7 +83,7 @@ def _near(search: Search) -> Iterator[tuple[Round, str]]:
                   for t in found.trials}  # fmt: skip
         for score in found.scores:
             rival = score.coordinate
-            here = rival.name != effect.name and place(rival) == place(effect)
+            here = rival.name != effect.name and rival.place == effect.place
             if here and parts[rival.name] > GREATER_PART:
                 yield found, rival.name
 

@@ -10,11 +10,9 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.completion import place
-from hil_emulator.identify.selection.distinguishability import belongs, weighed
+from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.evidence import GREATER_PART
 from hil_emulator.identify.selection.progress import Round, Search, StandIn
-from hil_emulator.identify.selection.re_examination import same_part
 from hil_emulator.identify.selection.scan import Score
 
 TRIED = 4
@@ -63,12 +61,12 @@ def _candidates(fitter: Fitter, search: Search, found: Round) -> list[StandIn]:
     likely, moving = [], []
     for score in found.scores:
         knob = score.coordinate
-        if knob.name in known or place(knob) != place(best.score.coordinate):
+        if knob.name in known or knob.place != best.score.coordinate.place:
             continue
         part = parts.get(knob.name, score.statistic / max(best.score.statistic, 1e-9))
         if part > GREATER_PART:
             likely.append((-part, knob.name, _start(fitter, found, score)))
-        elif _brings_states(knob) and same_part(knob, best.score.coordinate):
+        elif _brings_states(knob) and knob.stage == best.score.coordinate.stage:
             moving.append(_usual(fitter, score))
     return [stands for _, _, stands in sorted(likely, key=lambda n: n[:2])[:TRIED]] + moving
 
@@ -95,7 +93,7 @@ def _usual(fitter: Fitter, score: Score) -> StandIn:
 
 def _explained(fitter: Fitter, final: Fit, named: str, rival: StandIn) -> tuple[float, Array]:
     """Return how much a rival explains over what the named effect does, and where it ends."""
-    stays = [i for i, c in enumerate(final.coordinates) if not belongs(c, named)]
+    stays = [i for i, c in enumerate(final.coordinates) if not c.belongs_to(named)]
     rest = [final.coordinates[i] for i in stays]
     free, at = [*rest, *rival[0]], np.concatenate([final.at[stays], rival[1]])
     for _ in range(PASSES):

@@ -145,6 +145,11 @@ class Search:
         found = {c.name: a for c, a in zip(fit.coordinates, fit.at, strict=True)}
         self.at = np.array([found[c.name] for c in self.free])
 
+    def settle(self, fit: Fit) -> Fit:
+        """Go on from a fit of everything, and return it."""
+        self.final, self.at = fit, fit.at
+        return fit
+
     def add(self, trial: Trial) -> None:
         """Take an effect into the model."""
         known = {c.name for c in self.free}
@@ -155,7 +160,7 @@ class Search:
 
     def without(self, name: str) -> list[Coordinate]:
         """Return what is free without one effect."""
-        return [c for c in self.free if c.name != name and not c.name.startswith(f"{name}.")]
+        return [c for c in self.free if not c.belongs_to(name)]
 
     def remove(self, name: str, why: str) -> None:
         """Take an effect out of the model, and keep in words why."""

@@ -9,13 +9,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.conditional_test import ConditionalTest
-from hil_emulator.identify.selection.distinguishability import belongs
 from hil_emulator.identify.selection.evidence import GREATER_PART
 from hil_emulator.identify.selection.law_form import own_terms
-from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of
 
@@ -31,7 +30,7 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
     """
     if len(search.effects) < 2:
         return
-    full = converge(fitter, search, 1)
+    full = search.settle(converge(fitter, search.free, search.at, search.effects, 1))
     for name in [c.name for c in search.effects[:-1]]:
         kept = {c.name for c in search.without(name)}
         stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
@@ -69,18 +68,10 @@ def redundant(search: Search, found: Round) -> tuple[Coordinate, str] | None:
     return None
 
 
-def same_part(one: Coordinate, other: Coordinate) -> bool:
-    """Tell whether two effects are errors of the same sensor, or of the same stage of the model."""
-    if one.channel or other.channel:
-        return one.channel == other.channel
-    stages = [c.effect.stage.name for c in (one, other) if c.effect]
-    return len(stages) == 2 and stages[0] == stages[1]
-
-
 def _without(fit: Fit, effect: Coordinate) -> tuple[Fit, Array]:
     """Return the fit with an effect taken out to first order, and the effect's derivative."""
     i = [c.name for c in fit.coordinates].index(effect.name)
     column = fit.jacobian[:, i]
-    own = {c.name for c in fit.coordinates if belongs(c, effect.name)}
+    own = {c.name for c in fit.coordinates if c.belongs_to(effect.name)}
     without = fit.without(own)
     return replace(without, residual=fit.residual - fit.at[i] * column), column

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
@@ -18,9 +19,8 @@ from hil_emulator.identify.selection.judgement import judge, laws
 from hil_emulator.identify.selection.law_between import between, overtaken
 from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.law_objections import outdone
-from hil_emulator.identify.selection.outer_iteration import converge
 from hil_emulator.identify.selection.progress import Round, Search
-from hil_emulator.identify.selection.re_examination import re_examine, redundant, same_part
+from hil_emulator.identify.selection.re_examination import re_examine, redundant
 from hil_emulator.identify.selection.refits import (
     CandidateRefits,
     Lookahead,
@@ -121,14 +121,14 @@ class Searcher:
         effect, term = emptied
         self.tell(f"{effect.name} explains little beside the {term}")
         search.remove(effect.name, f"named, but explains little beside a free term in the {term}")
-        self.candidates = [c for c in self.candidates if not same_part(c, effect)]
+        self.candidates = [c for c in self.candidates if c.stage != effect.stage]
         return True
 
     def look(self) -> Search:
         """Look for terms alone: no effect is screened, and none accepted."""
         search = self._begin()
         self.tell(f"refitting {len(search.free)} parameters")
-        base = converge(self.fitter, search)
+        base = self._converged(search)
         self.tell("looking for balances that disagree")
         found = Round(base, [], [], self._terms(base))
         found.unknown = bool(found.worthwhile)
@@ -140,9 +140,13 @@ class Searcher:
         self._search.at = np.zeros(len(self.nuisances))
         return self._search
 
+    def _converged(self, search: Search, passes: int = 8) -> Fit:
+        """Refit everything in the model, and go on from there."""
+        return search.settle(converge(self.fitter, search.free, search.at, search.effects, passes))
+
     def _round(self, search: Search) -> Round:
         self.tell(f"refitting {len(search.free)} parameters")
-        return self._judged_from(search, converge(self.fitter, search))
+        return self._judged_from(search, self._converged(search))
 
     def _judged_from(self, search: Search, base: Fit, best: Fit | None = None) -> Round:
         """Return what candidates and free terms explain that a fit does not."""
@@ -228,7 +232,7 @@ class Searcher:
     def _take_out(self, search: Search, name: str, why: str, unknown: bool) -> None:
         """Take an effect out of the model at the end, and look again at what remains."""
         search.remove(name, why)
-        base = converge(self.fitter, search, 2)
+        base = self._converged(search, 2)
         last = search.rounds[-1]
         search.rounds.append(Round(base, last.scores, [], self._terms(base), unknown=unknown))
 

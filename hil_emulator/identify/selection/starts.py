@@ -126,7 +126,8 @@ class Confirmation:
         if best is None or best.coordinate.channel or best.statistic < WORTHLESS:
             return []
         known = {s.coordinate.name for s in found}
-        kin = [s for s in rest if s.coordinate.name not in known and _stage(s) == _stage(best)]
+        kin = [s for s in rest if s.coordinate.name not in known
+               and s.coordinate.stage == best.coordinate.stage]  # fmt: skip
         starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
         return [s for s in starts if s.statistic > GREATER_PART * best.statistic]
 
@@ -168,12 +169,6 @@ class Confirmation:
         secants = sorted(secants, key=lambda s: -s.statistic)[:SECANTS]
         deltas = self._deltas(secants) if secants else []
         return starts + [replace(s, statistic=d) for s, d in zip(secants, deltas, strict=True)]
-
-
-def _stage(score: Score) -> str:
-    """Return the stage of the model at which an effect acts."""
-    effect = score.coordinate.effect
-    return effect.stage.name if effect else ""
 
 
 def _alike(one: Score, other: Score) -> bool:

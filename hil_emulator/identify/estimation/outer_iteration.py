@@ -1,0 +1,54 @@
+"""The outer iteration: gains and estimates refreshed in turn until the estimate converges."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.restarts import nudged, relaxed
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.plant_model import Coordinate
+
+CONVERGED = 0.3
+"""Change in posterior standard deviations below which an estimate has converged (assumed)."""
+
+LITTLE = 0.03
+"""Prior standard deviations that are added to them: long recordings leave next to none, and the
+filter does not notice (assumed)."""
+
+
+def converge(
+    fitter: Fitter, free: Sequence[Coordinate], start: Array,
+    effects: Sequence[Coordinate] = (), passes: int = 8,
+) -> Fit:  # fmt: skip
+    """Refit everything in the model, with gains refreshed, until it hardly moves.
+
+    The Jacobian is kept from one pass to the next; the estimate has converged when a fresh one
+    hardly moves it.
+
+    Args:
+        fitter: with the training data; its gains are frozen anew.
+        free: everything that is fitted.
+        start: where it begins.
+        effects: those of them that are pushed over kinks.
+        passes: most times that the gains are refreshed.
+
+    """
+    nudging, jacobian, at = bool(effects), None, start
+    for _ in range(passes):
+        fitter.freeze(free, at)
+        fit = fitter.fit(free, at, 2, jacobian=jacobian)
+        priors = np.array([c.prior if np.isfinite(c.prior) else 0.0 for c in free])
+        spread = np.sqrt(np.diag(fit.covariance()) + (LITTLE * priors) ** 2 + 1e-30)
+        converged = float(np.max(np.abs(fit.at - at) / spread, initial=0.0)) < CONVERGED
+        at = fit.at
+        if converged and jacobian is None and not nudging:
+            break
+        if converged and jacobian is None:
+            nudging, begun = False, fit
+            for effect in effects:
+                begun = nudged(fitter, begun, list(free).index(effect))
+            at = begun.at
+        else:
+            jacobian = None if converged else fit.jacobian
+    return relaxed(fitter, fit)
