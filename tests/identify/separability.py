@@ -26,8 +26,8 @@ from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.pool import LocalBatch
-from hil_emulator.identify.selection.distinguishability import INSEPARABLE, separability
 from hil_emulator.identify.selection.evidence import needed_delta_chi2
+from hil_emulator.identify.selection.rivals import INSEPARABLE, separability
 from hil_emulator.identify.selection.scan import Score, scan
 from tests.identify.generator.bench import record
 from tests.identify.generator.cases import Case, machine, seed

@@ -6,7 +6,7 @@ import pytest
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.selection.distinguishability import confirmed
+from hil_emulator.identify.selection.rivals import confirmed
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}

@@ -5,13 +5,13 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.distinguishability import (
+from hil_emulator.identify.selection.evidence import Evidence, Trial
+from hil_emulator.identify.selection.rivals import (
     INSEPARABLE,
     hac_variance_factor,
     rivals_of,
     separability,
 )
-from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.scan import Score
 
 N = 4000

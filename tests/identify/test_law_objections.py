@@ -9,9 +9,8 @@ from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
-from hil_emulator.identify.selection.judgement import judge
+from hil_emulator.identify.selection.judgement import hardly_believed, judge, outdone, strained
 from hil_emulator.identify.selection.law_form import nearest, sole_laws
-from hil_emulator.identify.selection.law_objections import hardly_believed, outdone, strained
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_model

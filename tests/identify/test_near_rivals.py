@@ -8,10 +8,9 @@ import pytest
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.near_rivals import near_rivals
 from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.rivals import near_rivals, weighed
 from hil_emulator.identify.selection.scan import Score
 from hil_emulator.model.effects import lines
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded

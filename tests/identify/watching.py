@@ -13,8 +13,8 @@ from hil_emulator.identify.selection.progress import Round, Search
 from tests.identify.rules import RULES, changed, holder
 
 _PASSED = ("evidence.Evidence.passed",)
-_RANKED = ("refits.ranked", "conditional_test.ranked")
-_OWN = ("judgement.own_terms", "law_objections.own_terms", "re_examination.own_terms")
+_RANKED = ("refits.ranked", "law_form.ranked")
+_OWN = ("judgement.own_terms", "re_examination.own_terms")
 
 ASKED = {
     "evidence.SMALLEST_WALD": _PASSED,
@@ -25,7 +25,7 @@ ASKED = {
     "evidence.UNBELIEVED": ("refits.unbelieved",),
     "evidence.CONTENDERS": _RANKED,
     "evidence.AS_GOOD": _RANKED,
-    "conditional_test.OUTSHONE": ("judgement.stands_beside",),
+    "law_form.OUTSHONE": ("judgement.stands_beside",),
     "starts.SAME_EFFECT": ("starts._alike",),
     "judgement.INEXACT": ("search.judge",),
     "judgement.OUTSHONE": ("search.judge",),
@@ -33,8 +33,8 @@ ASKED = {
     "judgement.OTHER_LAW": ("search.laws",),
     "judgement.DIFFERENT": ("search.laws",),
     "law_form.REPRODUCED_IN_PLACE": _OWN,
-    "law_objections.STRAINED": ("judgement.strained", "conclusion.slow_logger.hardly_believed"),
-    "law_objections.AT_END": ("judgement.strained",),
+    "judgement.STRAINED": ("judgement.strained", "conclusion.slow_logger.hardly_believed"),
+    "judgement.AT_END": ("judgement.strained",),
     "progress.NOTICEABLE": ("progress.Round.worthwhile",),
 }
 """Functions and properties whose answers are all that a constant decides, by its name."""

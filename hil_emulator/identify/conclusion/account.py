@@ -26,8 +26,8 @@ from hil_emulator.identify.estimation.ordinary_least_squares import ordinary_lea
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.regressors import regressors
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
-from hil_emulator.identify.selection.judgement import standing
 from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.re_examination import standing
 from hil_emulator.identify.selection.search import Searcher
 
 MAPPED = 2

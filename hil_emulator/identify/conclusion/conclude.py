@@ -17,11 +17,10 @@ from hil_emulator.identify.experiment_design.contrast import contrast
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.certainty import NORMAL_95, discrepancy_uncertainty, interval
-from hil_emulator.identify.selection.distinguishability import confirmed, weighed
 from hil_emulator.identify.selection.evidence import Trial
-from hil_emulator.identify.selection.law_objections import hardly_believed
-from hil_emulator.identify.selection.near_rivals import MOST_TOLD, near_rivals
+from hil_emulator.identify.selection.judgement import hardly_believed
 from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.rivals import MOST_TOLD, confirmed, near_rivals, weighed
 from hil_emulator.identify.selection.search import Searcher
 
 LONGEST = 80

@@ -1,11 +1,21 @@
 """Whether the best candidate of a round is named, and whether the law of what was named fits."""
 
+from collections.abc import Sequence
+
+import numpy as np
+
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
-from hil_emulator.identify.selection.completion import completions
-from hil_emulator.identify.selection.conditional_test import OUTSHONE, overshadowed, stands_beside
-from hil_emulator.identify.selection.law_form import own_terms, sole_laws
-from hil_emulator.identify.selection.law_objections import strained
+from hil_emulator.identify.selection.evidence import SMALL_PART, Trial
+from hil_emulator.identify.selection.law_between import completions
+from hil_emulator.identify.selection.law_form import (
+    OUTSHONE,
+    overshadowed,
+    own_terms,
+    sole_laws,
+    stands_beside,
+)
 from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.re_examination import standing
 
 OTHER_LAW = 2.0
 """How many times as much as an effect a free term may have explained when it was named, if it still
@@ -21,6 +31,16 @@ before its form differs (assumed)."""
 
 UNKNOWN = 1.0
 """The same, chance set aside, from which on the effect is not the one that acts (assumed)."""
+
+STRAINED = 2.5
+"""Prior standard deviations that a data sheet is believed to be off by at most (assumed)."""
+
+AT_END = 0.05
+"""Prior standard deviations from the end of its range that a shape parameter counts as there
+(assumed)."""
+
+TIED = 0.5
+"""Correlation from which a parameter and an effect make up for each other (assumed)."""
 
 
 def judge(search: Search, found: Round) -> None:
@@ -46,6 +66,11 @@ def judge(search: Search, found: Round) -> None:
     found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
     search.between = {c.named: c for c in reversed(list(completing.values()))}
     found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
+
+
+def _named_for(search: Search) -> float:
+    """Return the most that an effect in the model gained when it was named."""
+    return max((trials[0].evidence.delta_chi2 for trials in search.selections), default=0.0)
 
 
 def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
@@ -81,15 +106,70 @@ def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
     return rejected, forms
 
 
-def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
-    """Return what the model loses in chi-square without one of its effects, refitted."""
-    kept = {c.name for c in search.without(name)}
-    stay = [i for i, c in enumerate(fit.coordinates) if c.name in kept]
-    rest = [fit.coordinates[i] for i in stay]
-    without = fitter.fit(rest, fit.at[stay], 3, jacobian=fit.jacobian[:, stay])
-    return without.chi2 - fit.chi2
+def outdone(trial: Trial, found: Round) -> tuple[float, str]:
+    """Return how many times as much a term of the named effect's balance explained, and say so.
+
+    It is 1 without words where no such term explains clearly more.
+
+    Args:
+        trial: the effect that was accepted.
+        found: the round in which it was.
+
+    """
+    name, delta_chi2 = trial.score.coordinate.name, trial.evidence.delta_chi2
+    for title in own_terms(trial.fit, [name], found.significant):
+        term = next(t for t in found.significant if t.title == title)
+        if term.surplus - delta_chi2 > max(SMALL_PART * delta_chi2, term.limit):
+            ratio = term.statistic / delta_chi2
+            return ratio, f"a free term in the {title} explains {ratio:.1f} times as much"
+    return 1.0, ""
 
 
-def _named_for(search: Search) -> float:
-    """Return the most that an effect in the model gained when it was named."""
-    return max((trials[0].evidence.delta_chi2 for trials in search.selections), default=0.0)
+def strained(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
+    """Return, by effect, a parameter that its law needs at a size hardly believed.
+
+    An ordinary one far from what is configured, or one of its own at the end of its range.
+
+    Args:
+        fit: the finished model.
+        effects: names of the effects in the model.
+
+    """
+    found = _at_limits(fit, effects)
+    names = [c.name for c in fit.coordinates]
+    covariance = fit.covariance()
+    spread = np.sqrt(np.diag(covariance))
+    for i, (coordinate, at) in enumerate(zip(fit.coordinates, fit.at, strict=True)):
+        own = coordinate.name.partition(".")[0] in effects or not np.isfinite(coordinate.prior)
+        if own or abs(at) < STRAINED * coordinate.prior:
+            continue
+        share = float(coordinate.value(float(at))) / coordinate.neutral
+        for effect in effects:
+            j = names.index(effect)
+            if abs(covariance[i, j]) > TIED * spread[i] * spread[j]:
+                found.setdefault(
+                    effect,
+                    f"{coordinate.name} would have to be {share:.2g} times its configured value",
+                )
+    return found
+
+
+def hardly_believed(fit: Fit) -> list[str]:
+    """Return the ordinary parameters that are far from what is configured, each in words."""
+    return [
+        f"{c.name} is {float(c.value(float(at))) / c.neutral:.2g} times its configured value"
+        for c, at in zip(fit.coordinates, fit.at, strict=True)
+        if np.isfinite(c.prior) and c.neutral and abs(at) > STRAINED * c.prior
+    ]
+
+
+def _at_limits(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
+    """Return, by effect, a shape parameter that has run to the end of its range."""
+    found: dict[str, str] = {}
+    for coordinate, at in zip(fit.coordinates, fit.at, strict=True):
+        effect, _, shape = coordinate.name.rpartition(".")
+        low, high = coordinate.bounds
+        if effect in effects and min(at - low, high - at) <= AT_END * coordinate.prior:
+            end = "lowest" if at - low < high - at else "largest"
+            found[effect] = f"its {shape.replace('_', ' ')} would have to be the {end} there is"
+    return found

@@ -1,33 +1,84 @@
 """Laws between two of the catalogue: an effect and a near rival that share its work.
 
+Play of several elements, named as that of one, leaves something that a hysteresis explains, which
+had explained nearly as much in its place: it completes that law, and is no further effect.
 Beside an effect that was fitted alone no sensitivity shows the rival: a little of it does harm as
 long as the effect does all the work. A refit that begins with part of the work on each side shows
 it. Where the rival was named as a further effect, the first may have little left to do.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.completion import Completion
-from hil_emulator.identify.selection.distinguishability import weighed
 from hil_emulator.identify.selection.evidence import (
     GREATER_PART,
     SMALL_PART,
     SMALLEST_HELD_OUT,
     SMALLEST_WALD,
+    Trial,
     hac_variance_factor,
 )
-from hil_emulator.identify.selection.judgement import standing
-from hil_emulator.identify.selection.progress import Round, Search, StandIn
+from hil_emulator.identify.selection.progress import Completion, Round, Search, StandIn
+from hil_emulator.identify.selection.re_examination import standing
+from hil_emulator.identify.selection.rivals import weighed
 
 RIVAL_SHARE = 0.25
 """Part of the work with which the rival begins (assumed)."""
 
 SHARED_ITERATIONS = 6
 """Of the refit of both (assumed)."""
+
+
+def completions(
+    selections: Iterable[Sequence[Trial]], trials: Sequence[Trial]
+) -> Mapping[str, Completion]:  # fmt: skip
+    """Return which candidates only complete a law, by name, those that explain the most first.
+
+    Where a near rival does, others at its place that do the same work and no more of it do too.
+
+    Args:
+        selections: the trials in which each effect in the model was named, itself first.
+        trials: of the round.
+
+    """
+    found: dict[str, Completion] = {}
+    completing: list[tuple[Trial, Trial]] = []
+    rivalled = {_name(rival): best for best, rival in near(selections)}
+    for trial in sorted(trials, key=lambda t: -t.evidence.delta_chi2):
+        likely = [best for best, rival in completing if _same_work(trial, rival)]
+        best = rivalled.get(_name(trial)) or (likely[0] if likely else None)
+        if best is None or not trial.evidence.passed:
+            continue
+        part = trial.evidence.delta_chi2 / best.evidence.delta_chi2
+        if part < SMALL_PART:
+            found[_name(trial)] = Completion(_name(best), _name(trial), part)
+            completing.append((best, trial))
+    return found
+
+
+def _same_work(trial: Trial, rival: Trial) -> bool:
+    """Tell whether a candidate acts at the place of another, and mostly does what that does."""
+    one, other = trial.score, rival.score
+    product = float(one.column @ other.column)
+    alike = product**2 > GREATER_PART * one.information * other.information
+    return alike and one.coordinate.place == other.coordinate.place
+
+
+def near(selections: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, Trial]]:
+    """Yield effects with the rivals at the same place that explained nearly as much."""
+    # where the best explains everything, a rival's part of it is the squared cosine between both
+    for best, *rivals in selections:
+        for rival in rivals:
+            here = rival.score.coordinate.place == best.score.coordinate.place
+            if here and rival.evidence.delta_chi2 > GREATER_PART * best.evidence.delta_chi2:
+                yield best, rival
+
+
+def _name(trial: Trial) -> str:
+    return trial.score.coordinate.name
 
 
 def between(

@@ -8,7 +8,6 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.completion import Completion
 from hil_emulator.identify.selection.evidence import Trial, needed_delta_chi2
 from hil_emulator.identify.selection.free_terms import HATS, DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Score
@@ -84,6 +83,26 @@ class Round:
         """Terms that are neither chance nor too small for a word."""
         least = NOTICEABLE * self.base.sample_size
         return [t for t in self.significant if t.surplus > least * len(t.knots) / HATS]
+
+
+@dataclass(frozen=True)
+class Completion:
+    """A rival that completes a law.
+
+    Attributes:
+        named: the effect in the model.
+        rival: what nearly explained the same.
+        part: gain of the rival beside it, over its own.
+
+    """
+
+    named: str
+    rival: str
+    part: float
+
+    def __str__(self) -> str:
+        """Say what speaks against the law."""
+        return f"{self.rival}, which nearly explains the same, explains {self.part:.0%} more"
 
 
 @dataclass

@@ -12,9 +12,8 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.conditional_test import ConditionalTest
 from hil_emulator.identify.selection.evidence import GREATER_PART
-from hil_emulator.identify.selection.law_form import own_terms
+from hil_emulator.identify.selection.law_form import ConditionalTest, own_terms
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, score_of
 
@@ -41,6 +40,15 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
             search.adopt(fit)
             tell(f"{name} is no longer needed")
             return
+
+
+def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
+    """Return what the model loses in chi-square without one of its effects, refitted."""
+    kept = {c.name for c in search.without(name)}
+    stay = [i for i, c in enumerate(fit.coordinates) if c.name in kept]
+    rest = [fit.coordinates[i] for i in stay]
+    without = fitter.fit(rest, fit.at[stay], 3, jacobian=fit.jacobian[:, stay])
+    return without.chi2 - fit.chi2
 
 
 def redundant(search: Search, found: Round) -> tuple[Coordinate, str] | None:

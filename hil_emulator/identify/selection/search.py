@@ -12,13 +12,11 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.certainty import faint
-from hil_emulator.identify.selection.distinguishability import rivals_of, weighed
 from hil_emulator.identify.selection.evidence import Trial, needed_delta_chi2
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, score_terms
-from hil_emulator.identify.selection.judgement import judge, laws
+from hil_emulator.identify.selection.judgement import judge, laws, outdone
 from hil_emulator.identify.selection.law_between import between, overtaken
 from hil_emulator.identify.selection.law_form import nearest
-from hil_emulator.identify.selection.law_objections import outdone
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.re_examination import re_examine, redundant
 from hil_emulator.identify.selection.refits import (
@@ -28,6 +26,7 @@ from hil_emulator.identify.selection.refits import (
     held_out,
     quietest,
 )
+from hil_emulator.identify.selection.rivals import rivals_of, weighed
 from hil_emulator.identify.selection.scan import Projection, Score, pairs_of, scan
 from hil_emulator.identify.selection.starts import Confirmation
 
