@@ -83,8 +83,6 @@ RULES: dict[str, Rule] = {
                           {"evidence.CONFIRMED": -ALL}),
     "surpassed": Rule("a way out for ordinary parameters", {"evidence.SURPASSED": ALL}),
     "unbelieved": Rule("the same, seen by a parameter", {"evidence.UNBELIEVED": ALL}),
-    "not beside a hundredfold": Rule("naming what an inexact law leaves",
-                                     {"judgement.INEXACT": -ALL}),
     "outshone": Rule("a catalogue's name for an unknown effect", {"judgement.OUTSHONE": ALL}),
     "less noise": Rule("noise that is the gap itself", {"search.quietest": Always(None)},
                        ("refits.SETTLED",)),

@@ -27,7 +27,6 @@ ASKED = {
     "evidence.AS_GOOD": _RANKED,
     "law_form.OUTSHONE": ("judgement.stands_beside",),
     "starts.SAME_EFFECT": ("starts._alike",),
-    "judgement.INEXACT": ("search.judge",),
     "judgement.OUTSHONE": ("search.judge",),
     "judgement.UNKNOWN": ("search.laws",),
     "judgement.OTHER_LAW": ("search.laws",),
