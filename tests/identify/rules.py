@@ -124,10 +124,8 @@ RULES: dict[str, Rule] = {
                          {"law_form.REPRODUCED_IN_PLACE": 0.6}, ("law_form.REPRODUCED",)),
     "sole law": Rule("the same at the end", {"judgement.sole_laws": Always({})}),
     # whether the law of what was named fits
-    "does not explain it": Rule("a name for an unknown effect", {"judgement.UNKNOWN": ALL}),
-    "other law": Rule("the same where it was outdone at first", {"judgement.OTHER_LAW": ALL}),
     "differs": Rule("a foreign law passed off as the catalogue's", {"judgement.DIFFERENT": ALL}),
-    "outdone": Rule("the same, seen when it was named", {"search.outdone": Always((1.0, ""))}),
+    "outdone": Rule("the same, seen when it was named", {"search.outdone": Always("")}),
     "strained": Rule("the same, seen by a parameter", {"judgement.STRAINED": ALL},
                      ("judgement.TIED",)),
     "at its end": Rule("the same, seen by a shape", {"judgement.AT_END": -ALL}),

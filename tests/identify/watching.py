@@ -28,8 +28,6 @@ ASKED = {
     "law_form.OUTSHONE": ("judgement.stands_beside",),
     "starts.SAME_EFFECT": ("starts._alike",),
     "judgement.OUTSHONE": ("search.judge",),
-    "judgement.UNKNOWN": ("search.laws",),
-    "judgement.OTHER_LAW": ("search.laws",),
     "judgement.DIFFERENT": ("search.laws",),
     "law_form.REPRODUCED_IN_PLACE": _OWN,
     "judgement.STRAINED": ("judgement.strained", "conclusion.slow_logger.hardly_believed"),

@@ -17,16 +17,9 @@ from hil_emulator.identify.selection.law_form import (
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.re_examination import standing
 
-OTHER_LAW = 2.0
-"""How many times as much as an effect a free term may have explained when it was named, if it still
-leaves something in the end; beyond, it is not the one that acts (assumed)."""
-
 DIFFERENT = 0.05
 """Part of what the model would lose without an effect that a free shape of its law may still gain
 before its form differs (assumed)."""
-
-UNKNOWN = 1.0
-"""The same, chance set aside, from which on the effect is not the one that acts (assumed)."""
 
 STRAINED = 2.5
 """Prior standard deviations that a data sheet is believed to be off by at most (assumed)."""
@@ -62,8 +55,8 @@ def judge(search: Search, found: Round) -> None:
     found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
 
 
-def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
-    """Return the effects that are not the ones that act, and why the laws of others differ.
+def laws(fitter: Fitter, search: Search) -> dict[str, str]:
+    """Return why the laws of effects in the model are others than the catalogue's, by name.
 
     Args:
         fitter: with the training data, frozen at the last round.
@@ -75,30 +68,27 @@ def laws(fitter: Fitter, search: Search) -> tuple[list[str], dict[str, str]]:
     owners = sole_laws(last.base, names, last.significant)
     owners |= own_terms(last.base, names, last.significant)
     strains = strained(last.base, names)
-    rejected, forms = [], {}
+    forms = {}
     for name in names:
         own = [t for t in last.significant if owners.get(t.title) == name]
         term = max(own, key=lambda t: t.statistic, default=None)
         left = term.surplus if term else 0.0
         stands = standing(fitter, search, last.base, name) if term else 0.0
-        times, objection = search.outdone.get(name, (1.0, ""))
-        differs = term is not None and left > DIFFERENT * stands
-        if (term and term.certain > UNKNOWN * stands) or (differs and times > OTHER_LAW):
-            rejected.append(name)
-        elif term and differs:
+        objection = search.outdone.get(name, "")
+        if term and left > DIFFERENT * stands:
             part = 100.0 * left / (left + stands)
             forms[name] = f"a free term in the {term.title} explains {part:.0f} % more"
         elif name in search.between:
             forms[name] = str(search.between[name])
         elif objection or name in strains:
             forms[name] = objection or strains[name]
-    return rejected, forms
+    return forms
 
 
-def outdone(trial: Trial, found: Round) -> tuple[float, str]:
-    """Return how many times as much a term of the named effect's balance explained, and say so.
+def outdone(trial: Trial, found: Round) -> str:
+    """Say how many times as much a term of the named effect's balance explained.
 
-    It is 1 without words where no such term explains clearly more.
+    "" where no such term explains clearly more.
 
     Args:
         trial: the effect that was accepted.
@@ -110,8 +100,8 @@ def outdone(trial: Trial, found: Round) -> tuple[float, str]:
         term = next(t for t in found.significant if t.title == title)
         if term.surplus - delta_chi2 > max(SMALL_PART * delta_chi2, term.limit):
             ratio = term.statistic / delta_chi2
-            return ratio, f"a free term in the {title} explains {ratio:.1f} times as much"
-    return 1.0, ""
+            return f"a free term in the {title} explains {ratio:.1f} times as much"
+    return ""
 
 
 def strained(fit: Fit, effects: Sequence[str]) -> dict[str, str]:

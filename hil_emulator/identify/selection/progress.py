@@ -116,8 +116,8 @@ class Search:
         at: coordinates of all of them, in this order.
         rounds: so far.
         forms: why the law of an effect in the model is another one than the catalogue's, by name.
-        outdone: how many times as much a free term explained than each effect when it was named,
-            and that in words where it is clearly more.
+        outdone: by how much more a free term explained than each effect when it was named, in
+            words; "" where it was not clearly more.
         between: the rival that only completes the law of an effect in the model, by its name.
         dropped: why an effect that was named is in the model no more, by name.
         nearest: the catalogued effect that what remains unexplained resembles most, or "".
@@ -131,7 +131,7 @@ class Search:
     at: Array = field(default_factory=lambda: np.zeros(0))
     rounds: list[Round] = field(default_factory=list)
     forms: dict[str, str] = field(default_factory=dict)
-    outdone: dict[str, tuple[float, str]] = field(default_factory=dict)
+    outdone: dict[str, str] = field(default_factory=dict)
     between: dict[str, Completion] = field(default_factory=dict)
     dropped: dict[str, str] = field(default_factory=dict)
     nearest: str = ""

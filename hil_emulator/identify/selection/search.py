@@ -203,15 +203,11 @@ class Searcher:
     def _conclude(self, search: Search) -> None:
         """Say of each effect in the model whether its law fits what it was named for."""
         self._complete(search)
-        rejected, search.forms = laws(self.fitter, search)
-        for name in rejected:
-            self.tell(f"{name} does not explain it")
-            why = "named, but a free shape of its law explains more than it does"
-            self._take_out(search, name, why, unknown=True)
+        search.forms = laws(self.fitter, search)
         for name in faint(search):
             self.tell(f"{name} is too faint")
             why = "named, but too faint for a law or a value as uncertain as that"
-            self._take_out(search, name, why, search.rounds[-1].unknown)
+            self._take_out(search, name, why)
         last = search.rounds[-1]
         if last.unknown:
             search.nearest = nearest(last.worthwhile[0], last.scores) if last.worthwhile else ""
@@ -221,19 +217,19 @@ class Searcher:
         completion = overtaken(self.fitter, search)
         if completion is not None:
             why = f"named, but only completes the law of {completion.named}"
-            self._take_out(search, completion.rival, why, search.rounds[-1].unknown)
+            self._take_out(search, completion.rival, why)
             search.between[completion.named] = completion
             begins = weighed(search.selected_in(completion.rival), completion.rival)
             search.selected_in(completion.named).near[completion.rival] = begins
         held = partial(self._held_out, search.rounds[-1].base)
         search.between = {**between(self.fitter, search, held), **search.between}
 
-    def _take_out(self, search: Search, name: str, why: str, unknown: bool) -> None:
+    def _take_out(self, search: Search, name: str, why: str) -> None:
         """Take an effect out of the model at the end, and look again at what remains."""
         search.remove(name, why)
         base = self._converged(search, 2)
         last = search.rounds[-1]
-        search.rounds.append(Round(base, last.scores, [], self._terms(base), unknown=unknown))
+        search.rounds.append(Round(base, last.scores, [], self._terms(base), unknown=last.unknown))
 
     def _held_out(self, base: Fit, best: Fit | None = None) -> Batch | None:
         if not self.validation:
