@@ -131,7 +131,6 @@ RULES: dict[str, Rule] = {
     "at its end": Rule("the same, seen by a shape", {"judgement.AT_END": -ALL}),
     "between": Rule("one of two laws for what lies between", {"search.between": Always({})},
                     ("law_between.RIVAL_SHARE",)),
-    "overtaken": Rule("two names for what lies between", {"search.overtaken": Always(None)}),
     "noticeable": Rule("a word on ripple that every machine has", {"progress.NOTICEABLE": 0.0}),
     # what is taken back
     "faint": Rule("a name for ripple", {"search.faint": Always([])}, ("certainty.FAINT",)),

@@ -11,7 +11,7 @@ from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.law_between import between, overtaken
+from hil_emulator.identify.selection.law_between import between
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
@@ -99,20 +99,3 @@ def test_a_rival_that_fails_on_held_out_data_completes_nothing(
     base = fitted(twofold, [THRESHOLD], [1.6])
     held = twofold.frozen_at(single.experiments, base.coordinates, base.at)
     assert between(twofold, searched(base, named(*WON)), lambda: held) == {}
-
-
-def test_an_effect_with_little_left_to_do_completes_the_later_one(single: Fitter) -> None:
-    """A loop was named first, then the threshold, which does it all."""
-    base = fitted(single, [HYSTERESIS, THRESHOLD], [0.05, 1.6])
-    first = named(trial(HYSTERESIS, 20000.0, 0.5), trial(THRESHOLD, 16000.0, 1.6))
-    found = overtaken(single, searched(base, first, named(trial(THRESHOLD, 4000.0, 0.8))))
-    assert found is not None
-    assert (found.named, found.rival) == ("threshold", "hysteresis")
-    assert found.part < 0.05
-
-
-def test_two_that_both_have_work_to_do_stay_two(twofold: Fitter) -> None:
-    """What the first had gained when it was named is what its work is measured by."""
-    base = fitted(twofold, [HYSTERESIS, THRESHOLD], [0.3, 1.6])
-    first = named(trial(HYSTERESIS, 1000.0, 0.5), trial(THRESHOLD, 900.0, 1.6))
-    assert overtaken(twofold, searched(base, first, named(trial(THRESHOLD, 800.0, 0.8)))) is None

@@ -1,10 +1,9 @@
 """Laws between two of the catalogue: an effect and a near rival that share its work.
 
 Play of several elements, named as that of one, leaves something that a hysteresis explains, which
-had explained nearly as much in its place: it completes that law, and is no further effect.
-Beside an effect that was fitted alone no sensitivity shows the rival: a little of it does harm as
-long as the effect does all the work. A refit that begins with part of the work on each side shows
-it. Where the rival was named as a further effect, the first may have little left to do.
+had explained nearly as much in its place: it completes that law, and is no further effect. Beside
+an effect that was fitted alone no sensitivity shows the rival: a little of it does harm as long as
+the effect does all the work. A refit that begins with part of the work on each side shows it.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -22,7 +21,6 @@ from hil_emulator.identify.selection.evidence import (
     hac_variance_factor,
 )
 from hil_emulator.identify.selection.progress import Completion, Round, Search, StandIn
-from hil_emulator.identify.selection.re_examination import standing
 from hil_emulator.identify.selection.rivals import weighed
 
 RIVAL_SHARE = 0.25
@@ -103,25 +101,6 @@ def between(
         if part < SMALL_PART and _certain(fitter, base, both, held):
             found.setdefault(name, Completion(name, rival, part))
     return found
-
-
-def overtaken(fitter: Fitter, search: Search) -> Completion | None:
-    """Return an effect that only completes the law of a near rival that was named after it.
-
-    Args:
-        fitter: with the training data, frozen at the last round.
-        search: a finished one.
-
-    """
-    base = search.rounds[-1].base
-    for first, rival in _near(search):
-        name = first.trials[0].score.coordinate.name
-        if rival not in _names(base):
-            continue
-        part = standing(fitter, search, base, name) / first.trials[0].evidence.delta_chi2
-        if part < SMALL_PART:
-            return Completion(rival, name, part)
-    return None
 
 
 def _near(search: Search) -> Iterator[tuple[Round, str]]:

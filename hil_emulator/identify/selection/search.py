@@ -15,7 +15,7 @@ from hil_emulator.identify.selection.certainty import faint
 from hil_emulator.identify.selection.evidence import Trial, needed_delta_chi2
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.selection.judgement import judge, laws, outdone
-from hil_emulator.identify.selection.law_between import between, overtaken
+from hil_emulator.identify.selection.law_between import between
 from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.re_examination import re_examine, redundant
@@ -26,7 +26,7 @@ from hil_emulator.identify.selection.refits import (
     held_out,
     quietest,
 )
-from hil_emulator.identify.selection.rivals import rivals_of, weighed
+from hil_emulator.identify.selection.rivals import rivals_of
 from hil_emulator.identify.selection.scan import Projection, Score, pairs_of, scan
 from hil_emulator.identify.selection.starts import Confirmation
 
@@ -202,7 +202,8 @@ class Searcher:
 
     def _conclude(self, search: Search) -> None:
         """Say of each effect in the model whether its law fits what it was named for."""
-        self._complete(search)
+        held = partial(self._held_out, search.rounds[-1].base)
+        search.between = {**between(self.fitter, search, held), **search.between}
         search.forms = laws(self.fitter, search)
         for name in faint(search):
             self.tell(f"{name} is too faint")
@@ -211,18 +212,6 @@ class Searcher:
         last = search.rounds[-1]
         if last.unknown:
             search.nearest = nearest(last.worthwhile[0], last.scores) if last.worthwhile else ""
-
-    def _complete(self, search: Search) -> None:
-        """Find the laws that lie between two of the catalogue."""
-        completion = overtaken(self.fitter, search)
-        if completion is not None:
-            why = f"named, but only completes the law of {completion.named}"
-            self._take_out(search, completion.rival, why)
-            search.between[completion.named] = completion
-            begins = weighed(search.selected_in(completion.rival), completion.rival)
-            search.selected_in(completion.named).near[completion.rival] = begins
-        held = partial(self._held_out, search.rounds[-1].base)
-        search.between = {**between(self.fitter, search, held), **search.between}
 
     def _take_out(self, search: Search, name: str, why: str) -> None:
         """Take an effect out of the model at the end, and look again at what remains."""
