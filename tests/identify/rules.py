@@ -134,7 +134,6 @@ RULES: dict[str, Rule] = {
     "noticeable": Rule("a word on ripple that every machine has", {"progress.NOTICEABLE": 0.0}),
     # what is taken back
     "faint": Rule("a name for ripple", {"search.faint": Always([])}, ("certainty.FAINT",)),
-    "redundant": Rule("names for one unknown effect", {"search.redundant": Always(None)}),
     "re-examined": Rule("an early name that a later one explains",
                         {"search.re_examine": _nothing}),
     # what data cannot tell apart

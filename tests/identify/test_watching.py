@@ -40,9 +40,8 @@ def test_a_function_decides_where_it_says_something_else() -> None:
     """Nothing faint is what the rule says where it has nothing to say."""
     fit = Fit([], np.zeros(0), np.ones(10), np.zeros((10, 0)), 10.0)
     finished = Search([], rounds=[Round(fit, [], [], [])])
-    with deciding(["faint", "redundant"]) as rules:
+    with deciding(["faint"]) as rules:
         assert search.faint(finished) == []
-        assert search.redundant(finished, finished.rounds[-1]) is None
     assert rules == set()
 
 

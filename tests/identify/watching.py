@@ -14,7 +14,6 @@ from tests.identify.rules import RULES, changed, holder
 
 _PASSED = ("evidence.Evidence.passed",)
 _RANKED = ("refits.ranked", "law_form.ranked")
-_OWN = ("judgement.own_terms", "re_examination.own_terms")
 
 ASKED = {
     "evidence.SMALLEST_WALD": _PASSED,
@@ -29,7 +28,7 @@ ASKED = {
     "starts.SAME_EFFECT": ("starts._alike",),
     "judgement.OUTSHONE": ("search.judge",),
     "judgement.DIFFERENT": ("search.laws",),
-    "law_form.REPRODUCED_IN_PLACE": _OWN,
+    "law_form.REPRODUCED_IN_PLACE": ("judgement.own_terms",),
     "judgement.STRAINED": ("judgement.strained", "conclusion.slow_logger.hardly_believed"),
     "judgement.AT_END": ("judgement.strained",),
     "progress.NOTICEABLE": ("progress.Round.worthwhile",),

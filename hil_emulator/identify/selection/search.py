@@ -18,7 +18,7 @@ from hil_emulator.identify.selection.judgement import judge, laws, outdone
 from hil_emulator.identify.selection.law_between import between
 from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.progress import Round, Search
-from hil_emulator.identify.selection.re_examination import re_examine, redundant
+from hil_emulator.identify.selection.re_examination import re_examine
 from hil_emulator.identify.selection.refits import (
     CandidateRefits,
     Lookahead,
@@ -95,10 +95,9 @@ class Searcher:
             if found.accepted:
                 self._accept(search, found)
             found.slim()
-            if found.accepted:
-                re_examine(self.fitter, search, self.tell)
-            elif not self._set_aside(search, found):
+            if not found.accepted:
                 break
+            re_examine(self.fitter, search, self.tell)
         self._conclude(search)
         return search
 
@@ -111,17 +110,6 @@ class Searcher:
         search.add(named)
         search.outdone[search.effects[-1].name] = outdone(named, found)
         found.thin(KEPT_TERMS if found is search.rounds[0] else 0)
-
-    def _set_aside(self, search: Search, found: Round) -> bool:
-        """Take out an effect that does what an unknown one does; the search goes on elsewhere."""
-        emptied = redundant(search, found)
-        if emptied is None:
-            return False
-        effect, term = emptied
-        self.tell(f"{effect.name} explains little beside the {term}")
-        search.remove(effect.name, f"named, but explains little beside a free term in the {term}")
-        self.candidates = [c for c in self.candidates if c.stage != effect.stage]
-        return True
 
     def look(self) -> Search:
         """Look for terms alone: no effect is screened, and none accepted."""
