@@ -1,15 +1,19 @@
-"""How certain the value of an effect is, and which are too faint for one that is not.
+"""What is certain of an effect in the model: that it is needed, that it is there, and its value.
 
-Every machine has a little of everything, like friction that ripples along the stroke. What explains
-hardly anything is named only where it can be nothing else.
+The first name goes to what explains the most of everything that is missing; beside the effects that
+were found after it, it may explain nothing. Every machine has a little of everything, like friction
+that ripples along the stroke: what explains hardly anything is named only where it can be nothing
+else.
 """
 
 import math
+from collections.abc import Callable
 from statistics import NormalDist
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.selection.progress import Search
 
@@ -19,6 +23,39 @@ differs from none (assumed)."""
 
 NORMAL_95 = 1.96
 """Standard deviations to either end of a 95 % interval."""
+
+
+def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> None:
+    """Drop an earlier effect that the last one has made superfluous.
+
+    Args:
+        fitter: with the training data; its gains are frozen anew.
+        search: with an effect just taken into the model.
+        tell: takes progress in words.
+
+    """
+    if len(search.effects) < 2:
+        return
+    full = search.settle(converge(fitter, search.free, search.at, search.effects, 1))
+    for name in [c.name for c in search.effects[:-1]]:
+        kept = {c.name for c in search.without(name)}
+        stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
+        rest = [full.coordinates[i] for i in stay]
+        fit = fitter.fit(rest, full.at[stay], 2, jacobian=full.jacobian[:, stay])
+        if fit.chi2 - full.chi2 < search.rounds[-1].needed:
+            search.remove(name, "named, later superfluous")
+            search.adopt(fit)
+            tell(f"{name} is no longer needed")
+            return
+
+
+def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
+    """Return what the model loses in chi-square without one of its effects, refitted."""
+    kept = {c.name for c in search.without(name)}
+    stay = [i for i, c in enumerate(fit.coordinates) if c.name in kept]
+    rest = [fit.coordinates[i] for i in stay]
+    without = fitter.fit(rest, fit.at[stay], 3, jacobian=fit.jacobian[:, stay])
+    return without.chi2 - fit.chi2
 
 
 def faint(search: Search) -> list[str]:

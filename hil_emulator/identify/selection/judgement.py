@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.selection.certainty import standing
 from hil_emulator.identify.selection.evidence import SMALL_PART, Trial
 from hil_emulator.identify.selection.law_between import completions
 from hil_emulator.identify.selection.law_form import (
@@ -15,7 +16,6 @@ from hil_emulator.identify.selection.law_form import (
     stands_beside,
 )
 from hil_emulator.identify.selection.progress import Round, Search
-from hil_emulator.identify.selection.re_examination import standing
 
 DIFFERENT = 0.05
 """Part of what the model would lose without an effect that a free shape of its law may still gain

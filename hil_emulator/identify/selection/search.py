@@ -11,14 +11,13 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.selection.certainty import faint
+from hil_emulator.identify.selection.certainty import faint, re_examine
 from hil_emulator.identify.selection.evidence import Trial, needed_delta_chi2
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.selection.judgement import judge, laws, outdone
 from hil_emulator.identify.selection.law_between import between
 from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.progress import Round, Search
-from hil_emulator.identify.selection.re_examination import re_examine
 from hil_emulator.identify.selection.refits import (
     CandidateRefits,
     Lookahead,
