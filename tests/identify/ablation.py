@@ -75,10 +75,10 @@ class Kept:
         return self.answers.get((name, WITH_ALL if same else rule))
 
 
-def drawn(each: int) -> Iterator[Case]:
+def drawn(each: int, families: Sequence[str] = FAMILIES) -> Iterator[Case]:
     """Yield so many cases of each family, one of each before the second of any."""
     for i in range(each):
-        for family in FAMILIES:
+        for family in families:
             yield case(family, FIRST + STRIDE * i, DURATION)
 
 
@@ -185,11 +185,12 @@ def main() -> None:
     )
     options.add_argument("--out", type=Path, default=Path("ablation.jsonl"))
     options.add_argument("--each", type=int, default=6, help="cases of each family")
+    options.add_argument("--families", nargs="*", choices=FAMILIES, default=FAMILIES)
     options.add_argument("--rules", nargs="*", choices=list(RULES), default=list(RULES))
     options.add_argument("--watch", action="store_true", help="with all rules alone")
     options.add_argument("--report", action="store_true", help="only print what the file has")
     chosen = options.parse_args()
-    wanted = {which.name: which for which in drawn(chosen.each)}
+    wanted = {which.name: which for which in drawn(chosen.each, chosen.families)}
     if not chosen.report:
         for which in wanted.values():
             examine(which, [] if chosen.watch else chosen.rules, chosen.out)
