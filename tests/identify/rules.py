@@ -128,7 +128,6 @@ RULES: dict[str, Rule] = {
     "outdone": Rule("the same, seen when it was named", {"search.outdone": Always("")}),
     "strained": Rule("the same, seen by a parameter", {"judgement.STRAINED": ALL},
                      ("judgement.TIED",)),
-    "at its end": Rule("the same, seen by a shape", {"judgement.AT_END": -ALL}),
     "between": Rule("one of two laws for what lies between", {"search.between": Always({})},
                     ("law_between.RIVAL_SHARE",)),
     "noticeable": Rule("a word on ripple that every machine has", {"progress.NOTICEABLE": 0.0}),

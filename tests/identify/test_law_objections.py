@@ -125,18 +125,6 @@ def test_what_is_left_over_the_driver_of_the_only_law_in_a_balance_is_of_that_la
     assert sole_laws(both, [c.name for c in pumps], [left, slow]) == {}
 
 
-def test_a_law_whose_own_parameter_runs_to_its_end_is_an_objection() -> None:
-    """A relief valve that would have to be the stiffest there is does not explain the droop."""
-    pump = effect("fixed_pump")
-    override = next(c for c in knee_model().shapes(pump) if c.name == "fixed_pump.override")
-    jacobian = np.column_stack([np.cos(np.linspace(0.0, 20.0, N)), sensitivity()])
-    inside = Fit([override, pump], np.array([-0.5, 1.0]), np.zeros(N), jacobian, 0.0)
-    assert not strained(inside, ["fixed_pump"])
-    end = Fit([override, pump], np.array([override.bounds[0], 1.0]), np.zeros(N), jacobian, 0.0)
-    objection = strained(end, ["fixed_pump"])["fixed_pump"]
-    assert objection == "its override would have to be the lowest there is"
-
-
 def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
     """Friction over the pressures resembles pressure friction, though another effect gains more."""
     scores = [score("load_force.offset", 900.0), score("friction_asymmetry", 800.0),

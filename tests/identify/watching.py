@@ -30,7 +30,6 @@ ASKED = {
     "judgement.DIFFERENT": ("search.laws",),
     "law_form.REPRODUCED_IN_PLACE": ("judgement.own_terms",),
     "judgement.STRAINED": ("judgement.strained", "conclusion.slow_logger.hardly_believed"),
-    "judgement.AT_END": ("judgement.strained",),
     "progress.NOTICEABLE": ("progress.Round.worthwhile",),
 }
 """Functions and properties whose answers are all that a constant decides, by its name."""

@@ -24,10 +24,6 @@ before its form differs (assumed)."""
 STRAINED = 2.5
 """Prior standard deviations that a data sheet is believed to be off by at most (assumed)."""
 
-AT_END = 0.05
-"""Prior standard deviations from the end of its range that a shape parameter counts as there
-(assumed)."""
-
 TIED = 0.5
 """Correlation from which a parameter and an effect make up for each other (assumed)."""
 
@@ -105,16 +101,14 @@ def outdone(trial: Trial, found: Round) -> str:
 
 
 def strained(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
-    """Return, by effect, a parameter that its law needs at a size hardly believed.
-
-    An ordinary one far from what is configured, or one of its own at the end of its range.
+    """Return, by effect, an ordinary parameter that its law needs far from what is configured.
 
     Args:
         fit: the finished model.
         effects: names of the effects in the model.
 
     """
-    found = _at_limits(fit, effects)
+    found: dict[str, str] = {}
     names = [c.name for c in fit.coordinates]
     covariance = fit.covariance()
     spread = np.sqrt(np.diag(covariance))
@@ -140,15 +134,3 @@ def hardly_believed(fit: Fit) -> list[str]:
         for c, at in zip(fit.coordinates, fit.at, strict=True)
         if np.isfinite(c.prior) and c.neutral and abs(at) > STRAINED * c.prior
     ]
-
-
-def _at_limits(fit: Fit, effects: Sequence[str]) -> dict[str, str]:
-    """Return, by effect, a shape parameter that has run to the end of its range."""
-    found: dict[str, str] = {}
-    for coordinate, at in zip(fit.coordinates, fit.at, strict=True):
-        effect, _, shape = coordinate.name.rpartition(".")
-        low, high = coordinate.bounds
-        if effect in effects and min(at - low, high - at) <= AT_END * coordinate.prior:
-            end = "lowest" if at - low < high - at else "largest"
-            found[effect] = f"its {shape.replace('_', ' ')} would have to be the {end} there is"
-    return found
