@@ -108,8 +108,6 @@ RULES: dict[str, Rule] = {
                    {"refits.CandidateRefits._pushed": _as_it_is}),
     # what belongs to the law of an effect in the model
     "completing": Rule("a second name for one law", {"judgement.completions": Always({})}),
-    "same work": Rule("the same by a candidate that was no rival",
-                      {"law_between._same_work": Always(False)}),
     "overshadowed": Rule("a further name for what a law leaves",
                          {"judgement.overshadowed": Always(False)},
                          ("law_form.PARSIMONIOUS",)),

@@ -33,9 +33,7 @@ SHARED_ITERATIONS = 6
 def completions(
     selections: Iterable[Sequence[Trial]], trials: Sequence[Trial]
 ) -> Mapping[str, Completion]:  # fmt: skip
-    """Return which candidates only complete a law, by name, those that explain the most first.
-
-    Where a near rival does, others at its place that do the same work and no more of it do too.
+    """Return which near rivals only complete a law, by name, those that explain the most first.
 
     Args:
         selections: the trials in which each effect in the model was named, itself first.
@@ -43,26 +41,15 @@ def completions(
 
     """
     found: dict[str, Completion] = {}
-    completing: list[tuple[Trial, Trial]] = []
     rivalled = {_name(rival): best for best, rival in near(selections)}
     for trial in sorted(trials, key=lambda t: -t.evidence.delta_chi2):
-        likely = [best for best, rival in completing if _same_work(trial, rival)]
-        best = rivalled.get(_name(trial)) or (likely[0] if likely else None)
+        best = rivalled.get(_name(trial))
         if best is None or not trial.evidence.passed:
             continue
         part = trial.evidence.delta_chi2 / best.evidence.delta_chi2
         if part < SMALL_PART:
             found[_name(trial)] = Completion(_name(best), _name(trial), part)
-            completing.append((best, trial))
     return found
-
-
-def _same_work(trial: Trial, rival: Trial) -> bool:
-    """Tell whether a candidate acts at the place of another, and mostly does what that does."""
-    one, other = trial.score, rival.score
-    product = float(one.column @ other.column)
-    alike = product**2 > GREATER_PART * one.information * other.information
-    return alike and one.coordinate.place == other.coordinate.place
 
 
 def near(selections: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, Trial]]:
