@@ -24,7 +24,6 @@ ASKED = {
     "evidence.UNBELIEVED": ("refits.unbelieved",),
     "evidence.CONTENDERS": _RANKED,
     "evidence.AS_GOOD": _RANKED,
-    "law_form.OUTSHONE": ("judgement.stands_beside",),
     "starts.SAME_EFFECT": ("starts._alike",),
     "judgement.OUTSHONE": ("search.judge",),
     "judgement.DIFFERENT": ("search.laws",),
