@@ -82,7 +82,6 @@ RULES: dict[str, Rule] = {
     "held-out size": Rule("an effect of another size elsewhere",
                           {"evidence.CONFIRMED": -ALL}),
     "surpassed": Rule("a way out for ordinary parameters", {"evidence.SURPASSED": ALL}),
-    "unbelieved": Rule("the same, seen by a parameter", {"evidence.UNBELIEVED": ALL}),
     "outshone": Rule("a catalogue's name for an unknown effect", {"judgement.OUTSHONE": ALL}),
     "less noise": Rule("noise that is the gap itself", {"search.quietest": Always(None)},
                        ("refits.SETTLED",)),

@@ -4,15 +4,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.parameters import ordinary
 from hil_emulator.identify.selection.evidence import (
     Evidence,
     hac_variance_factor,
     needed_delta_chi2,
-    unbelieved,
 )
-from tests.identify.rig_data import knee_model
 
 
 def evidence(delta_chi2: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
@@ -64,20 +60,6 @@ def test_a_serially_correlated_size_may_be_another_on_held_out_data() -> None:
     assert not evidence(held_out=300.0, expected=1200.0).passed
     assert evidence(held_out=300.0, expected=1200.0, hac_variance_factor=25.0).passed
     assert not evidence(held_out=10.0, expected=40.0, hac_variance_factor=25.0).passed
-
-
-def test_a_parameter_driven_where_nobody_believes_it_is_an_objection() -> None:
-    """A gain error that needs 1.7 times the oil in a chamber is none, whatever it explains."""
-    volume = next(c for c in ordinary(knee_model()) if c.name == "cylinder_dead_volume_b")
-
-    def fit(at: float) -> Fit:
-        return Fit([volume], np.array([at]), np.zeros(1), np.zeros((1, 1)), 0.0)
-
-    said = unbelieved(fit(0.7), fit(7.0))
-    assert said == "cylinder_dead_volume_b would have to be 1.7 times its configured value"
-    assert said in Evidence(500.0, 50.0, 400.0, 20.0, 400.0, unbelieved=said).objections
-    assert not unbelieved(fit(0.7), fit(4.0))
-    assert not unbelieved(fit(6.0), fit(7.0))
 
 
 def test_serial_correlation_widens_the_variance() -> None:

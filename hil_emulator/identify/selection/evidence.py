@@ -47,10 +47,6 @@ AS_GOOD = 0.9
 """Of effects that gain at least this part of the best on held-out and on training data, the one
 with the fewest assumed shape parameters is named (assumed)."""
 
-UNBELIEVED = 5.0
-"""Prior standard deviations beyond which no ordinary parameter is believed to be, unless it was so
-without the candidate (assumed)."""
-
 
 @dataclass(frozen=True)
 class Evidence:
@@ -63,7 +59,6 @@ class Evidence:
         needed: gain that is needed.
         expected: gain on the validation data if the effect has the estimated size there too.
         hac_variance_factor: factor by which serial correlation widens a variance, from 1.
-        unbelieved: what nobody would believe of an ordinary parameter beside it, in words.
 
     """
 
@@ -73,7 +68,6 @@ class Evidence:
     needed: float
     expected: float = 0.0
     hac_variance_factor: float = 1.0
-    unbelieved: str = ""
 
     @property
     def passed(self) -> bool:
@@ -88,7 +82,7 @@ class Evidence:
     @property
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
-        found = [self.unbelieved] if self.unbelieved else []
+        found = []
         if self.delta_chi2 <= self.needed:
             found.append(f"gain {self.delta_chi2:.0f} below {self.needed:.0f}")
         least = CONFIRMED_WALD if self.well_confirmed else SMALLEST_WALD
@@ -96,18 +90,13 @@ class Evidence:
             found.append(f"robust Wald statistic {self.wald:.1f} below {least:.0f}")
         if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
-        elif self._surpassing or self.held_out < self._least:
+        elif self.surpassing or self.held_out < self._least:
             found.append(f"held-out gain {self.held_out:.0f}, expected {self.expected:.0f}")
         return found
 
     @property
-    def strange(self) -> bool:
-        """Whether it is a way out for ordinary parameters, whatever it gains."""
-        return bool(self.unbelieved) or self._surpassing
-
-    @property
-    def _surpassing(self) -> bool:
-        """Whether held-out data gain more than the size explains."""
+    def surpassing(self) -> bool:
+        """Whether held-out data gain more than the size explains: something else gains there."""
         return self.held_out > SURPASSED * self.expected + self._spread
 
     @property
@@ -168,27 +157,16 @@ def hac_variance_factor(difference: Array, residual: Array, correlation_length: 
     return max(1.0, float(np.sum(np.add.reduceat(products, starts) ** 2)) / power)
 
 
-def unbelieved(base: Fit, fit: Fit) -> str:
-    """Say which ordinary parameter a candidate drives where nobody believes it, or ""."""
-    before = {c.name: float(at) for c, at in zip(base.coordinates, base.at, strict=True)}
-    for coordinate, at in zip(fit.coordinates, fit.at, strict=True):
-        most = UNBELIEVED * coordinate.prior
-        if coordinate.name in before and abs(before[coordinate.name]) < most < abs(at):
-            share = float(coordinate.value(float(at))) / coordinate.neutral
-            return f"{coordinate.name} would have to be {share:.2g} times its configured value"
-    return ""
-
-
 def ranked(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the candidates in the order of what they explain, the strange ones last.
+    """Return the candidates in the order of what they explain, the surpassing ones last.
 
     Where several explain the training data about equally well, held-out data decide: a law that
     holds elsewhere beats one that bends to its data. Where several do that equally well, too, none
     has bent, and all data count.
     """
     by_delta_chi2 = sorted(trials, key=lambda t: -t.evidence.delta_chi2)
-    sound = [t for t in by_delta_chi2 if not t.evidence.strange]
-    return _ranked(sound) + [t for t in by_delta_chi2 if t.evidence.strange]
+    sound = [t for t in by_delta_chi2 if not t.evidence.surpassing]
+    return _ranked(sound) + [t for t in by_delta_chi2 if t.evidence.surpassing]
 
 
 def _ranked(by_delta_chi2: list[Trial]) -> list[Trial]:

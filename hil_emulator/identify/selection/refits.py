@@ -25,7 +25,6 @@ from hil_emulator.identify.selection.evidence import (
     Trial,
     hac_variance_factor,
     ranked,
-    unbelieved,
 )
 from hil_emulator.identify.selection.progress import Round
 from hil_emulator.identify.selection.scan import FURTHER, Pair, Projection, Score, score_of
@@ -133,10 +132,7 @@ class CandidateRefits:
             held_out = float(before @ before - after @ after)
             expected = float((after - before) @ (after - before))
         delta_chi2 = self._base.chi2 - fit.chi2
-        strange = unbelieved(self._base, fit)
-        evidence = Evidence(
-            delta_chi2, wald, held_out, self._needed, expected, hac_variance_factor, strange
-        )  # fmt: skip
+        evidence = Evidence(delta_chi2, wald, held_out, self._needed, expected, hac_variance_factor)
         # Jacobians of several fits of a long recording are large
         lean = replace(fit, jacobian=fit.jacobian.astype(np.float32))
         return Trial(score.lean(), lean, evidence, deviation)
