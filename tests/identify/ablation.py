@@ -151,14 +151,19 @@ def report(known: Kept, cases: Mapping[str, Case]) -> str:
         beside = [base[case] for case in without]
         other = sum(said(o.answer) != said(base[case].answer) for case, o in without.items())
         decided = sum(name in known.deciding[case] for case in base)
-        rows.append([name, rule.protects, f"{decided} of {len(base)}", f"{other} of {len(without)}",
+        rows.append([name, rule.protects, _share(decided, len(base)), _share(other, len(without)),
                      *_beside(without.values(), beside),
                      f"{_wrong(beside)} → {_wrong(without.values())}"])  # fmt: skip
     lines = [f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows)]
     right = sum(not failed(o) for o in base.values())
-    low, high = wilson(right, len(base))
-    lines += ["", f"{right} of {len(base)} cases right with all rules ({low:.2f} ... {high:.2f})"]
+    lines += ["", f"{_share(right, len(base))} cases right with all rules"]
     return "\n".join(lines)
+
+
+def _share(count: int, among: int) -> str:
+    """Return a count among cases with the 95 % interval of its share."""
+    low, high = wilson(count, among)
+    return f"{count} of {among} ({low:.2f}-{high:.2f})"
 
 
 def _counted(outcomes: Iterable[Outcome]) -> list[str]:

@@ -46,9 +46,9 @@ def test_a_rule_is_counted_by_the_answers_that_change_without_it() -> None:
     deciding = dict(zip(names, map(frozenset, (["gain"], ["gain"], [])), strict=True))
     table = report(Kept(answers, deciding), {c.name: c for c in cases}).splitlines()
     (line,) = [row for row in table if row.startswith("| gain |")]
-    assert "| 2 of 3 | 1 of 2 |" in line
+    assert "| 2 of 3 (0.21-0.94) | 1 of 2 (0.09-0.91) |" in line
     assert "2/2 → 1/2" in line
-    assert table[-1].startswith("3 of 3 cases right")
+    assert table[-1].startswith("3 of 3 (0.44-1.00) cases right")
 
 
 def test_a_case_is_asked_once_about_what_decides_nothing(
