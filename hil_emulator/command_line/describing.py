@@ -93,15 +93,22 @@ def export(files: tuple[Path, ...], out: Path) -> None:
 @click.option("--c-only", is_flag=True, help="One .h and one .c, without FMI.")
 @click.option("--float32", is_flag=True, help="With --c-only: compute with float.")
 @click.option("--all-effects", is_flag=True, help="Bring effects that are off, too.")
+@click.option("--native", is_flag=True, help="A library for this system alone, in seconds.")
 def export_fmu(
     files: tuple[Path, ...], out: Path | None, fmi: str, *, c_only: bool, float32: bool,
-    all_effects: bool,
+    all_effects: bool, native: bool,
 ) -> None:  # fmt: skip
     """Write plant and sensors as an FMU for co-simulation, or as C."""
     from hil_emulator.commands import export_fmu as command
 
     command.export_fmu(
-        files, out, int(fmi), c_only=c_only, single=float32, every_effect=all_effects
+        files,
+        out,
+        int(fmi),
+        c_only=c_only,
+        single=float32,
+        every_effect=all_effects,
+        native=native,
     )
 
 

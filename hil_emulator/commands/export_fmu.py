@@ -18,7 +18,7 @@ from hil_emulator.simulation.active_effects import acting
 
 def export_fmu(
     files: Sequence[Path], out: Path | None, version: int, *, c_only: bool, single: bool,
-    every_effect: bool,
+    every_effect: bool, native: bool = False,
 ) -> None:  # fmt: skip
     """Write an FMU, or a header and a source file.
 
@@ -29,6 +29,7 @@ def export_fmu(
         c_only: write C alone.
         single: compute with float in place of double; for C alone.
         every_effect: bring also effects that are off, so that they can be switched on.
+        native: compile for this system alone.
 
     Raises:
         UserError: if the configuration is wrong, an effect has no C or a file cannot be written.
@@ -46,7 +47,7 @@ def export_fmu(
                 click.echo(near(stem.with_suffix(ending)))
         else:
             with waiting("export-fmu", files) as progress:
-                write_fmu(actuator, version, stem.with_suffix(".fmu"), progress.say)
+                write_fmu(actuator, version, stem.with_suffix(".fmu"), progress.say, native=native)
             click.echo(near(stem.with_suffix(".fmu")))
     except TranslationError as error:
         raise UserError(

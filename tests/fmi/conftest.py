@@ -24,7 +24,7 @@ def knee_fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     pytest.importorskip("fmpy")
     version: int = request.param
     file = tmp_path_factory.mktemp("fmu") / f"knee{version}.fmu"
-    export_fmu([KNEE], file, version, c_only=False, single=False, every_effect=False)
+    export_fmu([KNEE], file, version, c_only=False, single=False, every_effect=False, native=True)
     own = host()
     if own is None or not any(n.endswith(own.suffix) for n in zipfile.ZipFile(file).namelist()):
         pytest.skip("no C compiler for this system")

@@ -67,7 +67,10 @@ def contents(actuator: Exported, version: int) -> dict[str, str]:
     return {"modelDescription.xml": description.fmi3(said, found), **texts}
 
 
-def write_fmu(actuator: Exported, version: int, file: Path, say: Callable[[str], None]) -> None:
+def write_fmu(
+    actuator: Exported, version: int, file: Path, say: Callable[[str], None], *,
+    native: bool = False,
+) -> None:  # fmt: skip
     """Write an FMU; a system that there is no compiler for is left out, and said.
 
     Args:
@@ -75,6 +78,8 @@ def write_fmu(actuator: Exported, version: int, file: Path, say: Callable[[str],
         version: of FMI, 2 or 3.
         file: where it goes.
         say: told which systems it is for.
+        native: compile for this system alone; for Windows `ziglang` first makes that system's
+            libraries, which takes minutes once.
 
     Raises:
         TranslationError: if an effect's law holds what has no C here.
@@ -83,7 +88,7 @@ def write_fmu(actuator: Exported, version: int, file: Path, say: Callable[[str],
     """
     texts = contents(actuator, version)
     own = host()
-    systems = {s.name: s for s in (LINUX, WINDOWS, own) if s}
+    systems = {s.name: s for s in ((own,) if native else (LINUX, WINDOWS, own)) if s}
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, text in texts.items():
             archive.writestr(zipfile.ZipInfo(name, _EPOCH), text, zipfile.ZIP_DEFLATED)
