@@ -48,6 +48,13 @@ class Fit:
         free = [self.coordinates[i] for i in kept]
         return replace(self, coordinates=free, at=self.at[kept], jacobian=self.jacobian[:, kept])
 
+    def lean(self) -> "Fit":
+        """Return the fit with half the memory: Jacobians of several of a long recording are large.
+
+        A further fit may begin with such a one: it corrects it on the way.
+        """
+        return replace(self, jacobian=self.jacobian.astype(np.float32))
+
     def covariance(self) -> Array:
         """Return the covariance of the coordinates, priors included."""
         information = self.jacobian.T @ self.jacobian + np.diag(prior_rows(self.coordinates) ** 2)
@@ -183,7 +190,7 @@ class Fitter:
         bounds = np.array([c.bounds for c in free]).reshape(-1, 2)
         residual = self.residual(free, at)
         chi2 = float(residual @ residual + np.sum((weights * at) ** 2))
-        sensitivities = None if jacobian is None else jacobian.copy()
+        sensitivities = None if jacobian is None else jacobian.astype(np.float64)
         for i in range(rounds):
             if sensitivities is None:
                 sensitivities = self.jacobian(free, at, residual)

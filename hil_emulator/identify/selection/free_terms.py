@@ -22,6 +22,9 @@ HATS = 6
 FINE = 24
 """The same over the place along the stroke: a tight spot is as long as a seal."""
 
+ROWS_AT_ONCE = 4096
+"""Rows of a term's columns that are combined at once."""
+
 
 @dataclass(frozen=True)
 class DiscrepancyTerm:
@@ -151,7 +154,7 @@ def _score(
         projected[:] = 0.0
     values, vectors = np.linalg.eigh(projected.T @ projected)
     keep = values > 1e-4 * max(values[-1], 1e-30)
-    basis = projected @ (vectors[:, keep] / np.sqrt(values[keep]))
+    basis = _combined(projected, vectors[:, keep] / np.sqrt(values[keep]))
     components = basis.T @ residual
     curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ components * balance.scale
     statistic = float(components @ components)
@@ -162,6 +165,14 @@ def _score(
     return DiscrepancyTerm(
         balance, regressor, statistic, limit, knots, curve, columns, uncertainty, usual
     )
+
+
+def _combined(columns: Array, weights: Array) -> Array:
+    """Return columns times weights, in the place of the columns: a second copy would be large."""
+    for first in range(0, len(columns), ROWS_AT_ONCE):
+        rows = columns[first : first + ROWS_AT_ONCE]
+        rows[:, : weights.shape[1]] = rows @ weights
+    return columns[:, : weights.shape[1]]
 
 
 def chance(basis: Array, residual: Array, seed: int, length: int) -> tuple[float, float]:

@@ -71,7 +71,7 @@ class CandidateRefits:
 
     def refit(self, likely: Sequence[Score]) -> list[Trial]:
         """Refit candidates, all roughly and the better ones to the end; the best comes first."""
-        fits = [self._rough(score) for score in likely]
+        fits = [self._rough(score).lean() for score in likely]
         self._improve(fits, PROMISING, lambda i: self._complete(fits[i], likely[i].coordinate))
         # further starts are worth while for those that rival the best
         self._improve(fits, GREATER_PART, lambda i: self._pushed(fits[i]))
@@ -84,7 +84,7 @@ class CandidateRefits:
         level = max([self._needed, *(part * delta_chi2 for delta_chi2 in deltas)])
         for i, delta_chi2 in enumerate(deltas):
             if delta_chi2 > level:
-                fits[i] = better(i)
+                fits[i] = better(i).lean()
 
     def _rough(self, score: Score) -> Fit:
         base = self._base
@@ -133,9 +133,7 @@ class CandidateRefits:
             expected = float((after - before) @ (after - before))
         delta_chi2 = self._base.chi2 - fit.chi2
         evidence = Evidence(delta_chi2, wald, held_out, self._needed, expected, hac_variance_factor)
-        # Jacobians of several fits of a long recording are large
-        lean = replace(fit, jacobian=fit.jacobian.astype(np.float32))
-        return Trial(score.lean(), lean, evidence, deviation)
+        return Trial(score.lean(), fit, evidence, deviation)
 
     def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float]:
         """Return Wald statistic, standard deviation and HAC variance factor of the knob."""
@@ -143,7 +141,8 @@ class CandidateRefits:
         # an effect that is off has no shape: whether it is there does not hang on how it looks
         rest = [i for i, c in enumerate(fit.coordinates[:-1]) if not c.name.startswith(f"{name}.")]
         others = [fit.coordinates[i] for i in rest]
-        project = Projection(Fit(others, fit.at[rest], fit.residual, fit.jacobian[:, rest], 0.0))
+        jacobian = fit.jacobian[:, rest].astype(np.float64)
+        project = Projection(Fit(others, fit.at[rest], fit.residual, jacobian, 0.0))
         fresh = self._fitter.column(fit.coordinates, fit.at, fit.residual, last)
         shown, believed = np.split(project(fresh), [len(fit.residual)])
         information = float(shown @ shown + believed @ believed)
