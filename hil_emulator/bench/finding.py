@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil_emulator.bench.own_process import time_and_memory
+from hil_emulator.bench.search_phases import SearchPhases, measure_phases
 from hil_emulator.errors import UserError
 
 HIDDEN = "external_leakage"
@@ -33,6 +34,7 @@ class SearchCost:
         jobs: threads of the second run.
         shared_s: the same with these.
         shared_mb: most memory that it had.
+        phases: where the time of one thread goes, measured once more.
 
     """
 
@@ -42,6 +44,7 @@ class SearchCost:
     jobs: int
     shared_s: float
     shared_mb: float
+    phases: SearchPhases
 
 
 def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], None]) -> SearchCost:
@@ -66,13 +69,20 @@ def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], Non
         alone = _identify(full, 1)
         say(f"{jobs} threads ...")
         shared = _identify(full, jobs)
-    return SearchCost(data, *alone, jobs, *shared)
+        say("One thread, under the profiler ...")
+        phases = measure_phases(_arguments(full, 1))
+    return SearchCost(data, *alone, jobs, *shared, phases)
 
 
 def _identify(made: Path, jobs: int) -> tuple[float, float]:
     """Return time [s] and memory [MB] of a search in practice data."""
+    return time_and_memory(_arguments(made, jobs))
+
+
+def _arguments(made: Path, jobs: int) -> list[str]:
+    """Return the arguments of a search in practice data."""
     configs = sorted(str(f) for f in made.glob("*.toml"))
     training, validation = (sorted(map(str, (made / part).glob("*.csv")))
                             for part in ("training", "validation"))  # fmt: skip
-    return time_and_memory(["identify", *configs, *training, "--validate", *validation,
-                 "--jobs", str(jobs), "--out", str(made / "found")])  # fmt: skip
+    return ["identify", *configs, *training, "--validate", *validation,
+            "--jobs", str(jobs), "--out", str(made / "found")]  # fmt: skip

@@ -6,27 +6,31 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from hil_emulator.errors import UserError
 
 
 def time_and_memory(
-    arguments: Sequence[str], environment: Mapping[str, str] | None = None
-) -> tuple[float, float]:
+    arguments: Sequence[str], environment: Mapping[str, str] | None = None,
+    profile: Path | None = None,
+) -> tuple[float, float]:  # fmt: skip
     """Run a command of this program; return time [s] and most memory [MB].
 
     Args:
         arguments: of the command line.
         environment: variables besides those of this process.
+        profile: file for what Python's profiler sees of it.
 
     Raises:
         UserError: what the command said when it failed.
 
     """
+    watched = [] if profile is None else ["-m", "cProfile", "-o", str(profile)]
     begin = time.perf_counter()
     with tempfile.TemporaryFile("w+") as told:
         process = subprocess.Popen(
-            [sys.executable, "-m", "hil_emulator", *arguments],
+            [sys.executable, *watched, "-m", "hil_emulator", *arguments],
             stdout=subprocess.DEVNULL, stderr=told, env={**os.environ, **(environment or {})},
         )  # fmt: skip
         _, status, usage = os.wait4(process.pid, 0)

@@ -71,12 +71,19 @@ def _chosen(files: tuple[Path, ...]) -> tuple[Path, ...]:
 
 
 def _found(f: SearchCost) -> str:
+    p = f.phases
     rows = [
         (f"identify in {f.data_s:g} s of data, one thread [s]", f"{f.alone_s:.0f}"),
         ("most memory [MB]", f"{f.alone_mb:.0f}"),
         (f"{f.jobs} threads [s]", f"{f.shared_s:.0f}"),
         ("times as fast", f"{f.alone_s / f.shared_s:.2f}"),
         ("most memory [MB]", f"{f.shared_mb:.0f}"),
+        ("under the profiler: the search [s]", f"{p.whole_s:.0f}"),
+        *((f"  {name} [s]", f"{s:.1f}") for name, s in p.phases_s.items()),
+        *((f"  arithmetic of {name} [s]", f"{s:.1f}") for name, s in p.arithmetic_s.items()),
+        ("  over its arithmetic", f"{p.over_arithmetic:.2f}"),
+        ("predictions of an experiment", f"{p.predictions}"),
+        ("fits", f"{p.fits}"),
     ]
     return text_table(("measured", "value"), rows)
 
