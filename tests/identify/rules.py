@@ -73,10 +73,7 @@ class Always:
 RULES: dict[str, Rule] = {
     # whether a candidate explains enough
     "gain": Rule("a name for chance", {"evidence.FALSE_ALARM": 1.0}),
-    "robust": Rule("a name for correlated noise", {"evidence.SMALLEST_WALD": -ALL,
-                                                   "evidence.CONFIRMED_WALD": -ALL}),
-    "less robust where confirmed": Rule(
-        "silence about an effect that acts rarely", {"evidence.CONFIRMED_WALD": 16.0}),
+    "robust": Rule("a name for correlated noise", {"evidence.SMALLEST_WALD": -ALL}),
     "held-out gain": Rule("a law that bends to its data",
                           {"evidence.SMALLEST_HELD_OUT": -ALL}),
     "held-out size": Rule("an effect of another size elsewhere",

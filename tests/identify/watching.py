@@ -17,7 +17,6 @@ _RANKED = ("refits.ranked", "law_form.ranked")
 
 ASKED = {
     "evidence.SMALLEST_WALD": _PASSED,
-    "evidence.CONFIRMED_WALD": _PASSED,
     "evidence.SMALLEST_HELD_OUT": _PASSED,
     "evidence.CONFIRMED": _PASSED,
     "evidence.SURPASSED": (*_PASSED, "evidence.Evidence.surpassing"),

@@ -26,9 +26,6 @@ FALSE_ALARM = 1e-3
 SMALLEST_WALD = 16.0
 """Healthy plants with coloured and threefold noise stay below 13."""
 
-CONFIRMED_WALD = 9.0
-"""The same where held-out data confirm the effect by itself (assumed)."""
-
 SMALLEST_HELD_OUT = 5.0
 """Gain in chi-square on data that took no part in the fit."""
 
@@ -75,19 +72,13 @@ class Evidence:
         return not self.objections
 
     @property
-    def well_confirmed(self) -> bool:
-        """Whether held-out data show the effect as if they were the only ones."""
-        return self.held_out > max(self.needed, GREATER_PART * self.expected)
-
-    @property
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
         found = []
         if self.delta_chi2 <= self.needed:
             found.append(f"gain {self.delta_chi2:.0f} below {self.needed:.0f}")
-        least = CONFIRMED_WALD if self.well_confirmed else SMALLEST_WALD
-        if self.wald <= least:
-            found.append(f"robust Wald statistic {self.wald:.1f} below {least:.0f}")
+        if self.wald <= SMALLEST_WALD:
+            found.append(f"robust Wald statistic {self.wald:.1f} below {SMALLEST_WALD:.0f}")
         if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
         elif self.surpassing or self.held_out < self._least:
