@@ -5,7 +5,7 @@ is compared with the same readings: so the numbers of several models stand besid
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,7 +34,8 @@ class View:
         experiment: the data.
         replay: the model's errors; in the force balance alone there is no free run.
         noise: standard deviation of each channel's noise, or one of its unit, shape (channels,).
-        floors: what disturbances leave, at the strength that is assumed; None where unknown.
+        floors: what disturbances leave, at the strength that is assumed; None where unknown or not
+            asked for.
         strength: of each source of the floor in this experiment, see `floor.strengths`.
 
     """
@@ -60,17 +61,30 @@ class Compared:
     after: dict[str, list[View]]
 
 
-def view(predictor: Predictor, fit: Fit, experiments: Sequence[Experiment]) -> list[View]:
-    """Return experiments through a fitted model."""
+def view(
+    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], with_floors: bool = False
+) -> list[View]:
+    """Return experiments through a fitted model.
+
+    Args:
+        predictor: sees them.
+        fit: the model.
+        experiments: the data.
+        with_floors: whether it is asked what disturbances leave.
+
+    """
     par, chan = predictor.model.memory(fit.coordinates, fit.at)
     found = []
     for experiment in experiments:
         frozen = predictor.freeze(experiment, par, chan)
         if isinstance(predictor, Observer) and isinstance(frozen, Frozen):
             run = replay(predictor, frozen, par, chan)
-            floors = spread(predictor, frozen, run)
-            strength = strengths([floors], [run], experiment.period)
-            found.append(View(experiment, run, frozen.noise, floors, strength))
+            seen = View(experiment, run, frozen.noise)
+            if with_floors:
+                floors = spread(predictor, frozen, run)
+                strength = strengths([floors], [run], experiment.period)
+                seen = replace(seen, floors=floors, strength=strength)
+            found.append(seen)
             continue
         residual, track = predictor.innovations(frozen, par, chan, track=True)
         assert isinstance(frozen, MeasuredStates)
@@ -86,11 +100,11 @@ def compare(
     predictor: Predictor, before: Fit, after: Fit, training: Sequence[Experiment],
     validation: Sequence[Experiment],
 ) -> Compared:  # fmt: skip
-    """Look at all data through the model before and after."""
-    parts = {"training": training, "validation": validation}
-    old = {n: view(predictor, before, e) for n, e in parts.items() if e}
+    """Look at all data through the model before and after, and at what is left in the end."""
+    parts = {n: e for n, e in {"training": training, "validation": validation}.items() if e}
+    new = {n: view(predictor, after, e, with_floors=True) for n, e in parts.items()}
     same = after is before
-    new = old if same else {n: view(predictor, after, e) for n, e in parts.items() if e}
+    old = new if same else {n: view(predictor, before, e) for n, e in parts.items()}
     return Compared(old, new)
 
 

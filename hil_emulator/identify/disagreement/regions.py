@@ -14,7 +14,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.regressors import Regressors
-from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, combined
 from hil_emulator.identify.selection.scan import Projection
 
 LEAST_FURTHER_SHARE = 0.02
@@ -141,22 +141,29 @@ def _chosen(
 
 
 def _basis(term: DiscrepancyTerm, project: Projection) -> Array:
-    return _orthonormal(np.column_stack([project(c) for c in term.columns.T]))
+    columns = np.empty((len(project.residual), term.columns.shape[1]))
+    for i, column in enumerate(term.columns.T):
+        columns[:, i] = project(column)
+    return _orthonormal(columns)
 
 
 def _beside(basis: Array, other: Array) -> Array:
     """Return a basis of what is not in another one."""
     own = basis.astype(np.float64)
-    return _orthonormal(own - other @ (other.T @ own))
+    own -= other @ (other.T @ own)
+    return _orthonormal(own)
 
 
 def _orthonormal(columns: Array) -> Array:
-    """Return an orthonormal basis, without directions that hardly exist: perhaps of none."""
+    """Return an orthonormal basis, without directions that hardly exist: perhaps of none.
+
+    What is given is overwritten.
+    """
     values, vectors = np.linalg.eigh(columns.T @ columns)
     keep = values > max(1e-4 * float(np.max(values, initial=0.0)), 1e-9)
     # of a long recording the bases of all terms are large
-    basis: Array = (columns @ (vectors[:, keep] / np.sqrt(values[keep]))).astype(np.float32)
-    return basis
+    basis = combined(columns, vectors[:, keep] / np.sqrt(values[keep]))
+    return np.asarray(basis.astype(np.float32))
 
 
 def _regions(delta_chi2: Array, states: Regressors) -> Iterator[Region]:

@@ -110,7 +110,7 @@ def score_terms(
     predictor = fitter.predictor
     values = [predictor.regressors(f, t) for f, t in zip(fitter.frozen, tracks, strict=True)]
     wanted = [t for t in TERMS if t[0] in predictor.balances]
-    found = []
+    found: list[DiscrepancyTerm] = []
     for balance, regressor in wanted:
         count = FINE if balance is PISTON and regressor.startswith("position") else HATS
         knots = _knots(np.concatenate([v[regressor] for v in values]), count)
@@ -124,11 +124,20 @@ def score_terms(
         found.append(
             _score(balance, regressor, knots, columns, project, seed, fitter.correlation_length)
         )
-    found.sort(key=lambda t: t.limit - t.statistic)
-    best = next((t for t in found if not t.balance.channel), None)
-    # columns of a long recording are large
-    return [t if t.significant or t is best else replace(t, columns=t.columns[:, :0].copy())
-            for t in found]  # fmt: skip
+        found = _slim(found)
+    return sorted(found, key=_short)
+
+
+def _short(term: DiscrepancyTerm) -> float:
+    """Return by how much a term falls short of what chance hardly explains."""
+    return term.limit - term.statistic
+
+
+def _slim(found: Sequence[DiscrepancyTerm]) -> list[DiscrepancyTerm]:
+    """Return terms with the columns that are asked for: those of a long recording are large."""
+    best = min((t for t in found if not t.balance.channel), key=_short, default=None)
+    return [t if t.significant or t is best or not t.columns.size
+            else replace(t, columns=t.columns[:, :0].copy()) for t in found]  # fmt: skip
 
 
 def _column(fitter: Fitter, balance: Balance, along: Sequence[Array], hat: int) -> Array:
@@ -154,7 +163,7 @@ def _score(
         projected[:] = 0.0
     values, vectors = np.linalg.eigh(projected.T @ projected)
     keep = values > 1e-4 * max(values[-1], 1e-30)
-    basis = _combined(projected, vectors[:, keep] / np.sqrt(values[keep]))
+    basis = combined(projected, vectors[:, keep] / np.sqrt(values[keep]))
     components = basis.T @ residual
     curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ components * balance.scale
     statistic = float(components @ components)
@@ -167,8 +176,8 @@ def _score(
     )
 
 
-def _combined(columns: Array, weights: Array) -> Array:
-    """Return columns times weights, in the place of the columns: a second copy would be large."""
+def combined(columns: Array, weights: Array) -> Array:
+    """Return columns times no more weights, in their place: a second copy would be large."""
     for first in range(0, len(columns), ROWS_AT_ONCE):
         rows = columns[first : first + ROWS_AT_ONCE]
         rows[:, : weights.shape[1]] = rows @ weights
