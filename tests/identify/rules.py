@@ -142,7 +142,7 @@ EFFORT = (
     "refits.ITERATIONS_AT_ONCE", "refits.MOST_CONTINUATIONS",
     "refits.WORTHWHILE_PART", "refits.PROMISING",
     "starts.WORTHLESS", "starts.SECANTS", "starts.MOST_SOUNDED",
-    "free_terms.HATS", "free_terms.FINE", "rivals.RIVAL_ITERATIONS",
+    "free_terms.HATS", "free_terms.FINE", "free_terms.ROWS_AT_ONCE", "rivals.RIVAL_ITERATIONS",
     "law_between.SHARED_ITERATIONS", "scan.MOST_PAIRS", "refits.PARTNER_ITERATIONS",
     "rivals.TRIED", "rivals.PASSES", "rivals.STAND_IN_ITERATIONS",
     "refits.NOISE_PASSES", "refits.NOISE_ITERATIONS",
