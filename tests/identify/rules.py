@@ -112,6 +112,8 @@ RULES: dict[str, Rule] = {
     "stands beside": Rule("silence about a further effect beside a foreign law",
                           {"judgement.stands_beside": lambda *_: False},
                           ("law_form.LEFT",)),
+    "outshone beside": Rule("a further name for an unknown effect",
+                            {"law_form.OUTSHONE": ALL}),
     "in its place": Rule("a law's remainder taken for unknown",
                          {"law_form.REPRODUCED_IN_PLACE": 0.6}, ("law_form.REPRODUCED",)),
     "sole law": Rule("the same at the end", {"judgement.sole_laws": Always({})}),

@@ -16,8 +16,8 @@ from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 N = 2000
-LEAK, SHAPE, NULL, BEND = (
-    np.sin(2.0 * np.pi * (3 + k) * np.arange(N) / N) * np.sqrt(2.0 / N) for k in range(4)
+LEAK, SHAPE, NULL, BEND, SPRING = (
+    np.sin(2.0 * np.pi * (3 + k) * np.arange(N) / N) * np.sqrt(2.0 / N) for k in range(5)
 )
 """Sensitivities at right angles, each of length one: a leak, what another law of it leaves, ..."""
 
@@ -44,12 +44,16 @@ def candidate(name: str, fit: Fit, sensitivity: np.ndarray) -> Score:
     return score_of(COORDINATES[name], -50.0 * sensitivity, Projection(fit))
 
 
-def judged(*names: str) -> Round:
-    """Return a round after a leak of another law was named: it leaves 70, the null 22."""
-    fit = base(70.0 * SHAPE + 22.0 * NULL)
+def judged(spring: float, *names: str) -> Round:
+    """Return a round after a leak of another law was named.
+
+    It leaves 70, the null 22, something at the load `spring` standard deviations.
+    """
+    fit = base(70.0 * SHAPE + 22.0 * NULL + spring * SPRING)
     terms = [
         term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE),
         term(FLOW_B, "pressure b", fit, SHAPE),
+        term(LOAD, "velocity", fit, SPRING),
     ]
     sensitivities = {"null_bias": NULL, "external_leakage": OTHER_LEAK}
     found = Round(fit, [], [], terms)
@@ -75,12 +79,29 @@ def test_what_a_law_of_another_form_leaves_is_no_gain_beside_it() -> None:
     assert beside.candidate(candidate("external_leakage", fit, SHAPE)) == 0.0
 
 
+def test_a_term_that_says_what_a_law_leaves_explains_nothing_beside_it() -> None:
+    """The flow into a chamber shows what the leak leaves: once more, and not something else."""
+    fit = base(70.0 * SHAPE + 22.0 * NULL)
+    beside = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
+    assert beside.term(term(FLOW_B, "pressure b", fit, SHAPE)) == pytest.approx(0.0, abs=1e-6)
+    both = term(FLOW_B, "pressure b", fit, SHAPE + NULL, BEND)
+    assert beside.term(both) == pytest.approx(22.0**2)
+
+
 def test_a_second_effect_is_named_beside_a_law_that_does_not_fit() -> None:
     """The null is named, however much larger what the leak leaves, which another leak resembles."""
-    found = judged("external_leakage", "null_bias")
+    found = judged(0.0, "external_leakage", "null_bias")
     assert found.accepted
     assert found.trials[0].score.coordinate.name == "null_bias"
-    assert not judged("external_leakage").accepted
+    assert not judged(0.0, "external_leakage").accepted
+
+
+@pytest.mark.parametrize(("spring", "accepted"), [(30.0, True), (60.0, False)])
+def test_no_name_where_something_else_explains_far_more(spring: float, accepted: bool) -> None:
+    """Beside that law, too, an unknown term that explains seven times as much comes first."""
+    found = judged(spring, "null_bias")
+    assert found.accepted is accepted
+    assert found.unknown is not accepted
 
 
 def test_candidates_that_all_do_harm_are_in_order() -> None:

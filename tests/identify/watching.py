@@ -22,6 +22,7 @@ ASKED = {
     "evidence.SURPASSED": (*_PASSED, "evidence.Evidence.surpassing"),
     "evidence.CONTENDERS": _RANKED,
     "evidence.AS_GOOD": _RANKED,
+    "law_form.OUTSHONE": ("judgement.stands_beside",),
     "starts.SAME_EFFECT": ("starts._alike",),
     "judgement.OUTSHONE": ("search.judge",),
     "judgement.DIFFERENT": ("search.laws",),

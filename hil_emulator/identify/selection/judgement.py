@@ -9,16 +9,13 @@ from hil_emulator.identify.selection.certainty import standing
 from hil_emulator.identify.selection.evidence import SMALL_PART, Trial
 from hil_emulator.identify.selection.law_between import completions
 from hil_emulator.identify.selection.law_form import (
+    OUTSHONE,
     overshadowed,
     own_terms,
     sole_laws,
     stands_beside,
 )
 from hil_emulator.identify.selection.progress import Round, Search
-
-OUTSHONE = 3.0
-"""How many times as much as the best effect a free term may explain, chance set aside, for it to be
-the one (assumed; laws of another form stay below two)."""
 
 DIFFERENT = 0.05
 """Part of what the model would lose without an effect that a free shape of its law may still gain

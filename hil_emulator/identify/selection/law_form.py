@@ -32,6 +32,10 @@ PARSIMONIOUS = 0.7
 """Part of what a free shape of the law of an effect in the model would gain, that another effect
 must gain to be named in its place (assumed)."""
 
+OUTSHONE = 3.0
+"""How many times as much as the best effect a free term may explain, chance set aside, for it to be
+the one (assumed; laws of another form stay below two)."""
+
 LEFT = 1e-4
 """Part of its information that something must keep beside free terms to be told from them
 (assumed)."""
@@ -153,6 +157,15 @@ class ConditionalTest:
             return 0.0
         return float(own @ self._project.residual - mine @ self._rest) ** 2 / information
 
+    def term(self, term: DiscrepancyTerm) -> float:
+        """Return the gain in chi-square of a free term."""
+        columns = np.column_stack([self._project(c) for c in term.columns.T])
+        mine = self._basis.T @ (self._columns.T @ columns)
+        values, vectors = np.linalg.eigh(columns.T @ columns - mine.T @ mine)
+        there = values > LEFT * float(np.max(np.sum(np.square(columns), axis=0)))
+        gradient = columns.T @ self._project.residual - mine.T @ self._rest
+        return float(np.sum((vectors[:, there].T @ gradient) ** 2 / values[there]))
+
     def stands_out(self, score: Score, needed: float) -> bool:
         """Tell whether a candidate keeps enough of its gain, and enough for a name."""
         return self.candidate(score) > max(needed, GREATER_PART * score.statistic)
@@ -167,6 +180,9 @@ def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
 def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collection[str]) -> bool:
     """Put the best candidate first that stands out beside given laws; tell whether it is named.
 
+    For that it has to explain, beside them, what any other free term does; in the balance of such a
+    law, what that does.
+
     Args:
         found: a round.
         laws: terms of it that are laws of effects in the model.
@@ -177,7 +193,14 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
     there = ranked([t for t in found.trials if t.score.coordinate.name not in without
                     and beside.stands_out(t.score, found.needed)])  # fmt: skip
     found.trials = there + [t for t in found.trials if t not in there]
-    return bool(there) and there[0].evidence.passed
+    if not there or not there[0].evidence.passed:
+        return False
+    first = there[0]
+    most = OUTSHONE * beside.candidate(first.score)
+    rest = [beside.term(t) - t.limit for t in found.worthwhile if t not in laws]
+    # what acts where that law does may be a part of it
+    rest += [t.certain for t in laws if acts_in(first.score.coordinate, t.balance)]
+    return all(explained <= most for explained in rest)
 
 
 def _of_one_sensor(found: Round, term: DiscrepancyTerm) -> bool:
