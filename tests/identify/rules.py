@@ -79,6 +79,8 @@ RULES: dict[str, Rule] = {
     "held-out size": Rule("an effect of another size elsewhere",
                           {"evidence.CONFIRMED": -ALL}),
     "surpassed": Rule("a way out for ordinary parameters", {"evidence.SURPASSED": ALL}),
+    "not beside a hundredfold": Rule("naming what an inexact law leaves",
+                                     {"judgement.INEXACT": -ALL}),
     "outshone": Rule("a catalogue's name for an unknown effect", {"judgement.OUTSHONE": ALL}),
     "less noise": Rule("noise that is the gap itself", {"search.quietest": Always(None)},
                        ("refits.SETTLED",)),

@@ -89,6 +89,17 @@ def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_
     assert not found.accepted
 
 
+@pytest.mark.parametrize(("delta_chi2", "accepted"), [(90.0, False), (110.0, True)])
+def test_what_an_inexact_law_may_leave_gets_no_name(delta_chi2: float, accepted: bool) -> None:
+    """After an effect that gained 10 000, one that gains less than a hundredth is its remains."""
+    first, before = named("internal_leakage", 10_000.0, [])
+    before.accepted = True
+    found = named("position_friction", delta_chi2, [])[1]
+    found.accepted = False
+    judge(Search([], effects=[first.score.coordinate], rounds=[before, found]), found)
+    assert found.accepted is accepted
+
+
 def test_a_parameter_that_nobody_believes_is_an_objection() -> None:
     """Friction at 2.6 times its configured value, to make room for an effect, tells against it."""
     viscous = next(c for c in ordinary(knee_model()) if c.name == "viscous_friction")

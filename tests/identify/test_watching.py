@@ -25,15 +25,15 @@ def test_a_judgement_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     fit = Fit([], np.zeros(0), np.ones(10), np.zeros((10, 0)), 10.0)
     found = Round(fit, [], [], [])
     monkeypatch.setattr(search, "judge", _accepting)
-    with deciding(["outshone", "overshadowed"]) as rules:
+    with deciding(["not beside a hundredfold", "outshone"]) as rules:
         search.judge(Search([]), found)
     assert not found.accepted
-    assert rules == {"outshone"}
+    assert rules == {"not beside a hundredfold"}
 
 
 def _accepting(_: Search, found: Round) -> None:
     """Stand in for a judgement that hangs on one constant alone."""
-    found.accepted = judgement.OUTSHONE > 10.0
+    found.accepted = judgement.INEXACT < 0.0
 
 
 def test_a_function_decides_where_it_says_something_else() -> None:

@@ -24,6 +24,7 @@ ASKED = {
     "evidence.AS_GOOD": _RANKED,
     "law_form.OUTSHONE": ("judgement.stands_beside",),
     "starts.SAME_EFFECT": ("starts._alike",),
+    "judgement.INEXACT": ("search.judge",),
     "judgement.OUTSHONE": ("search.judge",),
     "judgement.DIFFERENT": ("search.laws",),
     "law_form.REPRODUCED_IN_PLACE": ("judgement.own_terms",),

@@ -17,6 +17,10 @@ from hil_emulator.identify.selection.law_form import (
 )
 from hil_emulator.identify.selection.progress import Round, Search
 
+INEXACT = 0.01
+"""Part of what an effect gained when it was named that a further one must gain (assumed): no law is
+so exact that less could not be what it leaves."""
+
 DIFFERENT = 0.05
 """Part of what the model would lose without an effect that a free shape of its law may still gain
 before its form differs (assumed)."""
@@ -31,10 +35,11 @@ TIED = 0.5
 def judge(search: Search, found: Round) -> None:
     """Accept the best candidate of a round, or say that none is justified.
 
-    Where a free term explains far more, none is. Where the law of an effect in the model explains
-    what remains better than any candidate does, only a candidate that gains beside a free shape of
-    that law is accepted; what a sensor reads over anything counts as such a shape of an error of
-    it. None is that only completes the law of one in the model.
+    Where a free term explains far more, none is, nor where an earlier effect explained a hundred
+    times as much. Where the law of an effect in the model explains what remains better than any
+    candidate does, only a candidate that gains beside a free shape of that law is accepted; what a
+    sensor reads over anything counts as such a shape of an error of it. None is that only completes
+    the law of one in the model.
     """
     completing = completions(search.selections, found.trials)
     found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
@@ -46,9 +51,15 @@ def judge(search: Search, found: Round) -> None:
     else:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
         found.accepted &= all(t.certain <= OUTSHONE * found.best for t in found.worthwhile)
+    found.accepted &= found.best > INEXACT * _named_for(search)
     found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
     search.between = {c.named: c for c in reversed(list(completing.values()))}
     found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
+
+
+def _named_for(search: Search) -> float:
+    """Return the most that an effect in the model gained when it was named."""
+    return max((trials[0].evidence.delta_chi2 for trials in search.selections), default=0.0)
 
 
 def laws(fitter: Fitter, search: Search) -> dict[str, str]:
