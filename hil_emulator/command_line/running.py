@@ -28,6 +28,7 @@ from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewP
 @click.option("--before", type=Duration(), default="5 s", help="How long before the trigger.")
 @click.option("--after", type=Duration(), default="1 s", help="How long after the trigger.")
 @click.option("--fault", "faults", multiple=True, help='TARGET KIND NAME=VALUE...; see "faults".')
+@click.option("--processes", type=click.IntRange(1), help="Of several actuators; default: cores.")
 @click.option("--port", type=click.IntRange(0, 65535), help="TCP port of the bus; 0: any free one.")
 @click.option("--control", type=click.IntRange(0, 65535), help="Port of the remote control (ctl).")
 @click.option("--panel", "panel", flag_value="full", help="Show it in a browser.")
@@ -39,6 +40,7 @@ def run(
     duration: float | None,
     record: tuple[Path, ...],
     faults: tuple[str, ...],
+    processes: int | None,
     **said: Any,
 ) -> None:
     """Run the emulator on its bus."""
@@ -49,7 +51,7 @@ def run(
 
     operation = command.operation(said.pop("port"), said.pop("control"), said.pop("panel"))
     capture = command.capture(**said)
-    command.run(files, bus, clock, duration, record, capture, faults, operation)
+    command.run(files, bus, clock, duration, record, capture, faults, operation, processes)
 
 
 @click.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value

@@ -5,6 +5,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Protocol
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.simulation.clock import Clock, FollowSync
@@ -23,6 +24,57 @@ _SLIP_NS = 100_000_000  # by which time has slipped further before it is told ag
 _BETWEEN_S = 0.01  # emulator time between two calls of what else there is to do
 
 
+class Teller(Protocol):
+    """Where a run tells how it is."""
+
+    live: bool
+    """whether a status line is wanted"""
+
+    def ready(self) -> None:
+        """Tell that the first frame is out."""
+        ...
+
+    def show(self, status: str) -> None:
+        """Show how it stands; never wait."""
+        ...
+
+    def warn(self, line: str) -> None:
+        """Tell what is to be remembered; never wait."""
+        ...
+
+    def end(self) -> None:
+        """Take the status line back."""
+        ...
+
+
+class Terminal:
+    """Tells the user's terminal, or the files in its place."""
+
+    def __init__(self) -> None:
+        self.live = sys.stderr.isatty()
+
+    def ready(self) -> None:
+        """Tell that the first frame is out."""
+        print(READY, flush=True)
+
+    def show(self, status: str) -> None:
+        """Rewrite the status line, unless the terminal would make the loop wait."""
+        if select.select([], [sys.stderr], [], 0)[1]:
+            sys.stderr.write(f"\r\x1b[K{status}")
+            sys.stderr.flush()
+
+    def warn(self, line: str) -> None:
+        """Write a line that stays, unless the terminal would make the loop wait."""
+        if select.select([], [sys.stderr], [], 0)[1]:
+            sys.stderr.write(f"\r\x1b[K{line}\n" if self.live else f"{line}\n")
+            sys.stderr.flush()
+
+    def end(self) -> None:
+        """Take the status line back."""
+        if self.live:
+            sys.stderr.write("\r\x1b[K")
+
+
 def keep_running(
     rig: Ticking,
     clock: Clock,
@@ -31,6 +83,7 @@ def keep_running(
     status: Callable[[], str],
     between: Callable[[], None] | None = None,
     stop_when_late: bool = False,
+    teller: Teller | None = None,
 ) -> None:
     """Run in slices until all ticks have passed; Ctrl-C and SIGTERM end it.
 
@@ -39,57 +92,43 @@ def keep_running(
         clock: when its ticks begin.
         ticks: how many there are.
         timing: takes down how punctual they were.
-        status: returns the line to show on a terminal.
+        status: returns the line to show where one is wanted.
         between: called every few ticks, where there is something else to do.
         stop_when_late: whether a tick that begins a whole period late ends the run.
+        teller: where it tells how it is; the terminal without any.
 
     Raises:
         UserError: for such a tick.
 
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    live = sys.stderr.isatty()
+    told = teller or Terminal()
     pause = _BETWEEN_S if between else _STATUS_S
     slice_ticks = max(1, round(pause * 1e9 / rig.tick_ns))
     shown, told_ns = 0.0, 0
     try:
         if not isinstance(clock, FollowSync):  # whose nodes boot before the first SYNC
             run(rig, clock, min(1, ticks), timing, stop_when_late)
-        print(READY, flush=True)
+        told.ready()
         while timing.ticks < ticks:
             run(rig, clock, min(slice_ticks, ticks - timing.ticks), timing, stop_when_late)
             if between:
                 between()
             if timing.slipped_ns >= told_ns + _SLIP_NS:
                 told_ns = timing.slipped_ns
-                _tell(f"warning   {behind(timing)}: this machine is too slow, or too busy", live)
-            if live and time.monotonic() - shown > _STATUS_S / 2:
+                told.warn(f"warning   {behind(timing)}: this machine is too slow, or too busy")
+            if told.live and time.monotonic() - shown > _STATUS_S / 2:
                 shown = time.monotonic()
-                _show(status())
+                told.show(status())
     except KeyboardInterrupt:
         pass
     finally:
-        if live:
-            sys.stderr.write("\r\x1b[K")
+        told.end()
 
 
 def behind(timing: Timing) -> str:
     """Return how far emulator time has fallen behind the wall."""
     return f"{timing.slipped_ns * 1e-9:.3f} s behind the wall"
-
-
-def _tell(line: str, live: bool) -> None:
-    """Write a line that stays, unless the terminal would make the loop wait."""
-    if select.select([], [sys.stderr], [], 0)[1]:
-        sys.stderr.write(f"\r\x1b[K{line}\n" if live else f"{line}\n")
-        sys.stderr.flush()
-
-
-def _show(line: str) -> None:
-    """Rewrite the status line, unless the terminal would make the loop wait."""
-    if select.select([], [sys.stderr], [], 0)[1]:
-        sys.stderr.write(f"\r\x1b[K{line}")
-        sys.stderr.flush()
 
 
 def traffic(buses: Sequence[Bus]) -> str:

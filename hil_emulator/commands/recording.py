@@ -44,21 +44,25 @@ def recorded(
 def machine_recorded(
     machine: Machine, settings: MachineSettings, files: Sequence[Path], capture: Capture | None
 ) -> Iterator[None]:
-    """Record every actuator of a machine; a capture waits for the signals of each by itself.
-
-    Raises:
-        UserError: if two actuators would write the same file.
-
-    """
-    names = [of_actuator(Path("run.rec"), a.name) for a in settings.actuators]
-    if files and len(set(names)) < len(names):
-        raise UserError("two actuators have names too alike for files of their own; rename one")
+    """Record every actuator of a machine; a capture waits for the signals of each by itself."""
     with ExitStack() as stack:
         for actuator in settings.actuators:
             own = [of_actuator(file, actuator.name) for file in files]
             rig = machine.rigs[actuator.name]
             stack.enter_context(recorded(rig, actuator.config, own, copy.deepcopy(capture)))
         yield
+
+
+def refuse_one_file_for_two(settings: MachineSettings, files: Sequence[Path]) -> None:
+    """Make sure that no two actuators would be recorded in the same file.
+
+    Raises:
+        UserError: if two would.
+
+    """
+    names = [of_actuator(Path("run.rec"), a.name) for a in settings.actuators]
+    if files and len(set(names)) < len(names):
+        raise UserError("two actuators have names too alike for files of their own; rename one")
 
 
 def of_actuator(file: Path, name: str) -> Path:

@@ -62,6 +62,7 @@ def run(
     capture: Capture | None = None,
     faults: Sequence[str] = (),
     operation: Operation = Operation(),
+    processes: int | None = None,
 ) -> None:
     """Run the emulator.
 
@@ -75,6 +76,7 @@ def run(
         capture: records only what is around a condition, where there is one.
         faults: what breaks, a line each; see `faults.fault.spoken` and `run_machine.placed`.
         operation: who may look into it and touch it.
+        processes: into how many several actuators are divided at most, see `run_machine`.
 
     Raises:
         UserError: for whatever the user can mend.
@@ -90,7 +92,7 @@ def run(
             raise UserError(
                 "--bus, --port, --control and --panel are for one actuator; run its own files"
             )
-        run_machine(settings, clock, duration, record, capture, faults)
+        run_machine(settings, clock, duration, record, capture, faults, processes)
         return
     broken = [spoken(line) for line in faults]
     config = settings.actuators[0].config
