@@ -11,16 +11,16 @@ from pathlib import Path
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.actuators import ActuatorSettings
 from hil_emulator.config.bus import WireSettings
-from hil_emulator.config.load import Configuration, load
+from hil_emulator.config.load import load
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import shipped
 from hil_emulator.simulation.machine import Machine, assemble_machine
 from hil_emulator.simulation.rig import FrameDoor
 
-_BUSES = ("left front", "right front", "left hind", "right hind")
+QUADRUPED = 8
 _PER_BUS = 2  # two actuators of four nodes: eight PDOs of up to eight bytes a millisecond
-_TICKS = 1_000  # lock-step ticks timed at once
+TICKS = 1_000  # lock-step ticks timed at once
 _REPEATS = 5
 _SYNC = Frame(0x080)
 _START_ALL = Frame(0x000, bytes([1, 0]))
@@ -52,24 +52,20 @@ class FleetSpeed:
 
 def measure_fleet(cache: Path) -> FleetSpeed:
     """Run a quadruped's actuators in lock-step, SYNC and set points included."""
-    config = load([shipped("configs/hyq_knee.toml"), shipped("configs/hyq_knee_separate.toml")])
-    with _machine(config, cache) as (machine, peers):
-        _exchange(peers, [])
-        machine.step()
-        _exchange(peers, [_START_ALL])
-        machine.step()
-        frames = [_SYNC, *_set_points(config)]
-        seconds, sent = min(_timed(machine, peers, frames) for _ in range(_REPEATS))
-        plants = min(_timed_plants(machine, config) for _ in range(_REPEATS))
+    settings = fleet(QUADRUPED)
+    with operational(settings, cache) as (machine, peers):
+        frames = commands(settings)
+        seconds, sent = min(timed_ticks(machine, peers, frames) for _ in range(_REPEATS))
+        plants = min(_timed_plants(machine, settings) for _ in range(_REPEATS))
         bus = next(iter(machine.rigs.values())).bus
         per_frame = min(_timed_bus(bus, peers) for _ in range(_REPEATS))
-    tick_us = seconds / _TICKS * 1e6
-    bus_us = per_frame * sent / _TICKS * 1e6
+    tick_us = seconds / TICKS * 1e6
+    bus_us = per_frame * sent / TICKS * 1e6
     plant_us = plants * 1e6
     return FleetSpeed(
         nodes=sum(len(rig.nodes) for rig in machine.rigs.values()),
-        pdos_per_ms=sent / _TICKS / len(_BUSES) / (machine.tick_ns * 1e-6),
-        lockstep_x=_TICKS * machine.tick_ns * 1e-9 / seconds,
+        pdos_per_ms=sent / TICKS / len(settings.buses) / (machine.tick_ns * 1e-6),
+        lockstep_x=TICKS * machine.tick_ns * 1e-9 / seconds,
         tick_us=tick_us,
         plant_us=plant_us,
         bus_us=bus_us,
@@ -77,32 +73,44 @@ def measure_fleet(cache: Path) -> FleetSpeed:
     )
 
 
-@contextmanager
-def _machine(config: Configuration, cache: Path) -> Iterator[tuple[Machine, list[Bus]]]:
-    """Yield the machine and a peer on each of its buses."""
+def fleet(count: int) -> MachineSettings:
+    """Return a machine of so many actuators, an even number, two on each bus."""
+    config = load([shipped("configs/hyq_knee.toml"), shipped("configs/hyq_knee_separate.toml")])
+    names = [f"bus {i}" for i in range(count // _PER_BUS)]
     actuators: list[ActuatorSettings] = []
-    for name, place in itertools.product(_BUSES, range(_PER_BUS)):
+    for name, place in itertools.product(names, range(_PER_BUS)):
         shifted = tuple(
             replace(node, id=node.id + place * len(config.nodes)) for node in config.nodes
         )
         own = replace(config, nodes=shifted, seed=config.seed + len(actuators))
         actuators.append(ActuatorSettings(f"{name} {place}", own, name))
-    settings = {n: {"interface": "virtual", "channel": f"bench {n}"} for n in _BUSES}
+    buses = {n: {"interface": "virtual", "channel": f"bench {n}"} for n in names}
+    return MachineSettings(tuple(actuators), buses, dict.fromkeys(names, WireSettings()))
+
+
+@contextmanager
+def operational(settings: MachineSettings, cache: Path) -> Iterator[tuple[Machine, list[Bus]]]:
+    """Yield the machine with all nodes started, and a peer on each of its buses."""
     with ExitStack() as stack:
-        buses = {name: stack.enter_context(Bus(table)) for name, table in settings.items()}
-        peers = [stack.enter_context(Bus(table)) for table in settings.values()]
-        machine = MachineSettings(tuple(actuators), settings, dict.fromkeys(_BUSES, WireSettings()))
-        yield assemble_machine(machine, buses, cache), peers
+        tables = settings.buses
+        buses = {name: stack.enter_context(Bus(table)) for name, table in tables.items()}
+        peers = [stack.enter_context(Bus(table)) for table in tables.values()]
+        machine = assemble_machine(settings, buses, cache)
+        exchange(peers, [])
+        machine.step()
+        exchange(peers, [_START_ALL])
+        machine.step()
+        yield machine, peers
 
 
-def _set_points(config: Configuration) -> list[Frame]:
-    """Return the set points of both valves on a bus: active, a tenth of the range."""
+def commands(settings: MachineSettings) -> list[Frame]:
+    """Return SYNC, and the set points of both valves on a bus: active, a tenth of the range."""
     data = struct.pack("<Hh", 0x0F, 1638)
-    valve = config.nodes[0].id
-    return [Frame(0x200 + valve + i * len(config.nodes), data) for i in range(_PER_BUS)]
+    valves = [a.config.nodes[0].id for a in settings.actuators[:_PER_BUS]]
+    return [_SYNC, *(Frame(0x200 + valve, data) for valve in valves)]
 
 
-def _exchange(peers: list[Bus], frames: list[Frame]) -> int:
+def exchange(peers: list[Bus], frames: list[Frame]) -> int:
     """Send frames on every bus and count what the emulator had sent."""
     count = 0
     for peer in peers:
@@ -112,23 +120,24 @@ def _exchange(peers: list[Bus], frames: list[Frame]) -> int:
     return count
 
 
-def _timed(machine: Machine, peers: list[Bus], frames: list[Frame]) -> tuple[float, int]:
-    """Return the time of many ticks [s] and the frames sent in them; the peers' work is not in."""
-    elapsed, sent = 0.0, -_exchange(peers, [])
-    for _ in range(_TICKS):
-        sent += _exchange(peers, frames)
+def timed_ticks(machine: Machine, peers: list[Bus], frames: list[Frame]) -> tuple[float, int]:
+    """Return the time of `TICKS` [s] and the frames sent in them; the peers' work is not in."""
+    elapsed, sent = 0.0, -exchange(peers, [])
+    for _ in range(TICKS):
+        sent += exchange(peers, frames)
         begin = time.perf_counter()
         machine.step()
         elapsed += time.perf_counter() - begin
-    return elapsed, sent + _exchange(peers, [])
+    return elapsed, sent + exchange(peers, [])
 
 
-def _timed_plants(machine: Machine, config: Configuration) -> float:
+def _timed_plants(machine: Machine, settings: MachineSettings) -> float:
     """Return the time in which all actuators are integrated over one tick [s]."""
+    steps = settings.actuators[0].config.steps
     begin = time.perf_counter()
     for _ in range(100):
         for rig in machine.rigs.values():
-            rig.plant.step(config.steps)
+            rig.plant.step(steps)
     return (time.perf_counter() - begin) / 100
 
 
@@ -139,5 +148,5 @@ def _timed_bus(bus: FrameDoor, peers: list[Bus]) -> float:
     for _ in range(100):
         bus.send(frames)
     seconds = (time.perf_counter() - begin) / 800
-    _exchange(peers, [])
+    exchange(peers, [])
     return seconds

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hil_emulator.bench.fleet import FleetSpeed, measure_fleet
+from hil_emulator.bench.fleet_on_cores import FleetOnCores, measure_on_cores
 from hil_emulator.bench.recording_cost import measure_recording
 from hil_emulator.bench.starting import StartCost, measure_start
 from hil_emulator.bench.with_client import ClientCost, measure_with_client
@@ -66,6 +67,7 @@ class Speeds:
         tcp_frames_per_s: frames a stock client in another process received through TCP.
         realtime: the measures that were in force under the wall clock.
         fleet: eight actuators on four buses, in lock-step.
+        fleet_on_cores: the same with a process for each core, and sixteen under the wall clock.
         start: from the command line to the first ticks.
         client: under the wall clock, with a client on TCP.
 
@@ -84,6 +86,7 @@ class Speeds:
     tcp_frames_per_s: float
     realtime: list[str]
     fleet: FleetSpeed
+    fleet_on_cores: FleetOnCores
     start: StartCost
     client: ClientCost
 
@@ -111,6 +114,7 @@ def measure(
         recording_us = measure_recording(config, rig)
         say("Eight actuators ...")
         fleet = measure_fleet(cache)
+        fleet_on_cores = measure_on_cores(cache, duration)
         say("TCP ...")
         tcp_rate = _tcp_rate()
         say(f"Wall clock, {duration:g} s ...")
@@ -132,6 +136,7 @@ def measure(
         tcp_frames_per_s=tcp_rate,
         realtime=[str(m) for m in measures],
         fleet=fleet,
+        fleet_on_cores=fleet_on_cores,
         start=start,
         client=client,
     )

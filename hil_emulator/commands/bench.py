@@ -111,6 +111,7 @@ def _system(p99_us: float | None) -> str:
 
 
 def _table(s: Speeds, duration: float) -> str:
+    cores = s.fleet_on_cores
     rows = [
         ("start of a run, empty cache [s]", f"{s.start.cold_s:.1f}"),
         ("start of a run [s]", f"{s.start.warm_s:.2f}"),
@@ -139,6 +140,12 @@ def _table(s: Speeds, duration: float) -> str:
             "their tick [us]",
             f"{s.fleet.tick_us:.0f}: plants {s.fleet.plant_us:.0f}, bus {s.fleet.bus_us:.0f}, "
             f"sensors and nodes {s.fleet.rest_us:.0f}",
+        ),
+        (f"the same in {cores.processes} processes", f"{cores.lockstep_x:.1f}"),
+        (
+            f"{cores.held} actuators under the wall clock, p99 [us]",
+            f"tick {cores.execution_us:.0f}, lateness {cores.lateness_us:.0f}; "
+            f"{cores.late} of {cores.ticks} a period late or more",
         ),
     ]
     table = text_table(("measured", "value"), rows)

@@ -1,0 +1,116 @@
+"""The same fleet on all cores, and twice as many actuators under the wall clock."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from hil_emulator.bench.fleet import (
+    QUADRUPED,
+    TICKS,
+    commands,
+    exchange,
+    fleet,
+    operational,
+    timed_ticks,
+)
+from hil_emulator.config.machine import MachineSettings
+from hil_emulator.platform.worker import Worker, usable_cores
+from hil_emulator.simulation import realtime
+from hil_emulator.simulation.clock import WallClock
+from hil_emulator.simulation.independent import parts
+from hil_emulator.simulation.loop import Timing, run
+
+_REPEATS = 5
+
+
+@dataclass(frozen=True)
+class FleetOnCores:
+    """What was measured with a process for each core.
+
+    Attributes:
+        processes: how many there were.
+        lockstep_x: emulated over elapsed time of eight actuators, that of the slowest process.
+        held: actuators under the wall clock.
+        lateness_us: p99 of how late their ticks began, in the process that was latest.
+        execution_us: p99 of how long they took there, likewise.
+        late: ticks that began a whole period late or more, of all processes.
+        ticks: of how many.
+
+    """
+
+    processes: int
+    lockstep_x: float
+    held: int
+    lateness_us: float
+    execution_us: float
+    late: int
+    ticks: int
+
+
+def measure_on_cores(cache: Path, duration: float) -> FleetOnCores:
+    """Run eight actuators in lock-step, and sixteen under the wall clock for `duration` [s]."""
+    cores = usable_cores()
+    quadruped, doubled = fleet(QUADRUPED), fleet(2 * QUADRUPED)
+    tick_s = quadruped.actuators[0].config.tick_ns * 1e-9
+    seconds = min(max(_at_once(quadruped, cores, _timed, cache)) for _ in range(_REPEATS))
+    held: list[Timing] = _at_once(doubled, cores, partial(_kept, duration), cache)
+    return FleetOnCores(
+        processes=len(parts(quadruped, cores)),
+        lockstep_x=TICKS * tick_s / seconds,
+        held=len(doubled.actuators),
+        lateness_us=max(t.lateness.percentile_us(0.99) for t in held),
+        execution_us=max(t.execution.percentile_us(0.99) for t in held),
+        late=sum(t.overruns for t in held),
+        ticks=sum(t.ticks for t in held),
+    )
+
+
+Work = Callable[[MachineSettings, Path, Callable[[], None]], Any]
+"""What is done with a part of the machine; it calls something when it is about to begin."""
+
+
+def _at_once(settings: MachineSettings, cores: int, work: Work, cache: Path) -> list[Any]:
+    """Return what each part's process has found; all begin together."""
+    workers = [Worker(partial(_tell, part, work, cache)) for part in parts(settings, cores)]
+    for worker in workers:
+        worker.line.recv()
+    for worker in workers:
+        worker.line.send("go")
+    return [_answer(worker) for worker in workers]
+
+
+def _answer(worker: Worker) -> Any:
+    answer = worker.line.recv()
+    worker.join()
+    return answer
+
+
+def _tell(part: MachineSettings, work: Work, cache: Path, line: Connection) -> None:
+    def begin() -> None:
+        line.send("ready")
+        line.recv()
+
+    line.send(work(part, cache, begin))
+
+
+def _timed(part: MachineSettings, cache: Path, begin: Callable[[], None]) -> float:
+    """Return the time of `TICKS` in lock-step [s]."""
+    with operational(part, cache) as (machine, peers):
+        begin()
+        return timed_ticks(machine, peers, commands(part))[0]
+
+
+def _kept(duration: float, part: MachineSettings, cache: Path, begin: Callable[[], None]) -> Timing:
+    """Return how punctual ticks were under the wall clock, with set points and SYNC in each."""
+    timing, frames = Timing(), commands(part)
+    with operational(part, cache) as (machine, peers):
+        realtime.apply()
+        begin()
+        clock, first_ns = WallClock(machine.tick_ns), machine.now_ns
+        while machine.now_ns - first_ns < duration * 1e9:
+            run(machine, clock, 1, timing)
+            exchange(peers, frames)
+    return timing
