@@ -40,7 +40,6 @@ def run(
     duration: float | None,
     record: tuple[Path, ...],
     faults: tuple[str, ...],
-    processes: int | None,
     **said: Any,
 ) -> None:
     """Run the emulator on its bus."""
@@ -49,9 +48,10 @@ def run(
     lean_start()
     from hil_emulator.commands import run as command
 
-    operation = command.operation(said.pop("port"), said.pop("control"), said.pop("panel"))
+    opened = [said.pop(name) for name in ("port", "control", "panel", "processes")]
+    operation = command.operation(*opened)
     capture = command.capture(**said)
-    command.run(files, bus, clock, duration, record, capture, faults, operation, processes)
+    command.run(files, bus, clock, duration, record, capture, faults, operation)
 
 
 @click.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value

@@ -39,18 +39,20 @@ from hil_emulator.wire.wire import TimedWire
 
 @dataclass(frozen=True)
 class Operation:
-    """Where a run listens: who may join it, look into it and touch it.
+    """How a run is operated: who may join it, look into it and touch it, and where it is computed.
 
     Attributes:
         port: TCP port of the bus, in place of the configured one; 0 takes any free one.
         control: TCP port of the remote control; off without one.
         panel: how the panel is opened; none without it.
+        processes: into how many several actuators are divided at most, see `run_machine`.
 
     """
 
     port: int | None = None
     control: int | None = None
     panel: PanelOptions | None = None
+    processes: int | None = None
 
 
 def run(
@@ -62,7 +64,6 @@ def run(
     capture: Capture | None = None,
     faults: Sequence[str] = (),
     operation: Operation = Operation(),
-    processes: int | None = None,
 ) -> None:
     """Run the emulator.
 
@@ -75,8 +76,7 @@ def run(
             each has its own, see `taping.of_actuator`.
         capture: records only what is around a condition, where there is one.
         faults: what breaks, a line each; see `faults.fault.spoken` and `run_machine.placed`.
-        operation: who may look into it and touch it.
-        processes: into how many several actuators are divided at most, see `run_machine`.
+        operation: how it is operated.
 
     Raises:
         UserError: for whatever the user can mend.
@@ -88,11 +88,11 @@ def run(
         check_file(file)
     settings = load_machine(files)
     if len(settings.actuators) > 1:
-        if bus or operation != Operation():
+        if bus or operation != Operation(processes=operation.processes):
             raise UserError(
                 "--bus, --port, --control and --panel are for one actuator; run its own files"
             )
-        run_machine(settings, clock, duration, record, capture, faults, processes)
+        run_machine(settings, clock, duration, record, capture, faults, operation.processes)
         return
     broken = [spoken(line) for line in faults]
     config = settings.actuators[0].config
@@ -197,13 +197,16 @@ def _control_server(port: int | None) -> Iterator[ControlServer | None]:
         control_server.close()
 
 
-def operation(port: int | None, control: int | None, panel: str | None) -> Operation:
+def operation(
+    port: int | None, control: int | None, panel: str | None, processes: int | None
+) -> Operation:
     """Return what the command line opens.
 
     Args:
         port: of the bus.
         control: port of the remote control.
         panel: "full", "view only", or nothing.
+        processes: see `Operation`.
 
     Raises:
         UserError: if what the panel needs is not installed.
@@ -211,7 +214,8 @@ def operation(port: int | None, control: int | None, panel: str | None) -> Opera
     """
     if panel:
         require_server()
-    return Operation(port, control, PanelOptions(panel == "view only") if panel else None)
+    opened = PanelOptions(panel == "view only") if panel else None
+    return Operation(port, control, opened, processes)
 
 
 def capture(trigger: str | None, before: float, after: float) -> Capture | None:

@@ -15,6 +15,12 @@ from hil_emulator.identify.prediction.predictor import Predictor
 TOLERATED = 2.0
 """Prior standard deviations within which an ordinary parameter is believed (assumed)."""
 
+HARDLY_TOLD = 1e-13
+"""Part of the best known direction's information below which rounding decides: 16 digits hold the
+sum of a thousand products to that."""
+
+_BLOCK = 1 << 16  # rows that are added up at once
+
 
 @dataclass
 class Fit:
@@ -56,9 +62,20 @@ class Fit:
         return replace(self, jacobian=self.jacobian.astype(np.float32))
 
     def covariance(self) -> Array:
-        """Return the covariance of the coordinates, priors included."""
-        information = self.jacobian.T @ self.jacobian + np.diag(prior_rows(self.coordinates) ** 2)
-        return np.asarray(np.linalg.pinv(information), dtype=np.float64)
+        """Return the covariance of the coordinates, priors included.
+
+        What data and priors hardly tell takes no part, so that rounding makes no variance negative.
+        """
+        information = np.diag(prior_rows(self.coordinates) ** 2)
+        for first in range(0, len(self.jacobian), _BLOCK):  # of a lean fit's, exact all the same
+            block = self.jacobian[first : first + _BLOCK].astype(np.float64)
+            information += block.T @ block
+        known = np.diag(information)
+        scale = 1.0 / np.sqrt(np.where(known > 0.0, known, 1.0))
+        values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
+        told = values > HARDLY_TOLD * values[-1] if len(values) else values > 0.0
+        root = scale[:, None] * vectors[:, told] / np.sqrt(values[told])
+        return np.asarray(root @ root.T)
 
 
 def prior_rows(coordinates: Sequence[Coordinate]) -> Array:
