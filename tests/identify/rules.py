@@ -72,8 +72,7 @@ class Always:
 
 RULES: dict[str, Rule] = {
     # whether a candidate explains enough
-    "gain": Rule("a name for chance", {"evidence.FALSE_ALARM": 1.0}),
-    "robust": Rule("a name for correlated noise", {"evidence.SMALLEST_WALD": -ALL}),
+    "chance": Rule("a name for chance, or for correlated noise", {"evidence.FALSE_ALARM": 1.0}),
     "held-out gain": Rule("a law that bends to its data",
                           {"evidence.SMALLEST_HELD_OUT": -ALL}),
     "held-out size": Rule("an effect of another size elsewhere",

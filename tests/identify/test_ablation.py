@@ -46,10 +46,10 @@ def test_a_rule_is_counted_by_the_answers_that_change_without_it() -> None:
     names = [c.name for c in cases]
     right = {c.name: Answer((Named(EFFECTS[next(iter(c.effects))].name),)) for c in cases}
     answers = {(name, WITH_ALL): answer for name, answer in right.items()}
-    answers[names[0], "gain"] = replace(right[names[0]], named=())
-    deciding = dict(zip(names, map(frozenset, (["gain"], ["gain"], [])), strict=True))
+    answers[names[0], "chance"] = replace(right[names[0]], named=())
+    deciding = dict(zip(names, map(frozenset, (["chance"], ["chance"], [])), strict=True))
     table = report(Kept(answers, deciding), {c.name: c for c in cases}).splitlines()
-    (line,) = [row for row in table if row.startswith("| gain |")]
+    (line,) = [row for row in table if row.startswith("| chance |")]
     assert "| 2 of 3 (0.21-0.94) | 1 of 2 (0.09-0.91) |" in line
     assert "2/2 → 1/2" in line
     assert table[-1].startswith("3 of 3 (0.44-1.00) cases right")
@@ -65,7 +65,7 @@ def test_a_case_is_asked_once_about_what_decides_nothing(
     which, file = case("none", 121), tmp_path / "ablation.jsonl"
     examine(which, [], file)
     assert len(asked) == 1
-    assert kept(file).deciding == {which.name: frozenset({"gain"})}  # which nobody can watch
+    assert kept(file).deciding == {which.name: frozenset({"chance"})}  # which nobody can watch
     for _ in "ab":
-        examine(which, ["gain", "robust"], file)
+        examine(which, ["chance", "held-out gain"], file)
         assert len(asked) == 2

@@ -32,9 +32,9 @@ def test_chance_names_nothing_however_many_are_asked_about(candidates: int) -> N
 
 
 def test_each_lack_is_an_objection() -> None:
-    """A small gain, a small Wald statistic, or held-out data that object, each bar a name."""
-    assert not evidence(delta_chi2=19.0).passed
-    assert not evidence(wald=8.0).passed
+    """A Wald statistic that chance gives one of all candidates, or held-out data, bar a name."""
+    assert evidence(wald=20.0).passed
+    assert not evidence(wald=19.0).passed
     assert not evidence(held_out=-3.0).passed
 
 

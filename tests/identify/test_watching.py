@@ -11,11 +11,11 @@ from tests.identify.rules import RULES, changed
 from tests.identify.watching import ASKED, deciding, same, watched
 
 
-@pytest.mark.parametrize(("wald", "decided"), [(20.0, set()), (10.0, {"robust"})])
-def test_a_bound_decides_where_it_is_the_only_objection(wald: float, decided: set[str]) -> None:
+@pytest.mark.parametrize(("held_out", "decided"), [(22.0, set()), (4.0, {"held-out gain"})])
+def test_a_bound_decides_where_it_is_the_only_objection(held_out: float, decided: set[str]) -> None:
     """Evidence that passes either way was not decided by the bound, nor by one that it meets."""
-    with deciding(["robust", "held-out gain"]) as found:
-        evidence = Evidence(100.0, wald, held_out=22.0, needed=12.0, expected=50.0)
+    with deciding(["held-out size", "held-out gain"]) as found:
+        evidence = Evidence(100.0, 20.0, held_out, needed=12.0, expected=8.0)
         assert evidence.passed == (not decided)
     assert found == decided
 

@@ -16,7 +16,6 @@ _PASSED = ("evidence.Evidence.passed",)
 _RANKED = ("refits.ranked", "law_form.ranked")
 
 ASKED = {
-    "evidence.SMALLEST_WALD": _PASSED,
     "evidence.SMALLEST_HELD_OUT": _PASSED,
     "evidence.CONFIRMED": _PASSED,
     "evidence.SURPASSED": (*_PASSED, "evidence.Evidence.surpassing"),

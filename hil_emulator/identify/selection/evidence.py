@@ -21,10 +21,7 @@ SMALL_PART = 0.1
 
 FALSE_ALARM = 1e-3
 """Probability that chance alone lets one of all candidates gain enough in a healthy machine
-(assumed; against serial correlation and wrong ordinary parameters there are other tests)."""
-
-SMALLEST_WALD = 16.0
-"""Healthy plants with coloured and threefold noise stay below 13."""
+(assumed; against wrong ordinary parameters there are other tests)."""
 
 SMALLEST_HELD_OUT = 5.0
 """Gain in chi-square on data that took no part in the fit."""
@@ -53,7 +50,7 @@ class Evidence:
         delta_chi2: gain in chi-square of the joint refit on the training data.
         wald: squared estimate over its variance, serial correlation counted.
         held_out: gain in chi-square on the validation data; NaN without any.
-        needed: gain that is needed.
+        needed: Wald statistic that is needed, see `needed_delta_chi2`.
         expected: gain on the validation data if the effect has the estimated size there too.
         hac_variance_factor: factor by which serial correlation widens a variance, from 1.
 
@@ -75,10 +72,8 @@ class Evidence:
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
         found = []
-        if self.delta_chi2 <= self.needed:
-            found.append(f"gain {self.delta_chi2:.0f} below {self.needed:.0f}")
-        if self.wald <= SMALLEST_WALD:
-            found.append(f"robust Wald statistic {self.wald:.1f} below {SMALLEST_WALD:.0f}")
+        if self.wald <= self.needed:
+            found.append(f"robust Wald statistic {self.wald:.1f} below {self.needed:.1f}")
         if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
         elif self.surpassing or self.held_out < self._least:
@@ -123,10 +118,11 @@ class Trial:
 
 
 def needed_delta_chi2(candidates: int) -> float:
-    """Return the gain in chi-square that a name needs, the best of so many candidates.
+    """Return what a name needs, the best of so many candidates: robust statistic, or plain gain.
 
-    What one candidate gains by chance is a squared normal variable; of many, each gets its part of
-    the probability of a false alarm (Bonferroni).
+    What one candidate gains by chance is a squared normal variable, and so is its Wald statistic
+    where the residuals are serially correlated; of many, each gets its part of the probability of a
+    false alarm (Bonferroni).
     """
     return NormalDist().inv_cdf(1.0 - 0.5 * FALSE_ALARM / max(candidates, 1)) ** 2
 

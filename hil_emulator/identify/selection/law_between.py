@@ -16,7 +16,6 @@ from hil_emulator.identify.selection.evidence import (
     GREATER_PART,
     SMALL_PART,
     SMALLEST_HELD_OUT,
-    SMALLEST_WALD,
     Trial,
     hac_variance_factor,
 )
@@ -85,7 +84,7 @@ def between(
             continue
         both = _shared(fitter, base, name, weighed(first, rival))
         part = (base.chi2 - both.chi2) / first.trials[0].evidence.delta_chi2
-        if part < SMALL_PART and _certain(fitter, base, both, held):
+        if part < SMALL_PART and _certain(fitter, base, both, held, search.rounds[-1].needed):
             found.setdefault(name, Completion(name, rival, part))
     return found
 
@@ -119,13 +118,15 @@ def _shared(fitter: Fitter, base: Fit, name: str, rival: StandIn) -> Fit:
     return fitter.fit([*base.coordinates, *own], at, SHARED_ITERATIONS)
 
 
-def _certain(fitter: Fitter, base: Fit, both: Fit, held_out: Callable[[], Batch | None]) -> bool:
+def _certain(
+    fitter: Fitter, base: Fit, both: Fit, held_out: Callable[[], Batch | None], needed: float
+) -> bool:
     """Tell whether both explain more than one, beyond chance and on data that took no part."""
     delta_chi2 = base.chi2 - both.chi2
     widened = hac_variance_factor(
         base.residual - both.residual, both.residual, fitter.correlation_length
     )
-    if delta_chi2 < SMALLEST_WALD * widened:
+    if delta_chi2 < needed * widened:
         return False
     held = held_out()
     if held is None:
