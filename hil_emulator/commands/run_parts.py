@@ -4,7 +4,7 @@ import io
 import signal
 import sys
 from collections.abc import Sequence
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from functools import partial
 from multiprocessing.connection import Connection, wait
 
@@ -50,6 +50,7 @@ class Foreman:
         self._workers = [Worker(partial(_work, part, order)) for part in parts]
         self._open = {worker.line: i for i, worker in enumerate(self._workers)}
         self._terminal = Terminal()
+        self._banners = [""] * len(parts)
         self._said = [""] * len(parts)
         self._ready = 0
         self._status = [""] * len(parts)
@@ -75,14 +76,14 @@ class Foreman:
         """Print how each part went; raise the first error."""
         for worker in self._workers:
             worker.join()
-        self._print()
+        self._print(self._said)
         if self._errors:
             raise self._errors[0]
 
     def _hear(self, line: Connection, i: int) -> None:
         try:
             kind, content = line.recv()
-        except EOFError:
+        except (EOFError, OSError):
             del self._open[line]
             if not self._stopped:
                 self._fail(UserError(f"the process of {self._names[i]} has ended by itself"))
@@ -106,18 +107,18 @@ class Foreman:
                     self._fail(error)
 
     def _assembled(self, i: int, banner: str) -> None:
-        self._said[i] = banner
-        if all(self._said):
-            self._print()
+        self._banners[i] = banner
+        if all(self._banners):
+            self._print(self._banners)
             click.echo("Ctrl-C ends.")
-            self._said = [""] * len(self._said)
             for worker in self._workers:
-                worker.line.send(GO)
+                with suppress(OSError):  # one that has gone is missed when it is heard
+                    worker.line.send(GO)
 
-    def _print(self) -> None:
-        for names, said in zip(self._names, self._said, strict=True):
-            if said:
-                click.echo(f"process   {names}\n{said}", nl=False)
+    def _print(self, texts: Sequence[str]) -> None:
+        for names, text in zip(self._names, texts, strict=True):
+            if text:
+                click.echo(f"process   {names}\n{text}", nl=False)
 
     def _fail(self, error: UserError) -> None:
         self._errors.append(error)

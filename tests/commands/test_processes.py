@@ -115,6 +115,7 @@ def test_a_part_that_cannot_begin_ends_all_with_one_message(pair: Path) -> None:
     assert result.returncode == 2
     assert str(port) in result.stderr
     assert "Traceback" not in result.stderr
+    assert "process" not in result.stdout
     assert len(result.stderr.strip().splitlines()) == 1
 
 
