@@ -63,8 +63,9 @@ class Answer:
 
     @property
     def flagged(self) -> bool:
-        """Whether it says that some law is not the catalogue's."""
-        return bool(self.unknown) or any(n.form_differs for n in self.named)
+        """Whether it says that some law is not the catalogue's, or that it cannot tell."""
+        open_ = self.verdict == "cannot_tell" or bool(self.unknown)
+        return open_ or any(n.form_differs for n in self.named)
 
     def to_dict(self) -> dict[str, Any]:
         """Return it for a file."""

@@ -79,8 +79,8 @@ RULES: dict[str, Rule] = {
                           {"evidence.CONFIRMED": -ALL}),
     "surpassed": Rule("a way out for ordinary parameters", {"evidence.SURPASSED": ALL}),
     "not beside a hundredfold": Rule("naming what an inexact law leaves",
-                                     {"judgement.INEXACT": -ALL}),
-    "outshone": Rule("a catalogue's name for an unknown effect", {"judgement.OUTSHONE": ALL}),
+                                     {"law_form.INEXACT": -ALL}),
+    "outshone": Rule("a catalogue's name for an unknown effect", {"law_form.OUTSHONE": ALL}),
     "less noise": Rule("noise that is the gap itself", {"search.quietest": Always(None)},
                        ("refits.SETTLED",)),
     # which candidate comes first
@@ -104,28 +104,27 @@ RULES: dict[str, Rule] = {
     "pushed": Rule("a refit that stopped at a kink",
                    {"refits.CandidateRefits._pushed": _as_it_is}),
     # what belongs to the law of an effect in the model
-    "completing": Rule("a second name for one law", {"judgement.completions": Always({})}),
+    "completing": Rule("a second name for one law", {"law_form.completions": Always({})}),
     "overshadowed": Rule("a further name for what a law leaves",
-                         {"judgement.overshadowed": Always(False)},
+                         {"law_form.overshadowed": Always(False)},
                          ("law_form.PARSIMONIOUS",)),
     "one sensor": Rule("two errors of one sensor for one",
                        {"law_form._of_one_sensor": Always(False)}),
     "stands beside": Rule("silence about a further effect beside a foreign law",
-                          {"judgement.stands_beside": lambda *_: False},
+                          {"law_form.stands_beside": lambda *_: False},
                           ("law_form.LEFT",)),
-    "outshone beside": Rule("a further name for an unknown effect",
-                            {"law_form.OUTSHONE": ALL}),
     "in its place": Rule("a law's remainder taken for unknown",
                          {"law_form.REPRODUCED_IN_PLACE": 0.6}, ("law_form.REPRODUCED",)),
-    "sole law": Rule("the same at the end", {"judgement.sole_laws": Always({})}),
-    # whether the law of what was named fits
-    "differs": Rule("a foreign law passed off as the catalogue's", {"judgement.DIFFERENT": ALL}),
-    "outdone": Rule("the same, seen when it was named", {"search.outdone": Always("")}),
-    "strained": Rule("the same, seen by a parameter", {"judgement.STRAINED": ALL},
-                     ("judgement.TIED",)),
+    # whether the law of what was named fits, and what remains
+    "other law": Rule("a foreign law passed off as the catalogue's",
+                      {"discrepancies.DIFFERENT": ALL},
+                      ("discrepancies.OTHER_LAW", "discrepancies.OWN_SIZES")),
     "between": Rule("one of two laws for what lies between", {"search.between": Always({})},
                     ("law_between.RIVAL_SHARE",)),
-    "noticeable": Rule("a word on ripple that every machine has", {"progress.NOTICEABLE": 0.0}),
+    "noticeable": Rule("a word on ripple that every machine has",
+                       {"progress.NOTICEABLE": 0.0, "discrepancies.NOTICEABLE": 0.0},
+                       ("discrepancies.UNKNOWN", "discrepancies.SHARES", "discrepancies.RIPPLE",
+                        "discrepancies.SMOOTH")),
     # what is taken back
     "faint": Rule("a name for ripple", {"search.faint": Always([])}, ("certainty.FAINT",)),
     "re-examined": Rule("an early name that a later one explains",
@@ -145,7 +144,8 @@ EFFORT = (
     "refits.ITERATIONS_AT_ONCE", "refits.MOST_CONTINUATIONS",
     "refits.WORTHWHILE_PART", "refits.PROMISING",
     "starts.WORTHLESS", "starts.SECANTS", "starts.MOST_SOUNDED",
-    "free_terms.HATS", "free_terms.FINE", "free_terms.ROWS_AT_ONCE", "rivals.RIVAL_ITERATIONS",
+    "free_terms.ROWS_AT_ONCE", "discrepancies.MOST_DISCREPANCIES", "progress.MOST_SHOWN",
+    "rivals.RIVAL_ITERATIONS",
     "law_between.SHARED_ITERATIONS", "scan.MOST_PAIRS", "refits.PARTNER_ITERATIONS",
     "rivals.TRIED", "rivals.PASSES", "rivals.STAND_IN_ITERATIONS",
     "refits.NOISE_PASSES", "refits.NOISE_ITERATIONS",
@@ -154,7 +154,8 @@ EFFORT = (
 )  # fmt: skip
 """Constants that decide nothing: how long is computed, how finely, and how much is kept."""
 
-LEVELS = ("certainty.NORMAL_95", "evidence.GREATER_PART", "evidence.SMALL_PART")
+LEVELS = ("certainty.NORMAL_95", "certainty.STRAINED", "evidence.GREATER_PART",
+          "evidence.SMALL_PART")  # fmt: skip
 """Constants that several rules share: quantiles of a known distribution, and parts of a whole."""
 
 

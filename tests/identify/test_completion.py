@@ -6,8 +6,8 @@ import pytest
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.judgement import judge
 from hil_emulator.identify.selection.law_between import completions
+from hil_emulator.identify.selection.law_form import judge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_model

@@ -8,8 +8,7 @@ from hil_emulator.identify.prediction.balances import FLOW_B, LEAKAGE, LOAD, Bal
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.evidence import Evidence, Trial, ranked
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
-from hil_emulator.identify.selection.judgement import judge
-from hil_emulator.identify.selection.law_form import ConditionalTest
+from hil_emulator.identify.selection.law_form import ConditionalTest, judge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
 from tests.identify.rig_data import INSTRUMENTS, knee_model

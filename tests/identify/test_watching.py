@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.selection import judgement, search
+from hil_emulator.identify.selection import law_form, search
 from hil_emulator.identify.selection.evidence import Evidence
 from hil_emulator.identify.selection.progress import Round, Search
 from tests.identify.rules import RULES, changed
@@ -33,7 +33,7 @@ def test_a_judgement_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _accepting(_: Search, found: Round) -> None:
     """Stand in for a judgement that hangs on one constant alone."""
-    found.accepted = judgement.INEXACT < 0.0
+    found.accepted = law_form.INEXACT < 0.0
 
 
 def test_a_function_decides_where_it_says_something_else() -> None:

@@ -21,14 +21,13 @@ ASKED = {
     "evidence.SURPASSED": (*_PASSED, "evidence.Evidence.surpassing"),
     "evidence.CONTENDERS": _RANKED,
     "evidence.AS_GOOD": _RANKED,
-    "law_form.OUTSHONE": ("judgement.stands_beside",),
+    "law_form.OUTSHONE": ("search.judge",),
     "starts.SAME_EFFECT": ("starts._alike",),
-    "judgement.INEXACT": ("search.judge",),
-    "judgement.OUTSHONE": ("search.judge",),
-    "judgement.DIFFERENT": ("search.laws",),
-    "law_form.REPRODUCED_IN_PLACE": ("judgement.own_terms",),
-    "judgement.STRAINED": ("judgement.strained", "conclusion.slow_logger.hardly_believed"),
+    "law_form.INEXACT": ("search.judge",),
+    "law_form.REPRODUCED_IN_PLACE": ("law_form.own_terms",),
+    "discrepancies.DIFFERENT": ("discrepancies.Discrepancies.other_laws",),
     "progress.NOTICEABLE": ("progress.Round.worthwhile",),
+    "discrepancies.NOTICEABLE": ("discrepancies.Discrepancies.unknown",),
 }
 """Functions and properties whose answers are all that a constant decides, by its name."""
 

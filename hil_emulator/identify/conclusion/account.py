@@ -58,7 +58,7 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
     if after.effective is not None:
         result.repeats = repeatability(predictor, compared.after["training"])
     if result.unknown:
-        _say_more(searcher, last, result)
+        _say_more(searcher, search, result)
     try:
         _illustrate(searcher, search, compared, result)
     except FAILURES as error:
@@ -78,13 +78,14 @@ def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: 
         result.maps.append(drawn)
 
 
-def _say_more(searcher: Searcher, last: Round, result: Result) -> None:
+def _say_more(searcher: Searcher, search: Search, result: Result) -> None:
     """Describe unexplained terms; where no effect was named, make one of the strongest.
 
     Beside named effects a term is what their laws leave, and rarely worth a table.
     """
     predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
-    known = {(t.balance.name, t.regressor): t for t in last.terms}
+    last = search.rounds[-1]
+    known = {(t.balance.name, t.regressor): t for t in search.unexplained}
     for i, unexplained in enumerate(result.unknown):
         term = known[unexplained.balance, unexplained.regressor]
         curve = simplest(last.base, term)

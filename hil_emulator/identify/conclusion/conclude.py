@@ -13,12 +13,18 @@ from hil_emulator.identify.conclusion.findings import (
     in_words,
 )
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.experiment_design.contrast import contrast
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.certainty import NORMAL_95, discrepancy_uncertainty, interval
+from hil_emulator.identify.selection.certainty import (
+    NORMAL_95,
+    discrepancy_uncertainty,
+    hardly_believed,
+    interval,
+    not_by_chance,
+)
 from hil_emulator.identify.selection.evidence import Trial
-from hil_emulator.identify.selection.judgement import hardly_believed
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.rivals import MOST_TOLD, confirmed, near_rivals, weighed
 from hil_emulator.identify.selection.search import Searcher
@@ -42,17 +48,14 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     findings = [_found(searcher, search, c) for c in search.effects]
     parts = account.shares(searcher, search)
     findings = [_with_share(f, parts.get(f.name, 0.0)) for f in findings]
-    last = search.rounds[-1]
-    unknown = []
-    if last.unknown:
-        unknown = [
-            Unexplained(
-                t.balance.name, t.regressor, t.balance.unit, tuple(t.knots.tolist()),
-                tuple(t.curve.tolist()), in_words(t.regressor, t.knots, t.curve, t.balance.unit),
-                t.statistic,
-            )
-            for t in [t for t in last.terms[:3] if t.significant]
-        ]  # fmt: skip
+    unknown = [
+        Unexplained(
+            t.balance.name, t.regressor, t.balance.unit, tuple(t.knots.tolist()),
+            tuple(t.curve.tolist()), in_words(t.regressor, t.knots, t.curve, t.balance.unit),
+            t.statistic,
+        )
+        for t in search.unexplained
+    ]  # fmt: skip
     unseen = [s.coordinate.name for s in search.rounds[0].scores if not s.visible]
     result = Result("nothing_missing", _explained(search))
     result.effects, result.unknown, result.search = findings, unknown, search
@@ -64,7 +67,11 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         result.verdict = "unknown_effect"
         u = unknown[0]
         result.reason = f"something acts on the {u.balance}, depending on {u.regressor}: {u.shape}"
-        result.reason += f"; nearest in the catalogue: {search.nearest}" if search.nearest else ""
+        result.reason += _nearest(search)
+    elif far := not_by_chance(_last_fit(search)):
+        result.verdict = "cannot_tell"
+        result.reason = f"either {' and '.join(far)}, or that stands in for something missing"
+        result.reason += _nearest(search)
     result.nearest = search.nearest
     ambiguous = [f for f in findings if f.group]
     if ambiguous:
@@ -90,10 +97,18 @@ def _advice(searcher: Searcher, finding: Finding) -> str:
 def _explained(search: Search) -> str:
     """Say that nothing is missing, and what has to be believed for it."""
     reason = "the model explains the data within their noise"
-    far = hardly_believed(search.final or search.rounds[-1].base)
+    far = hardly_believed(_last_fit(search))
     if not far:
         return reason
     return f"{reason} if {' and '.join(far)}: check that before you trust it"
+
+
+def _nearest(search: Search) -> str:
+    return f"; nearest in the catalogue: {search.nearest}" if search.nearest else ""
+
+
+def _last_fit(search: Search) -> Fit:
+    return search.final or search.rounds[-1].base
 
 
 def _measure(searcher: Searcher, search: Search, result: Result) -> None:

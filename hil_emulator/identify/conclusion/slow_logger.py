@@ -6,7 +6,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.estimation.set_point_course import DEAD_TIME, Answer
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
-from hil_emulator.identify.selection.judgement import hardly_believed
+from hil_emulator.identify.selection.certainty import hardly_believed
 
 ADVICE = "log valve_current at the rate at which it is set"
 

@@ -188,6 +188,18 @@ class Fitter:
         columns = list(self.columns(wanted, base))
         return np.column_stack(columns) if columns else np.zeros((len(base), 0))
 
+    def elsewhere(
+        self, coordinates: Sequence[Coordinate], at: Array, batch: Batch
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """Return the residual of other experiments at a point, and its derivative."""
+        wanted = [Derivative(coordinates, at, i) for i in range(len(coordinates))]
+        steps = [self._steps.of(w) for w in wanted]
+        points = [w.moved(step) for w, step in zip(wanted, steps, strict=True)]
+        base, *moved = batch.residuals([self._memory(coordinates, p) for p in (at, *points)])
+        columns = [(r - base) / step if step else np.zeros_like(base)
+                   for r, step in zip(moved, steps, strict=True)]  # fmt: skip
+        return base, np.column_stack(columns) if columns else np.zeros((len(base), 0))
+
     def fit(
         self, coordinates: Sequence[Coordinate], start: Array, rounds: int = 3,
         jacobian: Array | None = None,

@@ -15,11 +15,15 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.selection.evidence import needed_delta_chi2
 from hil_emulator.identify.selection.progress import Search
 
 FAINT = 0.005
 """Share of the innovations' variance below which an effect needs a law that fits and a value that
 differs from none (assumed)."""
+
+STRAINED = 2.5
+"""Prior standard deviations that a data sheet is believed to be off by at most (assumed)."""
 
 NORMAL_95 = 1.96
 """Standard deviations to either end of a 95 % interval."""
@@ -119,3 +123,24 @@ def _may_be_none(search: Search, name: str) -> bool:
     fit = search.rounds[-1].base
     at = fit.at[[c.name for c in fit.coordinates].index(name)]
     return bool(abs(at) < NORMAL_95 * deviation(search, fit, name))
+
+
+def hardly_believed(fit: Fit, deviations: float = STRAINED) -> list[str]:
+    """Return the ordinary parameters that are far from what is configured, each in words.
+
+    Args:
+        fit: the finished model.
+        deviations: prior standard deviations that are far.
+
+    """
+    return [
+        f"{c.name} is {float(c.value(float(at))) / c.neutral:.2g} times its configured value"
+        for c, at in zip(fit.coordinates, fit.at, strict=True)
+        if np.isfinite(c.prior) and c.neutral and abs(at) > deviations * c.prior
+    ]
+
+
+def not_by_chance(fit: Fit) -> list[str]:
+    """Return the ordinary parameters that are farther off than any of them is by chance."""
+    ordinary = sum(np.isfinite(c.prior) for c in fit.coordinates)
+    return hardly_believed(fit, math.sqrt(needed_delta_chi2(int(ordinary))))

@@ -5,22 +5,17 @@ balance along the filtered trajectory. One that explains much more than the best
 says that the law is another one, or that the effect is unknown.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import PISTON, TERMS, Balance
+from hil_emulator.identify.prediction.balances import Balance
+from hil_emulator.identify.prediction.free_shapes import hats, shapes_along
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.scan import Projection
-
-HATS = 6
-"""Hat functions of a term."""
-
-FINE = 24
-"""The same over the place along the stroke: a tight spot is as long as a seal."""
 
 ROWS_AT_ONCE = 4096
 """Rows of a term's columns that are combined at once."""
@@ -76,24 +71,10 @@ class DiscrepancyTerm:
         return self.statistic - self.limit
 
 
-def hats(values: Array, knots: Array) -> Array:
-    """Return hat functions of `values` on `knots`, shape (samples, knots)."""
-    clipped = np.clip(values, knots[0], knots[-1])
-    return np.column_stack([np.interp(clipped, knots, row) for row in np.eye(len(knots))])
-
-
-def _knots(values: Array, count: int) -> Array | None:
-    """Return knots at the quantiles of a regressor; None for one that stands still."""
-    spread = np.quantile(values, np.linspace(0.01, 0.99, count))
-    if spread[-1] - spread[0] < 1e-12:
-        return None
-    even = np.linspace(spread[0], spread[-1], count)
-    return np.asarray(0.5 * (spread + even))
-
-
 def score_terms(
-    fitter: Fitter, coordinates: Sequence[Coordinate], at: Array, project: Projection, seed: int = 0
-) -> list[DiscrepancyTerm]:
+    fitter: Fitter, coordinates: Sequence[Coordinate], at: Array, project: Projection,
+    seed: int = 0, only: Collection[str] | None = None,
+) -> list[DiscrepancyTerm]:  # fmt: skip
     """Return what every term explains, best first.
 
     Args:
@@ -102,6 +83,7 @@ def score_terms(
         at: where it ended.
         project: takes out what the free parameters explain.
         seed: of the random signs that give the limits.
+        only: titles of those that are asked about; None for all.
 
     """
     model = fitter.predictor.model
@@ -109,22 +91,20 @@ def score_terms(
     tracks = [fitter.predictor.innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
     predictor = fitter.predictor
     values = [predictor.regressors(f, t) for f, t in zip(fitter.frozen, tracks, strict=True)]
-    wanted = [t for t in TERMS if t[0] in predictor.balances]
     found: list[DiscrepancyTerm] = []
-    for balance, regressor in wanted:
-        count = FINE if balance is PISTON and regressor.startswith("position") else HATS
-        knots = _knots(np.concatenate([v[regressor] for v in values]), count)
-        if knots is None:
+    for shape in shapes_along(predictor, values):
+        balance, regressor, knots = shape.balance, shape.regressor, shape.knots
+        if only is not None and shape.title not in only:
             continue
         along = [hats(v[regressor], knots) for v in values]
         rows = len(project.residual) - len(coordinates)
-        columns: Array = np.empty((rows, count), dtype=np.float32)
-        for i in range(count):
+        columns: Array = np.empty((rows, len(knots)), dtype=np.float32)
+        for i in range(len(knots)):
             columns[:, i] = _column(fitter, balance, along, i)
         found.append(
             _score(balance, regressor, knots, columns, project, seed, fitter.correlation_length)
         )
-        found = _slim(found)
+        found = _slim(found) if only is None else found
     return sorted(found, key=_short)
 
 

@@ -19,7 +19,8 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.selection.evidence import GREATER_PART, ranked
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
-from hil_emulator.identify.selection.progress import Round
+from hil_emulator.identify.selection.law_between import completions
+from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, Score
 
 REPRODUCED = 0.6
@@ -35,6 +36,10 @@ must gain to be named in its place (assumed)."""
 OUTSHONE = 3.0
 """How many times as much as the best effect a free term may explain, chance set aside, for it to be
 the one (assumed; laws of another form stay below two)."""
+
+INEXACT = 0.01
+"""Part of what an effect gained when it was named that a further one must gain (assumed): no law is
+so exact that less could not be what it leaves."""
 
 LEFT = 1e-4
 """Part of its information that something must keep beside free terms to be told from them
@@ -74,23 +79,6 @@ def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
             if share > max(least, owners.get(term.title, (0.0, ""))[0]):
                 owners[term.title] = (share, effect)
     return {title: effect for title, (_, effect) in owners.items()}
-
-
-def sole_laws(
-    fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
-) -> dict[str, str]:  # fmt: skip
-    """Return, by term, the only effect in the term's balance, if its law has the term's regressor.
-
-    However little the term resembles what the effect did: what remains there over what the law
-    depends on is of the law.
-    """
-    chosen = [c for c in fit.coordinates if c.name in set(effects)]
-    found = {}
-    for term in terms:
-        acting = [c for c in chosen if acts_in(c, term.balance)]
-        if len(acting) == 1 and depends_on(acting[0], term.regressor):
-            found[term.title] = acting[0].name
-    return found
 
 
 def directions(columns: Array) -> Array:
@@ -207,3 +195,33 @@ def _of_one_sensor(found: Round, term: DiscrepancyTerm) -> bool:
     """Tell whether the best candidate is another error of the sensor that a term is about."""
     channel = found.trials[0].score.coordinate.channel if found.trials else ""
     return bool(channel) and channel == term.balance.channel
+
+
+def judge(search: Search, found: Round) -> None:
+    """Accept the best candidate of a round, or say that none is justified.
+
+    Where a free term explains far more, none is, nor where an earlier effect explained a hundred
+    times as much. Where the law of an effect in the model explains what remains better than any
+    candidate does, only a candidate that gains beside a free shape of that law is accepted; what a
+    sensor reads over anything counts as such a shape of an error of it. None is that only completes
+    the law of one in the model.
+    """
+    completing = completions(search.selections, found.trials)
+    found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
+    owners = own_terms(found.base, [c.name for c in search.effects], found.significant)
+    sensors = {c.channel for c in search.effects if c.channel}
+    own = [t for t in found.significant if t.title in owners or t.balance.channel in sensors]
+    if overshadowed(found, own):
+        found.accepted = stands_beside(found, own, completing)
+    else:
+        found.accepted = bool(found.trials) and found.trials[0].evidence.passed
+        found.accepted &= all(t.certain <= OUTSHONE * found.best for t in found.worthwhile)
+    found.accepted &= found.best > INEXACT * _named_for(search)
+    found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
+    search.between = {c.named: c for c in reversed(list(completing.values()))}
+    found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
+
+
+def _named_for(search: Search) -> float:
+    """Return the most that an effect in the model gained when it was named."""
+    return max((trials[0].evidence.delta_chi2 for trials in search.selections), default=0.0)

@@ -7,15 +7,19 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.free_shapes import HATS
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Trial, needed_delta_chi2
-from hil_emulator.identify.selection.free_terms import HATS, DiscrepancyTerm
+from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.scan import Score
 
 NOTICEABLE = 0.01
 """Share of the innovations' variance, chance set aside, below which an unexplained term is not
 worth a word: ripple of friction and supply, which every machine has, is there and significant
 (assumed). A term of many hat functions follows it, and needs in proportion more."""
+
+MOST_SHOWN = 3
+"""Most terms that are shown of what is unknown."""
 
 StandIn = tuple[list[Coordinate], Array]
 """What a rival brings along into a model, its knob last, and where that ends."""
@@ -84,6 +88,11 @@ class Round:
         least = NOTICEABLE * self.base.sample_size
         return [t for t in self.significant if t.surplus > least * len(t.knots) / HATS]
 
+    @property
+    def strongest(self) -> list[DiscrepancyTerm]:
+        """The first terms, if something unknown remains."""
+        return [t for t in self.terms[:MOST_SHOWN] if t.significant] if self.unknown else []
+
 
 @dataclass(frozen=True)
 class Completion:
@@ -116,10 +125,9 @@ class Search:
         at: coordinates of all of them, in this order.
         rounds: so far.
         forms: why the law of an effect in the model is another one than the catalogue's, by name.
-        outdone: by how much more a free term explained than each effect when it was named, in
-            words; "" where it was not clearly more.
         between: the rival that only completes the law of an effect in the model, by its name.
         dropped: why an effect that was named is in the model no more, by name.
+        unexplained: terms that no effect explains, the strongest first.
         nearest: the catalogued effect that what remains unexplained resembles most, or "".
         final: the last fit.
 
@@ -131,9 +139,9 @@ class Search:
     at: Array = field(default_factory=lambda: np.zeros(0))
     rounds: list[Round] = field(default_factory=list)
     forms: dict[str, str] = field(default_factory=dict)
-    outdone: dict[str, str] = field(default_factory=dict)
     between: dict[str, Completion] = field(default_factory=dict)
     dropped: dict[str, str] = field(default_factory=dict)
+    unexplained: list[DiscrepancyTerm] = field(default_factory=list)
     nearest: str = ""
     final: Fit | None = None
 

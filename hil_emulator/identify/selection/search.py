@@ -11,12 +11,12 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.selection.certainty import faint, re_examine
+from hil_emulator.identify.selection.certainty import faint, not_by_chance, re_examine
+from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial, needed_delta_chi2
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, score_terms
-from hil_emulator.identify.selection.judgement import judge, laws, outdone
 from hil_emulator.identify.selection.law_between import between
-from hil_emulator.identify.selection.law_form import nearest
+from hil_emulator.identify.selection.law_form import INEXACT, judge, nearest
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.refits import (
     CandidateRefits,
@@ -27,7 +27,7 @@ from hil_emulator.identify.selection.refits import (
 )
 from hil_emulator.identify.selection.rivals import rivals_of
 from hil_emulator.identify.selection.scan import Projection, Score, pairs_of, scan
-from hil_emulator.identify.selection.starts import Confirmation
+from hil_emulator.identify.selection.starts import Confirmation, as_configured
 
 REFITTED = 4
 """Candidates that are refitted together with everything else."""
@@ -80,6 +80,8 @@ class Searcher:
             order = [names.index(c.name) for c in search.free]
             jacobian = last.jacobian[:, order]
             search.final = Fit(search.free, last.at[order], last.residual, jacobian, last.chi2)
+        if search.rounds:
+            search.unexplained = search.rounds[-1].strongest
         return search
 
     def run(self) -> Search:
@@ -107,7 +109,6 @@ class Searcher:
             named, found.scores, found.trials, self.fitter.correlation_length
         )
         search.add(named)
-        search.outdone[search.effects[-1].name] = outdone(named, found)
         found.thin(KEPT_TERMS if found is search.rounds[0] else 0)
 
     def look(self) -> Search:
@@ -119,6 +120,7 @@ class Searcher:
         found = Round(base, [], [], self._terms(base))
         found.unknown = bool(found.worthwhile)
         search.rounds.append(found)
+        search.unexplained = found.strongest
         return search
 
     def _begin(self) -> Search:
@@ -182,30 +184,55 @@ class Searcher:
 
     def _terms(self, base: Fit) -> list[DiscrepancyTerm]:
         """Return nonparametric terms, those that are worth a word first."""
-        project = Projection(base)
-        terms = score_terms(self.fitter, base.coordinates, base.at, project)
+        terms = self._scored(base)
         worthwhile = {t.title for t in Round(base, [], [], terms).worthwhile}
         return sorted(terms, key=lambda t: t.title not in worthwhile)
 
+    def _scored(self, base: Fit, only: Sequence[str] | None = None) -> list[DiscrepancyTerm]:
+        """Return nonparametric terms, all or those of some titles, the strongest first."""
+        return score_terms(self.fitter, base.coordinates, base.at, Projection(base), only=only)
+
     def _conclude(self, search: Search) -> None:
-        """Say of each effect in the model whether its law fits what it was named for."""
+        """Say of each effect whether its law is the catalogue's, and what no effect explains."""
         held = partial(self._held_out, search.rounds[-1].base)
         search.between = {**between(self.fitter, search, held), **search.between}
-        search.forms = laws(self.fitter, search)
+        beside = self._weighed(search)
         for name in faint(search):
             self.tell(f"{name} is too faint")
             why = "named, but too faint for a law or a value as uncertain as that"
             self._take_out(search, name, why)
+            beside = self._weighed(search)
         last = search.rounds[-1]
-        if last.unknown:
-            search.nearest = nearest(last.worthwhile[0], last.scores) if last.worthwhile else ""
+        titles = [shape.title for shape in beside.unknown()]
+        if titles:
+            search.unexplained = self._scored(last.base, titles)
+            search.nearest = nearest(search.unexplained[0], last.scores)
+        elif not search.effects and not_by_chance(last.base):
+            search.nearest = self._stood_in_for(last.base)
+
+    def _stood_in_for(self, fit: Fit) -> str:
+        """Return the effect that explains the most where parameters driven far go back."""
+        there = as_configured(self.fitter, fit)
+        scores = scan(self.fitter, there, self.candidates) if there else []
+        return next((s.coordinate.name for s in scores if s.sensible), "")
+
+    def _weighed(self, search: Search) -> Discrepancies:
+        """Weigh what acts beside the model, and say what that makes of the laws in it."""
+        base = search.rounds[-1].base
+        self.tell("weighing what acts beside the model")
+        beside = Discrepancies(self.fitter, base, search.effects, self._held_out(base))
+        names = {c.name for c in search.effects}
+        completed = {name: str(c) for name, c in search.between.items()
+                     if name in names and c.part > INEXACT}  # fmt: skip
+        search.forms = {**completed, **beside.other_laws()}
+        return beside
 
     def _take_out(self, search: Search, name: str, why: str) -> None:
         """Take an effect out of the model at the end, and look again at what remains."""
         search.remove(name, why)
         base = self._converged(search, 2)
         last = search.rounds[-1]
-        search.rounds.append(Round(base, last.scores, [], self._terms(base), unknown=last.unknown))
+        search.rounds.append(Round(base, last.scores, [], self._terms(base)))
 
     def _held_out(self, base: Fit, best: Fit | None = None) -> Batch | None:
         if not self.validation:

@@ -191,7 +191,7 @@ class Takeover:
 
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._fitter, self._fit = fitter, fit
-        self._there = _as_configured(fitter, fit)
+        self._there = as_configured(fitter, fit)
 
     def starts(self, score: Score) -> list[Score]:
         """Return where a refit of a candidate leads from there: one start, or none."""
@@ -229,7 +229,7 @@ def tries_of(fitter: Fitter, score: Score, fit: Fit, sizes: Sequence[float]) -> 
             yield tried
 
 
-def _as_configured(fitter: Fitter, fit: Fit) -> Fit | None:
+def as_configured(fitter: Fitter, fit: Fit) -> Fit | None:
     """Return a fit with the parameters as configured that the gap drove far; None without any."""
     far = [np.isfinite(c.prior) and abs(a) > TOLERATED * c.prior
            for c, a in zip(fit.coordinates, fit.at, strict=True)]  # fmt: skip

@@ -1,0 +1,164 @@
+"""What free shapes and coordinates do to residuals, in sums over all rows of a recording.
+
+The columns of some two hundred hats would fill the memory: they are made for one experiment at a
+time, and again where they are needed again.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
+from hil_emulator.identify.prediction.pool import Batch
+from hil_emulator.identify.prediction.regressors import Regressors
+
+MOST_ROWS = 300_000
+"""Rows of one experiment that take part: a minute of five channels at 1 kHz shows a law's form."""
+
+RIDGE = 0.01
+"""Part of its information by which every hat is held where all are fitted at once (assumed)."""
+
+
+@dataclass
+class Sums:
+    """Products of the columns X of hats, J of coordinates, and of a residual r, over all rows.
+
+    Attributes:
+        shapes: X X', shape (hats, hats).
+        mixed: X J, shape (hats, coordinates).
+        onto: X r.
+        normal: J'J.
+        slope: J'r.
+        power: r'r.
+        rows: how many.
+
+    """
+
+    shapes: Array
+    mixed: Array
+    onto: Array
+    normal: Array
+    slope: Array
+    power: float = 0.0
+    rows: int = 0
+
+    @classmethod
+    def nothing(cls, hats: int, coordinates: int) -> "Sums":
+        """Return the sums over no row."""
+        return cls(np.zeros((hats, hats)), np.zeros((hats, coordinates)), np.zeros(hats),
+                   np.zeros((coordinates, coordinates)), np.zeros(coordinates))  # fmt: skip
+
+    def add(self, columns: Array, jacobian: Array, residual: Array) -> None:
+        """Add rows.
+
+        Args:
+            columns: of the hats, shape (hats, rows), of single precision.
+            jacobian: shape (rows, coordinates).
+            residual: shape (rows,).
+
+        """
+        self.shapes += columns @ columns.T
+        self.mixed += columns @ jacobian
+        self.onto += columns @ residual
+        self.normal += jacobian.T @ jacobian
+        self.slope += jacobian.T @ residual
+        self.power += float(residual @ residual)
+        self.rows += len(residual)
+
+
+class ShapeSums:
+    """Free shapes beside a fit, and their sums.
+
+    Args:
+        fitter: with the training data, frozen where the fit ended.
+        fit: what is beside them.
+
+    """
+
+    def __init__(self, fitter: Fitter, fit: Fit) -> None:
+        self._fitter, self._fit = fitter, fit
+        self._values = list(self._regressors(fitter.batch))
+        self.shapes = list(shapes_along(fitter.predictor, self._values))
+
+    def training(self) -> Sums:
+        """Return the sums over the training data."""
+        rows = self._rows(self._fitter.batch, self._values, self._fit.residual, self._fit.jacobian)
+        return self._sums(rows)
+
+    def held_out(self, held: Batch | None) -> Sums:
+        """Return the sums over other data, of as many columns."""
+        if held is None:
+            return self._sums([])
+        values = list(self._regressors(held))
+        fit = self._fit
+        residual, jacobian = self._fitter.elsewhere(fit.coordinates, fit.at, held)
+        return self._sums(self._rows(held, values, residual, jacobian))
+
+    def inflation(self, training: Sums) -> float:
+        """Return by how much serial correlation widens variances, the median over all shapes.
+
+        What any shape or coordinate could explain is no noise: of all of them at once, what they
+        leave is looked at, along the middle hat of each shape.
+        """
+        fit = self._fit
+        weights = prior_rows(fit.coordinates)
+        back = inverse(training.normal + np.diag(weights**2))
+        across = training.mixed @ back
+        information = training.shapes - across @ training.mixed.T
+        gradient = training.onto - across @ (training.slope + weights**2 * fit.at)
+        terms = -inverse(information, RIDGE) @ gradient
+        moved = -across.T @ terms
+        counts = np.array([len(s.knots) for s in self.shapes])
+        middle = np.cumsum(counts) - counts + counts // 2
+        sums, powers = np.zeros(len(middle)), np.zeros(len(middle))
+        length = max(1, self._fitter.correlation_length)
+        for columns, jacobian, residual in self._rows(
+            self._fitter.batch, self._values, fit.residual, fit.jacobian
+        ):
+            left = residual + columns.T @ terms + jacobian @ moved
+            along = columns[middle] - across[middle] @ jacobian.T
+            starts = np.arange(0, len(left), length)
+            sums += np.sum(np.add.reduceat(along * left, starts, axis=1) ** 2, axis=1)
+            powers += np.sum(along**2, axis=1)
+        told = powers > 0.0
+        return float(np.median(np.maximum(sums[told] / powers[told], 1.0))) if told.any() else 1.0
+
+    def _sums(self, rows: Iterable[tuple[Array, Array, Array]]) -> Sums:
+        sums = Sums.nothing(sum(len(s.knots) for s in self.shapes), len(self._fit.at))
+        for columns, jacobian, residual in rows:
+            sums.add(columns, jacobian, residual)
+        return sums
+
+    def _regressors(self, batch: Batch) -> Iterator[Regressors]:
+        predictor = self._fitter.predictor
+        point = predictor.model.memory(self._fit.coordinates, self._fit.at)
+        for frozen in batch.frozen:
+            path = predictor.innovations(frozen, *point, track=True)[1]
+            yield predictor.regressors(frozen, path)
+
+    def _rows(
+        self, batch: Batch, values: Sequence[Regressors], residual: Array, jacobian: Array
+    ) -> Iterator[tuple[Array, Array, Array]]:
+        """Yield columns, Jacobian and residual of each experiment."""
+        begin = 0
+        for frozen, along in zip(batch.frozen, values, strict=True):
+            columns = np.concatenate([self._columns(frozen, along, s) for s in self.shapes])
+            kept = slice(begin, begin + min(columns.shape[1], MOST_ROWS))
+            begin += columns.shape[1]
+            yield (columns[:, :MOST_ROWS], jacobian[kept].astype(np.float64), residual[kept])
+
+    def _columns(self, frozen: object, along: Regressors, shape: FreeShape) -> Array:
+        """Return what each hat of a shape does to one experiment, shape (hats, rows)."""
+        terms = hats(along[shape.regressor], shape.knots) * shape.balance.scale
+        through = self._fitter.predictor.through
+        return np.stack([through(frozen, shape.balance, t).astype(np.float32) for t in terms.T])
+
+
+def inverse(matrix: Array, ridge: float = 0.0) -> Array:
+    """Return the inverse of a covariance or of an information, without what it hardly tells."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-12))
+    scaled = matrix * np.outer(scale, scale) + ridge * np.eye(len(matrix))
+    return np.outer(scale, scale) * np.linalg.pinv(scaled, rcond=1e-10, hermitian=True)

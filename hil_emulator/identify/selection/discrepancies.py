@@ -1,0 +1,189 @@
+"""Nothing more, another law of a named effect, or something unknown: one comparison by evidence.
+
+Beside the finished model, a smooth term over any regressor may act in any balance (Kennedy and
+O'Hagan 2001). One in the balance of a named effect is what the law of that effect lacks, and small
+beside the effect; any other is unknown. Which of them are there, the evidence decides.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from hil_emulator.identify.estimation.log_evidence import LogEvidence
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
+from hil_emulator.identify.estimation.shape_sums import ShapeSums, inverse
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.free_shapes import HATS, FreeShape
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.pool import Batch
+from hil_emulator.identify.selection.law_form import acts_in
+from hil_emulator.identify.selection.progress import NOTICEABLE
+
+OTHER_LAW = 0.3
+"""Probability that a named effect follows another law than the catalogue's (assumed)."""
+
+UNKNOWN = 0.1
+"""Probability that something acts that no effect in the model describes (assumed)."""
+
+RIPPLE = 0.5
+"""Probability that friction changes along the stroke by less than is worth a word (assumed)."""
+
+OWN_SIZES = (0.05, 0.1, 0.2, 0.4)
+"""Root mean square of what a law lacks over that of its effect, each as likely (assumed)."""
+
+SHARES = tuple(10.0 ** (0.5 * i) for i in range(-8, 2))
+"""Shares of the innovations' variance that an unknown term may have, each as likely: from one in
+ten thousand to three (assumed)."""
+
+SMOOTH = 1.5
+"""Hats over which a term is correlated (assumed)."""
+
+DIFFERENT = 0.05
+"""Part of what an effect explains that its law must lack before it is called another one: no law is
+so exact that it lacks nothing (assumed)."""
+
+MOST_DISCREPANCIES = 4
+"""Most terms beside the model."""
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """A term beside the model that the evidence asks for.
+
+    Attributes:
+        shape: its balance and regressor.
+        owner: the named effect whose law it belongs to; "" for something unknown, None for ripple
+            of the friction.
+        nats: gain in log evidence.
+        explained: the same as a chi-square of the training data.
+
+    """
+
+    shape: FreeShape
+    owner: str | None
+    nats: float
+    explained: float
+
+
+@dataclass(frozen=True)
+class _Option:
+    """One way in which a term may be there."""
+
+    variance: float
+    log_prior: float
+    owner: str | None
+
+
+class Discrepancies:
+    """Terms beside a finished model.
+
+    Args:
+        fitter: with the training data, frozen where the model ended.
+        fit: the model.
+        effects: that were named.
+        held: frozen validation data, or None.
+
+    """
+
+    def __init__(
+        self, fitter: Fitter, fit: Fit, effects: Sequence[Coordinate], held: Batch | None
+    ) -> None:
+        self._fit, self._effects = fit, list(effects)
+        sums = ShapeSums(fitter, fit)
+        self.shapes, self._training = sums.shapes, sums.training()
+        held_out = sums.held_out(held)
+        ends = np.cumsum([0, *(len(s.knots) for s in self.shapes)])
+        self._rows = [np.arange(first, end) for first, end in pairwise(ends)]
+        self._roots = [_smooth(len(s.knots)) for s in self.shapes]
+        self._inflation = sums.inflation(self._training)
+        self._evidence = LogEvidence(fit, self._training, held_out, self._inflation)
+        self._part = self._training.rows / (self._training.rows + held_out.rows)
+        self._options = [list(self._ways(i)) for i in range(len(self.shapes))]
+        self.found = self._asked_for()
+
+    def other_laws(self) -> dict[str, str]:
+        """Return why the laws of effects are others than the catalogue's, by name."""
+        forms = {}
+        for name in (c.name for c in self._effects):
+            own = [d for d in self.found if d.owner == name]
+            lacks = sum(d.explained for d in own) / self._power(name)
+            if lacks > DIFFERENT:
+                title = max(own, key=lambda d: d.explained).shape.title
+                forms[name] = f"a free term in the {title} explains {100.0 * lacks:.0f} % more"
+        return forms
+
+    def unknown(self) -> list[FreeShape]:
+        """Return what belongs to no effect and is worth a word, the likeliest first."""
+        least = NOTICEABLE * self._fit.sample_size / HATS
+        return [d.shape for d in self.found
+                if d.owner == "" and d.explained > least * len(d.shape.knots)]  # fmt: skip
+
+    def _asked_for(self) -> list[Discrepancy]:
+        rows, root = np.zeros(0, dtype=int), np.zeros((0, 0))
+        best, rest = self._evidence(rows, root), list(range(len(self.shapes)))
+        found: list[Discrepancy] = []
+        while rest and len(found) < MOST_DISCREPANCIES:
+            nats, i, option = max((self._with(rows, root, i) for i in rest), key=lambda o: o[0])
+            if nats <= best:
+                break
+            rest.remove(i)
+            rows, root = self._beside(rows, root, i, option.variance)
+            explained = 2.0 * self._inflation * (nats - best) * self._part
+            found.append(Discrepancy(self.shapes[i], option.owner, nats - best, explained))
+            best = nats
+        return found
+
+    def _with(self, rows: Array, root: Array, i: int) -> tuple[float, int, _Option]:
+        """Return the log evidence with one term more, and how it is likeliest."""
+        options = self._options[i]
+        nats = [o.log_prior + self._evidence(*self._beside(rows, root, i, o.variance))
+                for o in options]  # fmt: skip
+        return float(np.logaddexp.reduce(nats)), i, options[int(np.argmax(nats))]
+
+    def _beside(self, rows: Array, root: Array, i: int, variance: float) -> tuple[Array, Array]:
+        own = math.sqrt(variance) * self._roots[i]
+        zeros = np.zeros((len(root), len(own)))
+        return np.append(rows, self._rows[i]), np.block([[root, zeros], [zeros.T, own]])
+
+    def _ways(self, i: int) -> Iterator[_Option]:
+        """Yield the ways in which a term may be there."""
+        shape, rows = self.shapes[i], self._rows[i]
+        kernel = self._roots[i] @ self._roots[i].T
+        here = np.ix_(rows, rows)
+        seen = self._inflation * float(np.sum(kernel * self._evidence.information[here]))
+        each = self._fit.sample_size / max(seen, 1e-9)
+        owners = [c for c in self._effects if acts_in(c, shape.balance)]
+        if shape.ripples:
+            small = [s for s in SHARES if s <= NOTICEABLE]
+            yield from (_Option(s * each, math.log(RIPPLE / 2 / len(small)), None) for s in small)
+        if not owners:
+            chance = math.log(UNKNOWN / len(self.shapes) / len(SHARES))
+            yield from (_Option(s * each, chance, "") for s in SHARES)
+        whole = max(float(np.sum(kernel * self._training.shapes[here])), 1e-9)
+        for c in owners:
+            places = sum(acts_in(c, s.balance) for s in self.shapes)
+            chance = math.log(OTHER_LAW / places / len(OWN_SIZES))
+            at = [k.name for k in self._fit.coordinates].index(c.name)
+            own = float(self._fit.at[at] ** 2 * self._training.normal[at, at]) / whole
+            yield from (_Option(size**2 * own, chance, c.name) for size in OWN_SIZES)
+
+    def _power(self, name: str) -> float:
+        """Return the chi-square that an effect makes and no other coordinate can take over."""
+        fit = self._fit
+        at = [c.name for c in fit.coordinates].index(name)
+        rest = [i for i in range(len(fit.at)) if i != at]
+        normal = self._training.normal
+        others = inverse(
+            normal[np.ix_(rest, rest)] + np.diag(prior_rows(fit.coordinates)[rest] ** 2)
+        )
+        taken = normal[rest, at] @ others @ normal[rest, at]
+        return float(fit.at[at] ** 2) * max(float(normal[at, at] - taken), 1e-9)
+
+
+def _smooth(count: int) -> Array:
+    """Return the root of the prior covariance of a term's hats, of variance one."""
+    apart = np.subtract.outer(np.arange(count), np.arange(count)) / SMOOTH
+    return np.asarray(np.linalg.cholesky(np.exp(-0.5 * apart**2) + 1e-6 * np.eye(count)))

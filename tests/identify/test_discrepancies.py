@@ -1,0 +1,144 @@
+"""Nothing more, another law, or something unknown: what the evidence says beside a model."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from hil_emulator.identify.estimation.log_evidence import LogEvidence
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.outer_iteration import converge
+from hil_emulator.identify.estimation.shape_sums import ShapeSums, Sums
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.discrepancies import Discrepancies
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+
+RESISTANCE = 3e13
+"""Of a return line that the configuration lacks [Pa*s^2/m^6]."""
+
+ORDINARY = parameters.ordinary(knee_model())
+COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}
+
+
+def summed(columns: np.ndarray, jacobian: np.ndarray, residual: np.ndarray) -> Sums:
+    """Return the sums over some rows, added in two parts."""
+    sums = Sums.nothing(len(columns), jacobian.shape[1])
+    for rows in (slice(0, 7), slice(7, None)):
+        sums.add(columns[:, rows], jacobian[rows], residual[rows])
+    return sums
+
+
+@pytest.mark.parametrize("inflation", [1.0, 3.0])
+def test_the_evidence_is_the_density_of_the_data(inflation: float) -> None:
+    """Of a linear model it is a normal density, in which scipy integrates out nothing by itself."""
+    random = np.random.default_rng(4)
+    columns, jacobian = random.standard_normal((3, 40)), random.standard_normal((40, 2))
+    residual, at = 2.0 * random.standard_normal(40), np.array([0.7, -1.2])
+    free = ORDINARY[:2]
+    fit = Fit(free, at, residual, jacobian, 0.0)
+    sums = summed(columns, jacobian, residual)
+    evidence = LogEvidence(fit, sums, Sums.nothing(3, 2), inflation)
+    rows, root = np.array([0, 2]), np.array([[0.5, 0.0], [0.3, 0.8]])
+    prior = np.diag([c.prior**2 for c in free])
+
+    def density(terms: np.ndarray) -> float:
+        noise = inflation * np.eye(40) + jacobian @ prior @ jacobian.T + terms
+        return float(multivariate_normal(jacobian @ at, noise).logpdf(residual))
+
+    spread = columns[rows].T @ root
+    exact = density(spread @ spread.T) - density(np.zeros((40, 40)))
+    nothing = evidence(np.zeros(0, dtype=int), np.zeros((0, 0)))
+    assert evidence(rows, root) - nothing == pytest.approx(exact, rel=1e-9)
+
+
+def test_of_held_out_data_the_prediction_counts() -> None:
+    """What the most likely terms and coordinates leave of them, by direct substitution."""
+    random = np.random.default_rng(5)
+    parts = [(random.standard_normal((2, 30)), random.standard_normal((30, 1)),
+              random.standard_normal(30)) for _ in range(2)]  # fmt: skip
+    columns, jacobian, residual = parts[0]
+    at, free, root = np.array([0.4]), ORDINARY[:1], 0.6 * np.eye(2)
+    fit = Fit(free, at, residual, jacobian, 0.0)
+    rows = np.arange(2)
+    training = summed(*parts[0])
+    alone = LogEvidence(fit, training, Sums.nothing(2, 1), 1.0)(rows, root)
+    both = LogEvidence(fit, training, summed(*parts[1]), 1.0)(rows, root)
+    # ridge regression on everything at once
+    design = np.column_stack([jacobian, columns.T])
+    normal = design.T @ design + np.diag([free[0].prior ** -2.0, *(0.6**-2.0,) * 2])
+    pull = design.T @ residual + np.array([at[0] / free[0].prior ** 2, 0.0, 0.0])
+    best = -np.linalg.solve(normal, pull)
+    left = parts[1][2] + np.column_stack([parts[1][1], parts[1][0].T]) @ best
+    assert both - alone == pytest.approx(-0.5 * float(left @ left), rel=1e-9)
+
+
+@pytest.fixture(scope="module")
+def returning() -> tuple[Fitter, Fitter]:
+    """Return a machine with a narrow return line: training and validation data."""
+    changes = {"back_pressure_resistance": RESISTANCE}
+    sides = [[recorded(changes, kind, seed + i) for i, kind in enumerate(("multisine", "steps"))]
+             for seed in (3, 103)]  # fmt: skip
+    first, second = (Fitter(Observer(knee_model(), INSTRUMENTS), side) for side in sides)
+    return first, second
+
+
+def beside(sides: tuple[Fitter, Fitter], effects: list[Coordinate]) -> Discrepancies:
+    """Return what acts beside a model with some effects."""
+    fitter, other = sides
+    free = [*ORDINARY, *effects]
+    start = np.array([0.0] * len(ORDINARY) + [1.0] * len(effects))
+    fit = converge(fitter, free, start, effects, 3)
+    held = fitter.frozen_at(other.experiments, fit.coordinates, fit.at)
+    return Discrepancies(fitter, fit, effects, held)
+
+
+def test_what_acts_in_a_balance_of_no_effect_is_unknown(returning: tuple[Fitter, Fitter]) -> None:
+    """A return line that nobody named is a pressure over the flow through it."""
+    found = beside(returning, [])
+    assert found.unknown()[0].title == "return pressure over return flow"
+    assert found.other_laws() == {}
+
+
+def test_nothing_is_left_beside_the_true_law(returning: tuple[Fitter, Fitter]) -> None:
+    """The line's own law leaves nothing that is worth a word, and is not called another one."""
+    found = beside(returning, [COORDINATES["back_pressure"]])
+    assert found.unknown() == []
+    assert found.other_laws() == {}
+
+
+def test_a_law_that_does_not_fit_is_another_one() -> None:
+    """Friction that grows towards the ends of the stroke, named as one that has a direction."""
+    changes = {"position_friction_rise": 1.0}
+    sides = [[recorded(changes, kind, seed + i) for i, kind in enumerate(("multisine", "steps"))]
+             for seed in (7, 107)]  # fmt: skip
+    fitter, other = (Fitter(Observer(knee_model(), INSTRUMENTS), side) for side in sides)
+    found = beside((fitter, other), [COORDINATES["friction_asymmetry"]])
+    assert "a free term in the force on the piston" in found.other_laws()["friction_asymmetry"]
+    assert found.unknown() == []
+
+
+def test_sums_are_those_of_whole_columns(returning: tuple[Fitter, Fitter]) -> None:
+    """Experiment by experiment, they are the products with the whole Jacobian and residual."""
+    fitter, _ = returning
+    fit = converge(fitter, ORDINARY, np.zeros(len(ORDINARY)), passes=1)
+    sums = ShapeSums(fitter, fit).training()
+    assert sums.rows == len(fit.residual)
+    np.testing.assert_allclose(sums.normal, fit.jacobian.T @ fit.jacobian, rtol=1e-9)
+    np.testing.assert_allclose(sums.slope, fit.jacobian.T @ fit.residual, rtol=1e-6, atol=1e-6)
+    assert sums.power == pytest.approx(float(fit.residual @ fit.residual))
+
+
+def test_the_derivative_elsewhere_is_that_of_the_training_data_there(
+    returning: tuple[Fitter, Fitter],
+) -> None:
+    """On the data of the fit itself it is the Jacobian."""
+    fitter, _ = returning
+    free, at = ORDINARY[:3], np.zeros(3)
+    fitter.freeze(free, at)
+    base = fitter.residual(free, at)
+    here = fitter.jacobian(free, at, base)
+    residual, elsewhere = fitter.elsewhere(free, at, fitter.batch)
+    np.testing.assert_array_equal(residual, base)
+    scale = np.linalg.norm(here, axis=0)
+    np.testing.assert_allclose(elsewhere / scale, here / scale, atol=1e-2)
