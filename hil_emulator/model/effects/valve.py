@@ -16,8 +16,10 @@ from hil_emulator.model.stages import (
     spool_reach,
 )
 
-_FLUX_RATE = 1e4
-"""Rate at which the flux follows the coil's current [1/s] (assumed: eddy currents of 0.1 ms)."""
+_FLUX_RATE = 5e3
+"""Rate at which the flux follows the coil's current [1/s] (assumed: eddy currents of 0.2 ms). Times
+a step of `identify` it stays below 1.29: from there on the slopes of one classical Runge-Kutta step
+have both signs, and a loop, which takes each of them for a way, loses half its width."""
 
 
 @effect(

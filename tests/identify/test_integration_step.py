@@ -1,0 +1,46 @@
+"""Whether what an effect does to the residuals hangs on the integration step of a prediction."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import LARGEST_STEP, Observer
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+
+FINE = 2e-5
+"""Step of the emulator itself [s]."""
+
+SEEN = 1.0
+"""Norm of what an effect does, in standard deviations of the noise, below which it does nothing."""
+
+ORDINARY = parameters.ordinary(knee_model())
+EFFECTS = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS) if not c.channel}
+
+
+@cache
+def fitter(step: float) -> Fitter:
+    """Return a healthy machine, seen with a largest step [s]."""
+    found = Fitter(Observer(knee_model(), INSTRUMENTS, step), [recorded({}, "multisine", 3, 0.5)])
+    found.freeze(ORDINARY, np.zeros(len(ORDINARY)))
+    return found
+
+
+def done(name: str, step: float) -> np.ndarray:
+    """Return what an effect of its typical size does to the residuals."""
+    free, at = [*ORDINARY, EFFECTS[name]], np.zeros(len(ORDINARY) + 1)
+    healthy = fitter(step).residual(free, at)
+    at[-1] = np.clip(1.0, *EFFECTS[name].bounds)
+    return fitter(step).residual(free, at) - healthy
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_is_as_large_at_the_step_of_a_prediction(name: str) -> None:
+    """A value that is found belongs to the machine: with the emulator's step it does the same."""
+    fine = done(name, FINE)
+    if np.linalg.norm(fine) > SEEN:
+        coarse = done(name, LARGEST_STEP)
+        assert fine @ coarse == pytest.approx(fine @ fine, rel=0.02)
+        assert np.linalg.norm(coarse - fine) < 0.1 * np.linalg.norm(fine)
