@@ -66,6 +66,16 @@ def test_doubts_come_on_top_of_what_the_data_leave() -> None:
     assert deviation(found, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
 
 
+def test_a_law_that_lacks_something_leaves_its_value_uncertain() -> None:
+    """What it lacks has a quarter of its amplitude: elsewhere it fits as a quarter more or less."""
+    found = search(1e4, own=0.1)
+    found.lacks["position_friction"] = 0.25**2
+    fit = found.rounds[-1].base
+    assert deviation(found, fit, "position_friction") == pytest.approx(
+        np.hypot(0.1, 0.25), rel=1e-3
+    )
+
+
 @pytest.mark.parametrize("doubt", [0.01, 0.3, 0.6, 2.0])
 def test_an_interval_is_that_of_an_effect_which_is_there(doubt: float) -> None:
     """It never holds none: of many draws that do not, a fortieth lies beyond each end."""

@@ -78,6 +78,9 @@ def faint(search: Search) -> list[str]:
 def deviation(search: Search, fit: Fit, name: str) -> float:
     """Return the standard deviation of an effect's coordinate, everything counted.
 
+    A law of another form fits as another value where the machine moves otherwise: by about the
+    amplitude of what the law lacks over its own, which is the root of its part of the chi-square.
+
     Args:
         search: with the effect in the model.
         fit: of the model.
@@ -87,7 +90,8 @@ def deviation(search: Search, fit: Fit, name: str) -> float:
     i = [c.name for c in fit.coordinates].index(name)
     spread = float(np.sqrt(fit.covariance()[i, i]))
     found = max(spread, search.selected_in(name).trials[0].deviation)
-    return math.hypot(found, discrepancy_uncertainty(search, fit)[i])
+    lacking = math.sqrt(search.lacks.get(name, 0.0)) * float(fit.at[i])
+    return math.hypot(found, discrepancy_uncertainty(search, fit)[i], lacking)
 
 
 def interval(search: Search, fit: Fit, name: str) -> tuple[float, float]:

@@ -104,15 +104,20 @@ class Discrepancies:
         self._options = [list(self._ways(i)) for i in range(len(self.shapes))]
         self.found = self._asked_for()
 
+    @property
+    def lacks(self) -> dict[str, float]:
+        """What the law of each effect lacks, as a part of what the effect explains, by name."""
+        return {c.name: sum(d.explained for d in self.found if d.owner == c.name)
+                / self._power(c.name) for c in self._effects}  # fmt: skip
+
     def other_laws(self) -> dict[str, str]:
         """Return why the laws of effects are others than the catalogue's, by name."""
         forms = {}
-        for name in (c.name for c in self._effects):
-            own = [d for d in self.found if d.owner == name]
-            lacks = sum(d.explained for d in own) / self._power(name)
-            if lacks > DIFFERENT:
+        for name, part in self.lacks.items():
+            if part > DIFFERENT:
+                own = [d for d in self.found if d.owner == name]
                 title = max(own, key=lambda d: d.explained).shape.title
-                forms[name] = f"a free term in the {title} explains {100.0 * lacks:.0f} % more"
+                forms[name] = f"a free term in the {title} explains {100.0 * part:.0f} % more"
         return forms
 
     def unknown(self) -> list[FreeShape]:

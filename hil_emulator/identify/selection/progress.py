@@ -125,6 +125,7 @@ class Search:
         at: coordinates of all of them, in this order.
         rounds: so far.
         forms: why the law of an effect in the model is another one than the catalogue's, by name.
+        lacks: what its law lacks, as a part of the chi-square that each effect makes, by name.
         between: the rival that only completes the law of an effect in the model, by its name.
         dropped: why an effect that was named is in the model no more, by name.
         unexplained: terms that no effect explains, the strongest first.
@@ -139,6 +140,7 @@ class Search:
     at: Array = field(default_factory=lambda: np.zeros(0))
     rounds: list[Round] = field(default_factory=list)
     forms: dict[str, str] = field(default_factory=dict)
+    lacks: dict[str, float] = field(default_factory=dict)
     between: dict[str, Completion] = field(default_factory=dict)
     dropped: dict[str, str] = field(default_factory=dict)
     unexplained: list[DiscrepancyTerm] = field(default_factory=list)

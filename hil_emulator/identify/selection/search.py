@@ -225,6 +225,7 @@ class Searcher:
         completed = {name: str(c) for name, c in search.between.items()
                      if name in names and c.part > INEXACT}  # fmt: skip
         search.forms = {**completed, **beside.other_laws()}
+        search.lacks = beside.lacks
         return beside
 
     def _take_out(self, search: Search, name: str, why: str) -> None:
