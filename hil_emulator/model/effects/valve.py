@@ -21,6 +21,11 @@ _FLUX_RATE = 5e3
 a step of `identify` it stays below 1.29: from there on the slopes of one classical Runge-Kutta step
 have both signs, and a loop, which takes each of them for a way, loses half its width."""
 
+_FASTEST = 2.0
+"""Transitions per 1/_FLUX_RATE that the flux passes at most (assumed: eddy currents saturate, too).
+Twice that, and the side of the loop would turn faster than a step of `identify` can follow: the
+product of both rates and of the step stays below 2.78, where classical Runge-Kutta is stable."""
+
 
 @effect(
     set_point,
@@ -98,7 +103,8 @@ def hysteresis(
 
     The flux follows the current as fast as eddy currents let it, so that steps, too, have a rate.
     """
-    change = _FLUX_RATE * max(-transition, min(transition, current - flux))
+    farthest = _FASTEST * transition
+    change = _FLUX_RATE * max(-farthest, min(farthest, current - flux))
     return current - 0.5 * width * side, change, (change - abs(change) * side) / transition
 
 
