@@ -40,8 +40,10 @@ class LogEvidence:
         self.information = training.shapes / inflation - self._mixed @ self._inverse @ self._mixed.T
         self._gradient = training.onto / inflation + self._mixed @ self._moved
 
-    def __call__(self, rows: Array, root: Array) -> float:
-        """Return it, up to what is the same for all terms.
+    def __call__(self, rows: Array, root: Array) -> tuple[float, float]:
+        """Return what the data say for some terms, and for their freedom, in nats.
+
+        The sum is the log evidence, up to what is the same for all terms.
 
         Args:
             rows: of the terms' hats.
@@ -51,8 +53,8 @@ class LogEvidence:
         pull = root.T @ self._gradient[rows]
         middle = np.eye(len(rows)) + root.T @ self.information[np.ix_(rows, rows)] @ root
         solved = np.linalg.solve(middle, pull)
-        fitted = 0.5 * float(pull @ solved) - 0.5 * float(np.linalg.slogdet(middle)[1])
-        return fitted - 0.5 * self._predicted(rows, -root @ solved) / self._k
+        held = 0.5 * self._predicted(rows, -root @ solved) / self._k
+        return 0.5 * float(pull @ solved) - held, -0.5 * float(np.linalg.slogdet(middle)[1])
 
     def _predicted(self, rows: Array, terms: Array) -> float:
         """Return the sum of squares that the most likely terms leave of held-out data."""

@@ -97,34 +97,32 @@ class ShapeSums:
         residual, jacobian = self._fitter.elsewhere(fit.coordinates, fit.at, held)
         return self._sums(self._rows(held, values, residual, jacobian))
 
-    def inflation(self, training: Sums) -> float:
-        """Return by how much serial correlation widens variances, the median over all shapes.
+    def inflations(self, training: Sums) -> Array:
+        """Return by how much serial correlation widens variances, of each shape the median hat.
 
         What any shape or coordinate could explain is no noise: of all of them at once, what they
-        leave is looked at, along the middle hat of each shape.
+        leave is looked at along each hat.
         """
         fit = self._fit
         weights = prior_rows(fit.coordinates)
-        back = inverse(training.normal + np.diag(weights**2))
-        across = training.mixed @ back
+        across = training.mixed @ inverse(training.normal + np.diag(weights**2))
         information = training.shapes - across @ training.mixed.T
         gradient = training.onto - across @ (training.slope + weights**2 * fit.at)
         terms = -inverse(information, RIDGE) @ gradient
-        moved = -across.T @ terms
-        counts = np.array([len(s.knots) for s in self.shapes])
-        middle = np.cumsum(counts) - counts + counts // 2
-        sums, powers = np.zeros(len(middle)), np.zeros(len(middle))
+        sums, powers = np.zeros(len(terms)), np.zeros(len(terms))
         length = max(1, self._fitter.correlation_length)
         for columns, jacobian, residual in self._rows(
             self._fitter.batch, self._values, fit.residual, fit.jacobian
         ):
-            left = residual + columns.T @ terms + jacobian @ moved
-            along = columns[middle] - across[middle] @ jacobian.T
+            left = residual + columns.T @ terms - jacobian @ (across.T @ terms)
             starts = np.arange(0, len(left), length)
-            sums += np.sum(np.add.reduceat(along * left, starts, axis=1) ** 2, axis=1)
-            powers += np.sum(along**2, axis=1)
-        told = powers > 0.0
-        return float(np.median(np.maximum(sums[told] / powers[told], 1.0))) if told.any() else 1.0
+            for hat, column in enumerate(columns):
+                along = column - jacobian @ across[hat]
+                sums[hat] += np.sum(np.add.reduceat(along * left, starts) ** 2)
+                powers[hat] += along @ along
+        widened = np.maximum(sums / np.maximum(powers, 1e-12), 1.0)
+        ends = np.cumsum([len(s.knots) for s in self.shapes])
+        return np.array([np.median(part) for part in np.split(widened, ends[:-1])])
 
     def _sums(self, rows: Iterable[tuple[Array, Array, Array]]) -> Sums:
         sums = Sums.nothing(sum(len(s.knots) for s in self.shapes), len(self._fit.at))
