@@ -12,6 +12,7 @@ from hil_emulator.identify.conclusion.conclude import conclude
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.free_terms import score_terms
 from hil_emulator.identify.selection.refits import CandidateRefits
 from hil_emulator.identify.selection.scan import scan
@@ -24,6 +25,7 @@ PHASES: dict[str, Callable[..., Any]] = {
     "sizes to begin with": Confirmation.best,
     "refits": CandidateRefits.refit,
     "free terms": score_terms,
+    "what acts beside": Discrepancies.__init__,
     "conclusion": conclude,
 }
 """What a search does, and the function that does it; `conclude` looks for ordinary parameters once
