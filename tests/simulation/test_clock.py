@@ -1,13 +1,21 @@
 """The clocks: when a tick may begin."""
 
 import itertools
+import time
 from collections import deque
 from collections.abc import Iterable, Sequence
 
 import pytest
 
 from hil_emulator.frame import Frame
-from hil_emulator.simulation.clock import SYNC_ID, FollowSync, LockStep, WallClock
+from hil_emulator.simulation.clock import (
+    AWAKE,
+    SYNC_ID,
+    FollowSync,
+    LockStep,
+    WallClock,
+    sleep_punctually,
+)
 
 MS = 1_000_000
 
@@ -49,6 +57,14 @@ def test_wall_clock_deadlines_are_absolute() -> None:
     assert lateness[1:] == [50_000] * 999
     assert wall.ns - start == 999 * MS + 50_000
     assert clock.slipped_ns == 0
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.5 * AWAKE, 5.0 * AWAKE])
+def test_a_wait_never_ends_early(seconds: float) -> None:
+    """Asleep or awake, what was asked for has passed."""
+    begin = time.perf_counter()
+    sleep_punctually(seconds)
+    assert time.perf_counter() - begin >= seconds
 
 
 def test_a_little_delay_is_made_up() -> None:
