@@ -23,9 +23,10 @@ from hil_emulator.config.load import load
 from hil_emulator.identify import session
 from hil_emulator.identify.measured.experiment import Experiment
 from tests.identify.answer import Answer, from_dict, from_result
+from tests.identify.generator.benches import BENCHES, FIRST, Bench
 from tests.identify.generator.cases import Case, campaign, case
 from tests.identify.remembered import remembered
-from tests.identify.rig_data import CACHE, KNEE
+from tests.identify.rig_data import CACHE
 from tests.identify.rules import RULES, changed
 from tests.identify.scoring import Outcome, judge
 from tests.identify.tables import failed, wilson
@@ -34,7 +35,7 @@ from tests.identify.watching import deciding
 FAMILIES = ("none", "medium", "foreign", "pairs", "foreign-pairs", "outside")
 """Healthy, the catalogue's law, another law, two of each, and what no catalogue has."""
 
-FIRST, STRIDE = 161, 4
+BEGINNING, STRIDE = 161, 4
 """Numbers of the cases, beyond those of the study; the stride meets every kind of bench."""
 
 DURATION = 2.0
@@ -49,8 +50,6 @@ PLAIN = {
     "conclusion.account.shares": lambda *_: {},
 }
 """What an answer is illustrated with, left out here."""
-
-MACHINE = load([KNEE])
 
 PREPARED = ("counted", "without_contradictions", "PlantModel", "predicting")
 """What is done with the data before anything is decided, once for each case."""
@@ -75,11 +74,13 @@ class Kept:
         return self.answers.get((name, WITH_ALL if same else rule))
 
 
-def drawn(each: int, families: Sequence[str] = FAMILIES) -> Iterator[Case]:
+def drawn(
+    each: int, families: Sequence[str] = FAMILIES, bench: Bench = FIRST
+) -> Iterator[Case]:  # fmt: skip
     """Yield so many cases of each family, one of each before the second of any."""
     for i in range(each):
         for family in families:
-            yield case(family, FIRST + STRIDE * i, DURATION)
+            yield case(family, BEGINNING + STRIDE * i, DURATION, bench)
 
 
 def kept(file: Path) -> Kept:
@@ -101,12 +102,12 @@ def examine(which: Case, rules: Sequence[str], file: Path) -> None:
     with remembered(), changed({**PLAIN, **once}):
         if met is None:
             with deciding(list(RULES)) as met:
-                answer = _answered(learn, check)
+                answer = _answered(which, learn, check)
             _keep(file, which, WITH_ALL, answer, deciding=sorted(met))
         for rule in rules:
             if rule in met and (which.name, rule) not in done.answers:
                 with changed(RULES[rule].without):
-                    _keep(file, which, rule, _answered(learn, check))
+                    _keep(file, which, rule, _answered(which, learn, check))
 
 
 def _keep(file: Path, which: Case, rule: str, answer: Answer, **more: Sequence[str]) -> None:
@@ -127,9 +128,11 @@ def _once(work: Callable[..., Any]) -> Callable[..., Any]:
     return known
 
 
-def _answered(learn: Sequence[Experiment], check: Sequence[Experiment]) -> Answer:
+def _answered(
+    which: Case, learn: Sequence[Experiment], check: Sequence[Experiment]
+) -> Answer:  # fmt: skip
     start = time.monotonic()
-    result = session.identify(MACHINE, learn, check, cache=CACHE)
+    result = session.identify(load([which.bench.config]), learn, check, cache=CACHE)
     return from_result(result, time.monotonic() - start)
 
 
@@ -191,11 +194,14 @@ def main() -> None:
     options.add_argument("--out", type=Path, default=Path("ablation.jsonl"))
     options.add_argument("--each", type=int, default=6, help="cases of each family")
     options.add_argument("--families", nargs="*", choices=FAMILIES, default=FAMILIES)
+    options.add_argument("--bench", choices=BENCHES, default=FIRST.name, help="'' is the knee")
     options.add_argument("--rules", nargs="*", choices=list(RULES), default=list(RULES))
     options.add_argument("--watch", action="store_true", help="with all rules alone")
     options.add_argument("--report", action="store_true", help="only print what the file has")
     chosen = options.parse_args()
-    wanted = {which.name: which for which in drawn(chosen.each, chosen.families)}
+    wanted = {
+        which.name: which for which in drawn(chosen.each, chosen.families, BENCHES[chosen.bench])
+    }
     if not chosen.report:
         for which in wanted.values():
             examine(which, [] if chosen.watch else chosen.rules, chosen.out)

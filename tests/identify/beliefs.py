@@ -14,12 +14,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from hil_emulator.config.load import load
 from hil_emulator.identify import session
 from hil_emulator.identify.selection import discrepancies
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
-from tests.identify.ablation import FAMILIES, MACHINE, PLAIN, drawn
+from tests.identify.ablation import FAMILIES, PLAIN, drawn
 from tests.identify.generator.cases import Case, campaign
 from tests.identify.rig_data import CACHE
 from tests.identify.rules import changed
@@ -67,7 +68,7 @@ def judged(which: Case) -> dict[str, list[str]]:
 
     learn, check = campaign(which)
     with changed({**PLAIN, "search.Searcher._weighed": every}):
-        session.identify(MACHINE, learn, check, cache=CACHE)
+        session.identify(load([which.bench.config]), learn, check, cache=CACHE)
     return said
 
 

@@ -3,6 +3,7 @@
     python -m tests.identify.study --out study.jsonl --jobs 2
     python -m tests.identify.study --out study.jsonl --cases none:6,medium:20 --duration 2
     python -m tests.identify.study --out study.jsonl --cases medium:20 --method open-loop
+    python -m tests.identify.study --out study.jsonl --cases medium:20 --bench axis
     python -m tests.identify.study --out study.jsonl --report
 
 Finished cases are kept in the file of `--out`; the same command goes on where it was stopped.
@@ -21,9 +22,10 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import Question, identify
 from tests.identify.answer import Answer, from_dict, from_result
 from tests.identify.baselines import methods
+from tests.identify.generator.benches import BENCHES, FIRST
 from tests.identify.generator.cases import GROUPS, Case, campaign, case, cases
 from tests.identify.generator.effects import EFFECTS
-from tests.identify.rig_data import CACHE, KNEE
+from tests.identify.rig_data import CACHE
 from tests.identify.scoring import Outcome, judge
 from tests.identify.tables import compared, described, failed, report
 
@@ -41,7 +43,8 @@ def examine(which: Case, exclude: Sequence[str] = (), backwards: bool = False) -
     if backwards:
         other = [turned(e) for e in other]
     start = time.monotonic()
-    result = identify(load([KNEE]), train, other, Question(exclude=exclude), cache=CACHE)
+    machine = load([which.bench.config])
+    result = identify(machine, train, other, Question(exclude=exclude), cache=CACHE)
     return from_result(result, time.monotonic() - start)
 
 
@@ -126,7 +129,8 @@ def line(outcome: Outcome) -> str:
 def run(file: Path, chosen: list[Case], method: str, jobs: int, duration: float | None) -> None:
     """Ask about every case that is not in the file."""
     done = kept(file, method, duration)
-    rest = sorted((c for c in chosen if c.name not in done), key=lambda c: c.name[-2:])
+    rest = [c for c in chosen if c.name not in done]
+    rest.sort(key=lambda c: c.name.partition("@")[0][-2:])
     for which, answer in answered(rest, method, jobs):
         keep(file, method, duration, which.name, answer)
         print(line(judge(which, answer)), flush=True)
@@ -140,16 +144,18 @@ def main() -> None:
     options.add_argument("--out", type=Path, default=Path("study.jsonl"))
     options.add_argument("--cases", default="", help="none:20,medium:40; empty for the whole")
     options.add_argument("--case", nargs="*", default=[], help="single cases, like medium-07")
+    options.add_argument("--bench", choices=BENCHES, default=FIRST.name, help="'' is the knee")
     options.add_argument("--method", choices=METHODS, default="product")
     options.add_argument("--duration", type=float, default=None, help="of each experiment [s]")
     options.add_argument("--jobs", type=int, default=1, help="processes")
     options.add_argument("--report", action="store_true", help="only print what the file has")
     chosen = options.parse_args()
+    bench = BENCHES[chosen.bench]
     if chosen.case:
         named = [name.rpartition("-") for name in chosen.case]
-        wanted = [case(group, int(number), chosen.duration) for group, _, number in named]
+        wanted = [case(group, int(number), chosen.duration, bench) for group, _, number in named]
     else:
-        wanted = list(cases(counts(chosen.cases), chosen.duration))
+        wanted = list(cases(counts(chosen.cases), chosen.duration, bench))
     if not chosen.report:
         run(chosen.out, wanted, chosen.method, chosen.jobs, chosen.duration)
     done = kept(chosen.out, chosen.method, chosen.duration)

@@ -4,19 +4,23 @@ The package's own model is the reference here: with the same parameters both mus
 """
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
+from hil_emulator.config.load import load
 from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.plant import Plant
-from tests.identify.generator.bench import PERIOD, SetPoint
-from tests.identify.generator.cases import GROUPS, KNEE, SPREAD, case, cases, machine
-from tests.identify.generator.effects import EFFECTS, OUTSIDE, SITS
-from tests.identify.generator.plant import Machine, advance, at_rest
-from tests.identify.generator.sensors import CHANNELS, NOISE, late, noise, ringing
-from tests.identify.rig_data import knee_model
+from tests.identify.generator.bench import SetPoint
+from tests.identify.generator.benches import AXIS, BENCHES, FIRST, Bench
+from tests.identify.generator.cases import GROUPS, SPREAD, case, cases, machine
+from tests.identify.generator.effects import EFFECTS, OUTSIDE, SITS, size_on
+from tests.identify.generator.plant import STEP, Machine, advance, at_rest
+from tests.identify.generator.sensors import CHANNELS, late, noise, ringing
+from tests.identify.rig_data import CACHE, knee_model
 
 IN_PLANT = [key for key in EFFECTS if "." not in key]
 READ = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
@@ -24,37 +28,48 @@ CURRENT = 1e-3 * np.repeat([0.0, 1.0, -2.5, 2.5, 0.15, -0.15, -1.0, 3.0, -3.0], 
 """Steps small and large, in both senses [A]."""
 
 
-def blind(effects: dict[str, float], foreign: bool) -> np.ndarray:
+CONFIGURED = {bench.name: load([bench.config]) for bench in BENCHES.values()}
+ON_BOTH = pytest.mark.parametrize("bench", BENCHES.values(), ids=["knee", "axis"])
+
+
+def blind(effects: dict[str, float], foreign: bool, bench: Bench = FIRST) -> np.ndarray:
     """Return the channels of the blind plant without any drift or noise."""
-    real = Machine(**KNEE, ripple=0.0, foreign=foreign,
+    real = Machine(**bench.sheet, ripple=0.0, foreign=foreign,
                    **{k: v for k, v in effects.items() if k in Machine._fields})  # fmt: skip
-    acts = SetPoint(effects.get("transport_delay", 0.0), foreign)
+    acts = SetPoint(effects.get("transport_delay", 0.0), foreign, bench.period)
     s, memory = at_rest(real)
     rows = []
     for k, u in enumerate(CURRENT):
-        force = advance(real, s, memory, acts(u), real.supply, k * PERIOD, 100)
+        force = advance(real, s, memory, acts(u), real.supply, k * bench.period,
+                        round(bench.period / STEP))  # fmt: skip
         rows.append([s[2], s[3], real.supply + s[7], s[4], force])
-    return np.array(rows) / NOISE
+    return np.array(rows) / bench.noise
 
 
-def of_the_package(effects: dict[str, float]) -> np.ndarray:
+@cache
+def modelled(bench: Bench) -> PlantModel:
+    """Return the package's model of a bench's data sheet."""
+    return PlantModel(CONFIGURED[bench.name], CACHE)
+
+
+def of_the_package(effects: dict[str, float], bench: Bench = FIRST) -> np.ndarray:
     """Return the same of the package's model."""
-    model = knee_model()
-    values = dict(model.plant_values) | {"load_spring_rest_position": 0.04}
+    model = modelled(bench)
+    values = dict(model.plant_values) | {"load_spring_rest_position": bench.middle}
     for key, size in effects.items():
         effect = next(e for e in CATALOGUE if e.name == EFFECTS[key].name)
         values[effect.field_of(effect.knob)] = EFFECTS[key].knob(size)
-    values["valve_gain"] = KNEE["kv"]
+    values["valve_gain"] = bench.sheet["kv"]
     plant = Plant(model.kernel, values, 2e-5)
-    start, _ = at_rest(Machine(**KNEE, ripple=0.0, foreign=False))
-    plant.set_pressures(start[2] + effects.get("gravity", 0.0) / KNEE["area"], start[3])
+    start, _ = at_rest(Machine(**bench.sheet, ripple=0.0, foreign=False))
+    plant.set_pressures(start[2] + effects.get("gravity", 0.0) / bench.sheet["area"], start[3])
     at = [model.signal_names.index(n) for n in READ]
     rows = []
     for u in CURRENT:
         plant.command({"valve_current": u})
-        plant.step(50)
+        plant.step(round(bench.period / 2e-5))
         rows.append(plant.signal_vector[at])
-    return np.array(rows) / NOISE
+    return np.array(rows) / bench.noise
 
 
 def apart(a: np.ndarray, b: np.ndarray) -> float:
@@ -62,18 +77,21 @@ def apart(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.sqrt(np.mean((a - b) ** 2)))
 
 
-def test_both_plants_are_the_same_machine() -> None:
+@ON_BOTH
+def test_both_plants_are_the_same_machine(bench: Bench) -> None:
     """Two integrators, two frictions, two orifices: within the sensors' noise."""
-    assert apart(blind({}, False), of_the_package({})) < 1.0
+    assert apart(blind({}, False, bench), of_the_package({}, bench)) < 1.0
 
 
+@ON_BOTH
 @pytest.mark.parametrize("key", IN_PLANT)
-def test_the_first_law_is_the_catalogues(key: str) -> None:
+def test_the_first_law_is_the_catalogues(key: str, bench: Bench) -> None:
     """An effect changes both plants alike, and much less alike by its foreign law."""
-    effects = {key: 2.0 * EFFECTS[key].medium}
-    plain, changed = blind({}, False), of_the_package(effects) - of_the_package({})
-    alike = apart(blind(effects, False) - plain, changed)
-    foreign = apart(blind(effects, True) - plain, changed)
+    effects = {key: 2.0 * EFFECTS[key].medium * size_on(key, bench.over(FIRST))}
+    changed = of_the_package(effects, bench) - of_the_package({}, bench)
+    plain = blind({}, False, bench)
+    alike = apart(blind(effects, False, bench) - plain, changed)
+    foreign = apart(blind(effects, True, bench) - plain, changed)
     size = apart(changed, np.zeros_like(changed))
     assert alike < 0.15 * size
     assert foreign > 1.5 * alike
@@ -83,20 +101,20 @@ def test_a_late_channel_is_late_by_its_time_in_both_laws() -> None:
     """A slow ramp comes late by the same time through a dead time and through three lags."""
     ramp = np.arange(400) * 1e-3
     for foreign in (False, True):
-        assert (ramp - late(ramp, 1.5e-3, PERIOD, foreign))[-1] == pytest.approx(1.5e-3, rel=1e-3)
+        assert (ramp - late(ramp, 1.5e-3, 1e-3, foreign))[-1] == pytest.approx(1.5e-3, rel=1e-3)
 
 
 def test_a_ringing_line_passes_what_is_slow() -> None:
     """A step arrives in full, after an overshoot that a tenth of critical damping gives."""
     step = np.where(np.arange(600) < 10, 0.0, 1.0)
-    read = ringing(step, 1.2e-3, PERIOD)
+    read = ringing(step, 1.2e-3, 1e-3)
     assert read[-1] == pytest.approx(1.0, abs=1e-3)
     assert 1.7 < read.max() < 1.8
 
 
 def test_coloured_noise_has_the_power_of_white_noise() -> None:
     """Half of it is slow, so that successive samples are alike."""
-    drawn = noise(20000, True, np.random.default_rng(3)) / NOISE
+    drawn = noise(20000, True, np.random.default_rng(3))
     assert np.std(drawn) == pytest.approx(1.0, rel=0.05)
     assert np.corrcoef(drawn[1:, 0], drawn[:-1, 0])[0, 1] == pytest.approx(0.475, abs=0.03)
 
@@ -132,7 +150,7 @@ def test_a_third_of_the_cases_is_dirty_and_a_tenth_far_off() -> None:
     for c in whole:
         real, reach = machine(c), 4.0 if c.wide else 1.05
         for name, sigma in SPREAD.items():
-            off = abs(getattr(real, name) / KNEE[name] - 1.0)
+            off = abs(getattr(real, name) / FIRST.sheet[name] - 1.0)
             assert off <= min(0.5, reach * sigma) + 1e-9
 
 
@@ -141,3 +159,14 @@ def test_a_case_is_drawn_from_its_name_alone() -> None:
     assert case("pairs", 4) == next(c for c in cases({"none": 2, "pairs": 9}) if
                                     c.name == "pairs-04")  # fmt: skip
     assert replace(case("small", 3), duration=2.0) == case("small", 3, 2.0)
+
+
+def test_a_case_of_another_bench_is_another_case() -> None:
+    """Its name tells its bench; the effect is the same one, as large for that machine."""
+    here, there = case("medium", 10), case("medium", 10, bench=AXIS)
+    assert (there.group, there.bench) == ("medium", AXIS)
+    assert there.name != here.name
+    assert list(there.effects) == list(here.effects) == ["stribeck"]
+    pushes = [b.sheet["area"] * b.sheet["supply"] for b in (FIRST, AXIS)]
+    share = [e.effects["stribeck"] / push for e, push in zip((here, there), pushes, strict=True)]
+    assert 0.8 / 1.25 < share[1] / share[0] < 1.25 / 0.8

@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Experiment
+from tests.identify.generator.benches import FIRST, Bench
 from tests.identify.generator.plant import STEP, Machine, advance, at_rest
 from tests.identify.generator.sensors import CHANNELS, converted, noise, transduced
-
-PERIOD = 1e-3
 
 TRAINING = ("multisine", "steps", "triangles", "chirp")
 VALIDATION = ("fast", "slow", "stairs")
@@ -19,42 +18,37 @@ NULL_DRIFT = 1e-5
 SUPPLY_RIPPLE = 0.5e5
 """Amplitude of the pump's ripple at 11 Hz [Pa]."""
 
-GAIN = 0.35
-"""Gain of the position controller [A/m]."""
-
-MIDDLE = 0.04
-
 
 def wanted(kind: str, time: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Return a wanted position over time [m]."""
+    """Return a wanted way from the middle on the first bench, over time [m]."""
     if kind == "steps":
-        return MIDDLE + random.uniform(-0.012, 0.012, 40)[(time / 0.3).astype(int) % 40]
+        return random.uniform(-0.012, 0.012, 40)[(time / 0.3).astype(int) % 40]
     if kind == "triangles":
-        return MIDDLE + 0.024 * (2.0 / np.pi) * np.arcsin(np.sin(2.0 * np.pi * time / 2.0))
+        return 0.024 * (2.0 / np.pi) * np.arcsin(np.sin(2.0 * np.pi * time / 2.0))
     if kind == "chirp":
-        phase = 2.0 * np.pi * (2.0 * time + 18.0 * time**2 / max(time[-1], PERIOD))
-        return MIDDLE + 1e-3 * np.sin(phase) / (1.0 + time)
+        phase = 2.0 * np.pi * (2.0 * time + 18.0 * time**2 / max(time[-1], 1e-3))
+        return 1e-3 * np.sin(phase) / (1.0 + time)
     if kind == "slow":
-        return MIDDLE + 0.02 * np.sin(2.0 * np.pi * time / 1.7) * np.minimum(1.0, time / 0.3)
+        return 0.02 * np.sin(2.0 * np.pi * time / 1.7) * np.minimum(1.0, time / 0.3)
     if kind == "stairs":
         goals = np.cumsum(random.choice([-7e-3, 7e-3, 11e-3, -11e-3], 20))
-        goals = MIDDLE + 0.02 * np.sin(goals / 0.02)
+        goals = 0.02 * np.sin(goals / 0.02)
         return np.interp(time, np.arange(20) * 0.25 + np.tile([0.0, 0.1], 10), goals)
     fast = 1.5 if kind == "fast" else 1.0
     frequencies = fast * np.array([0.6, 1.1, 2.3, 4.1, 7.9, 13.0, 23.0, 37.0])
     sizes = np.array([6.0, 5.0, 3.0, 2.0, 1.0, 0.5, 0.25, 0.1]) * 1e-3
     phases = random.uniform(0.0, 2.0 * np.pi, len(sizes))
     waves = np.sin(2.0 * np.pi * np.outer(time, frequencies) + phases) - np.sin(phases)
-    return MIDDLE + waves @ sizes * np.minimum(1.0, time / 0.4)
+    return waves @ sizes * np.minimum(1.0, time / 0.4)
 
 
 class SetPoint:
     """What acts at the valve: a dead time linear between samples, or three equal lags."""
 
-    def __init__(self, time: float, foreign: bool) -> None:
-        self._time, self._foreign = time, foreign
+    def __init__(self, time: float, foreign: bool, period: float) -> None:
+        self._samples, self._foreign = time / period, foreign
         self._past = [0.0] * 16
-        self._keep = time / (time + 3.0 * PERIOD)
+        self._keep = time / (time + 3.0 * period)
 
     def __call__(self, u: float) -> float:
         """Return what acts after the newest set point."""
@@ -64,12 +58,12 @@ class SetPoint:
                 u = self._past[i]
             return u
         self._past = [u, *self._past[:-1]]
-        return float(np.interp(self._time / PERIOD, np.arange(16), self._past))
+        return float(np.interp(self._samples, np.arange(16), self._past))
 
 
 def record(
     machine: Machine, effects: dict[str, float], kind: str, seed: Any, duration: float,
-    dirty: bool, played: np.ndarray | None = None,
+    dirty: bool, played: np.ndarray | None = None, bench: Bench = FIRST,
 ) -> Experiment:  # fmt: skip
     """Run one experiment.
 
@@ -81,17 +75,20 @@ def record(
         duration: of the recording [s].
         dirty: threefold drift and ripple, coloured noise, a converter.
         played: wanted position [m] in place of what the kind says.
+        bench: its instruments and its controller.
 
     """
-    random = np.random.default_rng(seed)
-    time = np.arange(round(duration / PERIOD)) * PERIOD
-    target = wanted(kind, time, random) if played is None else played
-    feed = np.zeros(len(time)) if kind == "steps" else 8e-3 * np.gradient(target, PERIOD)
-    scatter = noise(len(time), dirty, random)
-    drift, keep, plant = 0.0, np.exp(-PERIOD / 4.0), 3.0 if dirty else 1.0
+    random, period = np.random.default_rng(seed), bench.period
+    time = np.arange(round(duration / period)) * period
+    target = played
+    if target is None:
+        target = bench.middle + bench.way * wanted(kind, time / bench.slowness, random)
+    feed = np.zeros(len(time)) if kind == "steps" else bench.lead * np.gradient(target, period)
+    scatter = noise(len(time), dirty, random) * np.array(bench.noise)
+    drift, keep, plant = 0.0, np.exp(-period / 4.0), 3.0 if dirty else 1.0
     pushes = NULL_DRIFT * plant * np.sqrt(1.0 - keep**2) * random.standard_normal(len(time))
     ripple = SUPPLY_RIPPLE * plant * np.sin(2.0 * np.pi * 11.0 * time)
-    acts = SetPoint(effects.get("transport_delay", 0.0), machine.foreign)
+    acts = SetPoint(effects.get("transport_delay", 0.0), machine.foreign, period)
     table, current = np.zeros((len(time), len(CHANNELS))), np.zeros(len(time))
     s, memory = at_rest(machine)
     force = machine.gravity
@@ -100,11 +97,11 @@ def record(
         table[k] = s[2], s[3], supply + s[7], s[4], force
         drift = drift * keep + pushes[k]
         seen = s[4] + scatter[k, 3]
-        current[k] = np.clip(GAIN * (target[k] - seen) + feed[k], -6e-3, 6e-3)
+        current[k] = np.clip(bench.gain * (target[k] - seen) + feed[k], -6e-3, 6e-3)
         force = advance(machine, s, memory, acts(current[k]) + drift, supply, time[k],
-                        round(PERIOD / STEP))  # fmt: skip
-    readings = transduced(table, effects, machine.foreign, PERIOD) + scatter
+                        round(period / STEP))  # fmt: skip
+    readings = transduced(table, effects, machine.foreign, period, bench.bends) + scatter
     if dirty:
-        readings = converted(readings)
+        readings = converted(readings, np.array(bench.steps))
     channels = {name: readings[:, i].copy() for i, name in enumerate(CHANNELS)}
-    return Experiment(kind, PERIOD, current, channels)
+    return Experiment(kind, period, current, channels)

@@ -12,16 +12,9 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Experiment
 from tests.identify.generator.bench import TRAINING, VALIDATION, record
-from tests.identify.generator.effects import EFFECTS, OUTSIDE
+from tests.identify.generator.benches import BENCHES, FIRST, Bench
+from tests.identify.generator.effects import EFFECTS, OUTSIDE, size_on
 from tests.identify.generator.plant import Machine
-
-KNEE = {
-    "supply": 160e5, "tank": 1e5, "kv": 6.681e-6, "wv": 2 * np.pi * 250.0, "zv": 0.7,
-    "area": 2.0106e-4, "alpha": 0.61, "stroke": 0.08, "va": 3e-6, "vb": 3e-6, "beta": 1.3e9,
-    "mass": 50.0, "viscous": 1000.0, "coulomb": 100.0, "load_viscous": 500.0, "clearance": 28e-6,
-    "air": 0.001,
-}  # fmt: skip
-"""What the configuration states about the machine."""
 
 SPREAD = {
     "kv": 0.1, "wv": 0.1, "zv": 0.15, "va": 0.1, "vb": 0.1, "beta": 0.15, "mass": 0.02,
@@ -53,11 +46,11 @@ class Case:
     """One machine with what is hidden in it.
 
     Attributes:
-        name: group and number.
+        name: group and number, and the bench where it is not the first one: "medium-07@axis".
         effects: sizes by key, SI.
         wide: ordinary parameters up to four deviations off.
         dirty: recorded on a dirty bench.
-        duration: of each experiment [s].
+        duration: of each experiment [s], over the slowness of its bench.
 
     """
 
@@ -73,6 +66,11 @@ class Case:
         return self.name.rpartition("-")[0]
 
     @property
+    def bench(self) -> Bench:
+        """The bench on which it is recorded."""
+        return BENCHES[self.name.partition("@")[2]]
+
+    @property
     def foreign(self) -> bool:
         """Whether the effects follow foreign laws."""
         return self.group.startswith("foreign")
@@ -83,19 +81,22 @@ def seed(name: str) -> int:
     return zlib.crc32(name.encode())
 
 
-def case(group: str, number: int, duration: float | None = None) -> Case:
+def case(group: str, number: int, duration: float | None = None, bench: Bench = FIRST) -> Case:
     """Return one case.
 
     Args:
         group: a key of `GROUPS`.
         number: from 0.
         duration: of each experiment [s]; drawn between 2 and 4 s if None.
+        bench: on which it is recorded.
 
     """
-    name = f"{group}-{number:02d}"
+    name = f"{group}-{number:02d}" + (f"@{bench.name}" if bench.name else "")
     random = np.random.default_rng(seed(name))
     drawn = round(float(random.uniform(2.0, 4.0)), 1)
-    effects = {key: _size(group, key, random) for key in _keys(group, number)}
+    scales = bench.over(FIRST)
+    effects = {key: _size(group, key, random) * size_on(key, scales)
+               for key in _keys(group, number)}  # fmt: skip
     return Case(name, effects, number % WIDE == 7, number % DIRTY == 2, duration or drawn)
 
 
@@ -127,7 +128,8 @@ def machine(which: Case) -> Machine:
     reach = 4.0 if which.wide else 1.05
     off = {n: np.clip(s * reach * random.uniform(-1.0, 1.0), -FARTHEST, FARTHEST)
            for n, s in SPREAD.items()}  # fmt: skip
-    ordinary = {n: float(v * (1.0 + off.get(n, 0.0))) for n, v in KNEE.items()}
+    sheet = which.bench.sheet
+    ordinary = {n: float(v * (1.0 + off.get(n, 0.0))) for n, v in sheet.items()}
     ripple = RIPPLE * (3.0 if which.dirty else 1.0)
     hidden = {k: v for k, v in which.effects.items() if k in Machine._fields}
     return Machine(**ordinary, ripple=ripple, foreign=which.foreign, **hidden)
@@ -137,14 +139,17 @@ def campaign(which: Case) -> tuple[list[Experiment], list[Experiment]]:
     """Return four experiments for training and three of other kinds for validation."""
     real, effects = machine(which), dict(which.effects)
     found = [
-        record(real, effects, kind, (seed(which.name), i), which.duration, which.dirty)
+        record(real, effects, kind, (seed(which.name), i), which.duration * which.bench.slowness,
+               which.dirty, bench=which.bench)
         for i, kind in enumerate((*TRAINING, *VALIDATION))
-    ]
+    ]  # fmt: skip
     return found[: len(TRAINING)], found[len(TRAINING) :]
 
 
-def cases(counts: Mapping[str, int], duration: float | None = None) -> Iterator[Case]:
+def cases(
+    counts: Mapping[str, int], duration: float | None = None, bench: Bench = FIRST
+) -> Iterator[Case]:  # fmt: skip
     """Yield so many cases of each group."""
     for group, count in counts.items():
         for number in range(count):
-            yield case(group, number, duration)
+            yield case(group, number, duration, bench)

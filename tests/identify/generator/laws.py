@@ -14,8 +14,6 @@ STRIBECK_SPEED = 0.02
 """Speed over which breakaway friction fades [m/s]."""
 LOOP = 2e-4
 """Current within which a hysteresis loop changes its side [A]."""
-MIDDLE = 0.04
-"""Middle of the stroke [m]."""
 
 
 @numba.njit
@@ -86,7 +84,7 @@ def past_piston(p: Any, drop: float, x: float) -> float:
         flow = p.internal_leakage * math.sqrt(40e5) * orifice(drop)
     else:
         flow = p.internal_leakage * drop
-    flow += p.place_leak * drop * max(0.0, (x - MIDDLE) / 0.01)
+    flow += p.place_leak * drop * max(0.0, (x / p.stroke - 0.5) / 0.125)
     over = abs(drop) - 20e5
     return flow + p.crack_leak * math.copysign(max(0.0, over), drop)
 
@@ -103,7 +101,7 @@ def outside(p: Any, pressure: float) -> float:
 @numba.njit
 def return_pressure(p: Any, flow: float) -> float:
     """Return the tank pressure at the valve; foreign: a laminar line."""
-    size = 1.5e-5 if p.foreign else abs(flow)
+    size = p.usual_flow if p.foreign else abs(flow)
     return p.tank + p.back_pressure * flow * size
 
 
@@ -130,16 +128,17 @@ def friction(p: Any, v: float, x: float, bend: float, pa: float, pb: float) -> f
         force *= 1.0 + p.friction_asymmetry * direction
         force *= 1.0 + p.position_friction * place**2
     force *= 1.0 + p.ripple * math.sin(2.0 * math.pi * x / 3.7e-3)
-    force += p.jam * math.exp(-(((x - 0.043) / 1.5e-3) ** 2)) * direction
+    force += p.jam * math.exp(-(((x / p.stroke - 0.5375) / 0.01875) ** 2)) * direction
     return force + p.drag * v * abs(v)
 
 
 @numba.njit
 def surroundings(p: Any, x: float, v: float, t: float) -> float:
     """Return the force against the load; foreign: a hardening spring, a weight on a lever."""
-    gap = x - MIDDLE
+    gap = x - 0.5 * p.stroke
     if p.foreign:
-        force = p.load_spring * gap * (gap / 0.015) ** 2 + p.gravity * math.cos(40.0 * gap)
+        bent, turned = gap / (0.1875 * p.stroke), 3.2 * gap / p.stroke
+        force = p.load_spring * gap * bent**2 + p.gravity * math.cos(turned)
     else:
         force = p.load_spring * gap + p.gravity
     if 0.8 < t % 1.6 < 1.1:

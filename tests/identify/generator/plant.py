@@ -23,9 +23,6 @@ from tests.identify.generator.laws import (
 STEP = 1e-5
 """Integration step [s]: a tenth of what the search may take, and less."""
 
-FASTEST_SPOOL = 3.6
-"""Rate limit of the spool [A/s], as the data sheet has it."""
-
 SUPPLY_VOLUME = 1e-3
 """Volume of the pressure line [m^3]."""
 
@@ -34,7 +31,7 @@ PUMP_DROOP = 10e5
 
 
 class Machine(NamedTuple):
-    """Parameters of one real machine, SI; the second half are effects, zero where absent."""
+    """Parameters of one real machine, SI; from `null_bias` on they are effects, zero without."""
 
     supply: float
     tank: float
@@ -55,6 +52,8 @@ class Machine(NamedTuple):
     air: float
     ripple: float
     foreign: bool
+    spool_rate: float = 3.6
+    usual_flow: float = 1.5e-5
     null_bias: float = 0.0
     overlap: float = 0.0
     gain_asymmetry: float = 0.0
@@ -100,7 +99,7 @@ def at_rest(p: Machine) -> tuple[np.ndarray, np.ndarray]:
 def rates(p, s, u, supply, t, out):
     """Fill the rates of the states; return the force on the rod's end."""
     spool, speed, pa, pb, x, v, returned, sag, stroke, bend = s
-    out[0] = max(-FASTEST_SPOOL, min(FASTEST_SPOOL, speed))
+    out[0] = max(-p.spool_rate, min(p.spool_rate, speed))
     out[1] = p.wv**2 * (u - spool) - 2.0 * p.zv * p.wv * speed
     travel = spool
     if p.blocked_spool > 0.0:

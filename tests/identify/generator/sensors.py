@@ -7,21 +7,18 @@ Array = np.ndarray
 
 CHANNELS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
 
-NOISE = np.array([3e4, 3e4, 3e4, 1e-5, 15.0])
-"""Standard deviation of each channel, SI."""
-
-STEPS = np.array([6.1e3, 6.1e3, 6.1e3, 3.5e-6, 2.44])
-"""Least significant bit of each channel, where there is a converter, SI."""
-
 
 def noise(samples: int, coloured: bool, random: np.random.Generator) -> Array:
-    """Return noise, shape (samples, channels); coloured: half its power with a pole at 0.95."""
+    """Return noise of unit variance, shape (samples, channels).
+
+    Coloured: half its power with a pole at 0.95.
+    """
     white = random.standard_normal((samples, len(CHANNELS)))
     if not coloured:
-        return white * NOISE
+        return white
     slow = lfilter([np.sqrt(1.0 - 0.95**2)], [1.0, -0.95],
                    random.standard_normal(white.shape), axis=0)  # fmt: skip
-    return np.sqrt(0.5) * (white + slow) * NOISE
+    return np.sqrt(0.5) * (white + slow)
 
 
 def late(values: Array, time: float, period: float, foreign: bool) -> Array:
@@ -43,15 +40,17 @@ def ringing(values: Array, time: float, period: float) -> Array:
     return lfilter([sum(denominator)], denominator, values - values[0]) + values[0]
 
 
-def transduced(table: Array, effects: dict[str, float], foreign: bool, period: float) -> Array:
+def transduced(
+    table: Array, effects: dict[str, float], foreign: bool, period: float, bends: float
+) -> Array:  # fmt: skip
     """Return what the sensors report, without noise.
 
-    Foreign: offsets and a gain that wander, a load cell whose gain bends.
+    Foreign: offsets and a gain that wander, a load cell whose gain bends at some force [N].
     """
     size, out = effects.get, table.copy()
     time = np.arange(len(table)) * period
     wander = 1.0 + (0.5 * np.sin(1.3 * time) if foreign else 0.0)
-    force = 300.0 * np.tanh(table[:, 4] / 300.0) if foreign else table[:, 4]
+    force = bends * np.tanh(table[:, 4] / bends) if foreign else table[:, 4]
     out[:, 0] += size("pressure_a.offset", 0.0) * wander
     out[:, 1] += size("pressure_b.gain_error", 0.0) * table[:, 1] * wander
     out[:, 4] += size("load_force.gain_error", 0.0) * force
@@ -64,6 +63,6 @@ def transduced(table: Array, effects: dict[str, float], foreign: bool, period: f
     return out
 
 
-def converted(readings: Array) -> Array:
+def converted(readings: Array, steps: Array) -> Array:
     """Return readings in whole steps of the converter."""
-    return np.round(readings / STEPS) * STEPS
+    return np.round(readings / steps) * steps
