@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hil_emulator.bench.fleet import FleetSpeed, measure_fleet
@@ -56,6 +56,7 @@ class Speeds:
         rk4_step_us: one integration step of the configured actuator.
         rk4_step_c_us: the same by the exported C and this machine's C compiler; None without one.
         rk4_step_all_us: the same with every effect of the catalogue at its typical value.
+        rk4_step_all_c_us: that by the exported C.
         rk4_step_shared_us: the same for each of two such actuators on one supply.
         tick_us: p50 and p99 of a full tick in lock-step: one set point and a SYNC in, four TPDOs
             out to one listener on the virtual bus.
@@ -76,6 +77,7 @@ class Speeds:
     rk4_step_us: float
     rk4_step_c_us: float | None
     rk4_step_all_us: float
+    rk4_step_all_c_us: float | None
     rk4_step_shared_us: float
     tick_us: dict[str, float]
     recording_us: dict[str, float]
@@ -105,8 +107,9 @@ def measure(
         master.start(rig)
         say("Integration step ...")
         step_us = _step_us(rig.plant)
-        step_c_us = _step_in_c_us(config, cache)
+        step_c_us = _step_in_c_us(acting(config), cache)
         step_all_us = _step_us(_with_everything(config, cache))
+        step_all_c_us = _step_in_c_us(replace(config, plant=_typical(config)), cache)
         step_shared_us = _step_us(_two_on_one_supply(config, cache)) / 2
         say("Lock-step ...")
         lockstep_x, tick = _lockstep(rig, master)
@@ -126,6 +129,7 @@ def measure(
         rk4_step_us=step_us,
         rk4_step_c_us=step_c_us,
         rk4_step_all_us=step_all_us,
+        rk4_step_all_c_us=step_all_c_us,
         rk4_step_shared_us=step_shared_us,
         tick_us={key: tick.execution.summary()[key] for key in ("p50", "p99")},
         recording_us=recording_us,
@@ -163,11 +167,15 @@ class _Master:
             pass
 
 
+def _typical(config: Configuration) -> dict[str, float]:
+    """Return the actuator's parameters with every effect of the plant at its typical value."""
+    plain = [e for e in config.effects if e.stage not in SAMPLED]
+    return {**config.plant, **{e.field_of(p): p.typical for e in plain for p in e.params}}
+
+
 def _with_everything(config: Configuration, cache: Path) -> Plant:
     """Return the actuator with every effect of the plant at its typical value."""
-    plain = [e for e in config.effects if e.stage not in SAMPLED]
-    typical = {e.field_of(p): p.typical for e in plain for p in e.params}
-    return Plant(compiled(config.effects, cache), config.plant | typical, config.step)
+    return Plant(compiled(config.effects, cache), _typical(config), config.step)
 
 
 def _two_on_one_supply(config: Configuration, cache: Path) -> Plant:
@@ -186,12 +194,11 @@ def _step_us(plant: Plant) -> float:
 
 
 def _step_in_c_us(config: Configuration, cache: Path) -> float | None:
-    lean = acting(config)
     exported = Exported(
-        "bench", "bench", lean.effects, lean.plant, lean.sensors, lean.step, _STEPS_IN_C
+        "bench", "bench", config.effects, config.plant, config.sensors, config.step, _STEPS_IN_C
     )
     try:
-        plant = CompiledPlant(exported, compiled(lean.effects, cache))
+        plant = CompiledPlant(exported, compiled(config.effects, cache))
     except CompilerError:
         return None
     plant.start()

@@ -102,6 +102,11 @@ def _panel_table(costs: list[PanelCost]) -> str:
     return text_table(titles, rows)
 
 
+def _if_compiled(duration_us: float | None) -> str:
+    """Return a duration of compiled C in words."""
+    return "no compiler" if duration_us is None else f"{duration_us:.2f}"
+
+
 def _spread(us: dict[str, float]) -> str:
     return ", ".join(f"{key} {value:.0f}" for key, value in us.items())
 
@@ -117,8 +122,9 @@ def _table(s: Speeds, duration: float) -> str:
         ("start of a run [s]", f"{s.start.warm_s:.2f}"),
         ("its memory [MB]", f"{s.start.memory_mb:.0f}"),
         ("integration step (RK4) [us]", f"{s.rk4_step_us:.2f}"),
-        ("the same in C [us]", f"{s.rk4_step_c_us:.2f}" if s.rk4_step_c_us else "no compiler"),
+        ("the same in C [us]", _if_compiled(s.rk4_step_c_us)),
         ("the same, all effects on [us]", f"{s.rk4_step_all_us:.2f}"),
+        ("that in C [us]", _if_compiled(s.rk4_step_all_c_us)),
         ("the same, each of two on one supply [us]", f"{s.rk4_step_shared_us:.2f}"),
         ("tick in lock-step [us]", _spread(s.tick_us)),
         ("recording to a file, of a tick [us]", _spread(s.recording_us)),
