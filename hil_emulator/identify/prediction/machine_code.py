@@ -46,6 +46,7 @@ from hil_emulator.identify.prediction.records import (
     Unknowns,
 )
 from hil_emulator.model.compile_once import entry
+from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MODEL = ("tick", "rate", "sense")
@@ -140,7 +141,7 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
     module.__dict__.update({name: getattr(kernel, name) for name in _MODEL})
     module.__dict__.update({record.__name__: record for record in _RECORDS})
     module.__dict__.update(
-        np=np, INPUT_COUNT=run.INPUT_COUNT,
+        np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND,
         compiled=numba.njit(error_model="numpy", nogil=True),
         entry=entry(file, error_model="numpy", nogil=True),
     )  # fmt: skip

@@ -162,6 +162,7 @@ class PlantModel:
         self.signal_names = tuple(self.kernel.signals.names or ())
         self.sources = np.array([self.signal_names.index(c.signal) for c in CHANNELS])
         self.supply = self._par_at["supply_pressure"]
+        self.bend = (self.kernel.state.names or ()).index("seal_bend")
         self.drift = self._par_at[DRIFT.field_of(DRIFT.knob)]
         self.probes = np.array([self._par_at[p.field_of(p.knob)] for p in PROBES])
         self.probe_sizes = np.array([p.knob.typical for p in PROBES])
@@ -206,7 +207,7 @@ class PlantModel:
     def at(self, par: Array, chan: Array, step: float = 0.0, steps: int = 0) -> ParametrisedModel:
         """Return the model at given parameters for the loops, which make `steps` per sample [s]."""
         return ParametrisedModel(
-            par, chan, self.drift, self.supply, self.sources, self.remembered,
+            par, chan, self.drift, self.supply, self.bend, self.sources, self.remembered,
             len(self.signal_names), step, steps,
         )  # fmt: skip
 

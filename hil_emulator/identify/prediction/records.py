@@ -17,6 +17,7 @@ class ParametrisedModel(NamedTuple):
         chan: the transducers' parameters.
         drift: index of the null's drift in `par`.
         supply: index of the supply pressure in `par`.
+        bend: index of the bend of the seals in the state vector.
         sources: index of each channel's signal.
         remembered: how many values the set point, the transducers, and their histories remember.
         signals: number of signals.
@@ -29,6 +30,7 @@ class ParametrisedModel(NamedTuple):
     chan: Array
     drift: int
     supply: int
+    bend: int
     sources: Index
     remembered: Index
     signals: int

@@ -7,6 +7,7 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction.records import ParametrisedModel, Start
+from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.quantities import INPUTS
 
 INPUT_COUNT = len(INPUTS)
@@ -36,6 +37,7 @@ class Run(NamedTuple):
         active: indices in the state vector of the states in z.
         drift: index of the null's drift in `par`.
         supply: index of the supply pressure in `par`.
+        bend: index in z of the bend of the seals, -1 where dry friction does not act.
         nominal: supply pressure without its disturbance [Pa].
         null_decay: what remains of the null's drift after `advance`.
         supply_decay: what remains of the supply's deviation.
@@ -53,6 +55,7 @@ class Run(NamedTuple):
     active: Index
     drift: int
     supply: int
+    bend: int
     nominal: float
     null_decay: float
     supply_decay: float
@@ -92,11 +95,15 @@ def begin(tick: Tick, model: ParametrisedModel, start: Start, currents: Array) -
     memory = np.zeros(6 * size)
     memory[:size] = start.state
     past = np.full(model.remembered[0], np.nan)
+    bend = -1
+    for i in range(len(start.active)):
+        if start.active[i] == model.bend:
+            bend = i
     run = Run(
         start.z.copy(), memory, past, np.zeros(model.signals),
         np.zeros((len(currents) * model.steps, len(model.sources))), model.par.copy(),
-        np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, model.par[model.supply],
-        start.decay[0], start.decay[1], model.step,
+        np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, bend,
+        model.par[model.supply], start.decay[0], start.decay[1], model.step,
     )  # fmt: skip
     advance(tick, run, run.path, currents[0], 0)
     # what it measures has been at rest
@@ -109,8 +116,8 @@ def beside(run: Run) -> Run:
     """Return a second run at the same state, with the same parameters."""
     return Run(
         run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(), run.path.copy(),
-        run.par, run.inputs, run.active, run.drift, run.supply, run.nominal, run.null_decay,
-        run.supply_decay, run.step,
+        run.par, run.inputs, run.active, run.drift, run.supply, run.bend, run.nominal,
+        run.null_decay, run.supply_decay, run.step,
     )  # fmt: skip
 
 
@@ -133,6 +140,8 @@ def advance(tick: Tick, run: Run, path: Array, current: float, steps: int) -> No
     """
     z, memory, par, inputs, active = run.z, run.memory, run.par, run.inputs, run.active
     n = len(active)
+    if run.bend >= 0:  # a correction by readings knows no bounds, seals do
+        z[run.bend] = max(-SLIDING_BEND, min(SLIDING_BEND, z[run.bend]))
     for i in range(n):
         memory[active[i]] = z[i]
     if steps > 0:
