@@ -100,7 +100,7 @@ RULES: dict[str, Rule] = {
                      {"starts.Takeover.starts": Always([])},
                      ("starts.TRIED_SIZES",)),
     "sensible": Rule("an absurd size of what hardly shows", {"scan.Score.sensible": True},
-                     ("scan.FAR", "scan.SEEN")),
+                     ("scan.SEEN",)),
     "pushed": Rule("a refit that stopped at a kink",
                    {"refits.CandidateRefits._pushed": _as_it_is}),
     # what belongs to the law of an effect in the model

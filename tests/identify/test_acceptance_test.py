@@ -1,8 +1,10 @@
 """What a name must pass."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import cauchy, chi2
 
 from hil_emulator.identify.selection.evidence import (
     Evidence,
@@ -36,6 +38,18 @@ def test_each_lack_is_an_objection() -> None:
     assert evidence(wald=20.0).passed
     assert not evidence(wald=19.0).passed
     assert not evidence(held_out=-3.0).passed
+
+
+def test_an_absurd_size_needs_plain_data() -> None:
+    """Ten times what is typical takes nine more in chi-square than next to nothing does.
+
+    That is the logarithm of a Cauchy density over its peak.
+    """
+    least = needed_delta_chi2(100) - 2.0 * np.log(cauchy.pdf(10.0) / cauchy.pdf(0.0))
+    known = replace(evidence(), size=-10.0)
+    assert replace(known, wald=1.001 * least).passed
+    assert not replace(known, wald=0.999 * least).passed
+    assert least - needed_delta_chi2(100) == pytest.approx(9.2, abs=0.1)
 
 
 def test_held_out_data_must_show_what_training_promised() -> None:

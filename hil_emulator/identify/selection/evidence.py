@@ -10,7 +10,7 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.scan import Score
+from hil_emulator.identify.selection.scan import Score, surprise
 
 GREATER_PART = 0.5
 """Of what is explained, or of a squared cosine: who has more of it than all others together does
@@ -53,6 +53,7 @@ class Evidence:
         needed: Wald statistic that is needed, see `needed_delta_chi2`.
         expected: gain on the validation data if the effect has the estimated size there too.
         hac_variance_factor: factor by which serial correlation widens a variance, from 1.
+        size: estimate, in typical sizes.
 
     """
 
@@ -62,6 +63,7 @@ class Evidence:
     needed: float
     expected: float = 0.0
     hac_variance_factor: float = 1.0
+    size: float = 0.0
 
     @property
     def passed(self) -> bool:
@@ -72,8 +74,9 @@ class Evidence:
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
         found = []
-        if self.wald <= self.needed:
-            found.append(f"robust Wald statistic {self.wald:.1f} below {self.needed:.1f}")
+        least = self.needed + surprise(self.size)
+        if self.wald <= least:
+            found.append(f"robust Wald statistic {self.wald:.1f} below {least:.1f}")
         if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
         elif self.surpassing or self.held_out < self._least:

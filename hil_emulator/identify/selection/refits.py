@@ -132,7 +132,10 @@ class CandidateRefits:
             held_out = float(before @ before - after @ after)
             expected = float((after - before) @ (after - before))
         delta_chi2 = self._base.chi2 - fit.chi2
-        evidence = Evidence(delta_chi2, wald, held_out, self._needed, expected, hac_variance_factor)
+        evidence = Evidence(
+            delta_chi2, wald, held_out, self._needed, expected, hac_variance_factor,
+            float(fit.at[-1]),
+        )  # fmt: skip
         return Trial(score.lean(), fit, evidence, deviation)
 
     def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float]:

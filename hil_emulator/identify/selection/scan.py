@@ -1,5 +1,6 @@
 """Score every candidate and every pair, with what ordinary parameters could explain taken out."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -13,9 +14,6 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 
 SEEN = 9.0
 """Least expected gain in chi-square of an effect at its typical size that counts as visible."""
-
-FAR = 5.0
-"""Typical sizes beyond which an estimate from a hardly visible effect is nonsense (assumed)."""
 
 FURTHER = 1.25
 """Times what the best candidate and its best partner explain that a pair must explain (assumed)."""
@@ -62,12 +60,26 @@ class Score:
 
     @property
     def sensible(self) -> bool:
-        """Whether the estimate is a size in which the effect occurs, or the data show it well."""
-        return self.visible or abs(self.estimate) < FAR
+        """Whether the data say more for the estimate than its size is improbable."""
+        return self.statistic > surprise(self.estimate)
 
     def lean(self) -> "Score":
         """Return the score without its sensitivity: long recordings would fill the memory."""
         return replace(self, sensitivity=np.zeros(0))
+
+
+def surprise(size: float) -> float:
+    """Return how much less probable a size is than none, as a chi-square: -2 log p(size)/p(0).
+
+    Of its size nothing is known but what is typical: a Cauchy law of that width, whose tails hold
+    what is ten or a hundred times as large, if the data say so plainly (Gelman et al. 2008, Annals
+    of Applied Statistics 2, 1360-1383).
+
+    Args:
+        size: in typical sizes.
+
+    """
+    return 2.0 * math.log1p(size * size)
 
 
 class Projection:
