@@ -15,6 +15,9 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 SEEN = 9.0
 """Least expected gain in chi-square of an effect at its typical size that counts as visible."""
 
+NOTHING = 1e-9
+"""Gain in chi-square at its typical size up to which an effect does nothing: rounding."""
+
 FURTHER = 1.25
 """Times what the best candidate and its best partner explain that a pair must explain (assumed)."""
 
@@ -62,6 +65,11 @@ class Score:
     def sensible(self) -> bool:
         """Whether the data say more for the estimate than its size is improbable."""
         return self.statistic > surprise(self.estimate)
+
+    @property
+    def flat(self) -> bool:
+        """Whether a limit that is far away does nothing: it has to come nearer to be seen."""
+        return self.coordinate.inverse and self.information <= NOTHING
 
     def lean(self) -> "Score":
         """Return the score without its sensitivity: long recordings would fill the memory."""
@@ -127,7 +135,9 @@ def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> 
     information = float(column @ column)
     gradient = float(column @ project.residual)
     low, high = candidate.bounds
-    estimate = float(np.clip(-gradient / information, low, high)) if information > 1e-9 else 0.0
+    estimate = 0.0
+    if information > NOTHING:
+        estimate = float(np.clip(-gradient / information, low, high))
     expected = -2.0 * estimate * gradient - estimate**2 * information
     power = float(project.residual @ project.residual)
     remaining = 1.0 - expected / power if project.estimated and 0.0 < expected < power else 1.0

@@ -168,7 +168,7 @@ class Searcher:
         """Return the score of every candidate, and the likeliest, refitted."""
         scores = scan(self.fitter, base, rest)
         look = Confirmation(self.fitter, base)
-        likely = look.best([s for s in scores if s.sensible], REFITTED)
+        likely = look.best([s for s in scores if s.sensible or s.flat], REFITTED)
         before = search.rounds[-1].trials[1:] if search.rounds else []
         likely = look.returning(scores, likely, before)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)

@@ -58,18 +58,21 @@ class Confirmation:
 
         An effect that bends, or that is far stronger than its typical size, has a linearisation
         that leads nowhere; its statistic is then what the model gains at the best of a few sizes.
-        Of effects with the same sensitivity one is enough.
+        So is that of a limit, which far away has no linearisation. Of effects with the same
+        sensitivity one is enough.
 
         Args:
             scores: of the linear model.
             wanted: how many are enough.
 
         """
-        queue = [(-s.statistic, i, s) for i, s in enumerate(scores) if s.statistic > WORTHLESS]
-        heapq.heapify(queue)
         found: list[Score] = []
-        tried: dict[int, Score] = {}
-        while queue and len(found) < wanted and len(tried) < MOST_SOUNDED:
+        tried = {i: s for i, s in enumerate(scores) if s.flat}
+        begun = [(i, self._nearer(s) if s.flat else s) for i, s in enumerate(scores)]
+        queue = [(-s.statistic, i, s) for i, s in begun if s.statistic > WORTHLESS]
+        heapq.heapify(queue)
+        most = len(tried) + MOST_SOUNDED
+        while queue and len(found) < wanted and len(tried) < most:
             _, i, score = heapq.heappop(queue)
             if i in tried:
                 found.append(score)
@@ -116,6 +119,10 @@ class Confirmation:
                     of[name], statistic=delta_chi2, estimate=float(at[-1]), start=at
                 )  # fmt: skip
         return list(found.values())
+
+    def _nearer(self, limit: Score) -> Score:
+        """Return where a limit explains the most; it gains nothing where it hardly acts."""
+        return max(self._sounding(limit), key=lambda s: s.statistic, default=limit)
 
     def _kin(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
         """Return effects that act at the place in the model at which the best one does.

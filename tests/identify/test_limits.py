@@ -1,0 +1,67 @@
+"""Limits that nobody has configured: off is infinitely far away, where they do nothing."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.estimation.outer_iteration import converge
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.selection.scan import scan
+from hil_emulator.identify.selection.starts import Confirmation
+from hil_emulator.identify.session import identify
+from tests.identify.generator.bench import TRAINING, VALIDATION, record
+from tests.identify.generator.cases import case, machine
+from tests.identify.generator.sensors import CHANNELS
+from tests.identify.rig_data import CACHE, KNEE
+
+RATE = 1.5
+"""Rate limit of the machine's spool [A/s]: its largest steps take 8 ms."""
+
+
+@pytest.fixture(scope="module")
+def unlimited(tmp_path_factory: pytest.TempPathFactory) -> Configuration:
+    """Return the reference machine, whose data sheet knows no limit of the spool's rate."""
+    lines = KNEE.read_text().replace("../eds", str(KNEE.parents[1] / "eds")).splitlines()
+    kept = [line for line in lines if not line.startswith("spool_rate_limit")]
+    file: Path = tmp_path_factory.mktemp("unlimited") / "knee.toml"
+    file.write_text("\n".join(kept))
+    return load([file])
+
+
+def recorded(kind: str, rate: float = RATE, duration: float = 1.0) -> Experiment:
+    """Return a log of the blind plant, healthy but for its spool."""
+    healthy = machine(case("none", 4))._replace(spool_rate=rate)
+    return record(healthy, {}, kind, (7, kind == "steps"), duration, False)
+
+
+def test_a_limit_is_tried_nearer_than_infinity(unlimited: Configuration) -> None:
+    """Its derivative is nothing, and it is the likeliest of all candidates all the same."""
+    model = PlantModel(unlimited, CACHE)
+    fitter = Fitter(Observer(model, CHANNELS), [recorded("steps")])
+    free = parameters.ordinary(model)
+    base = converge(fitter, free, np.zeros(len(free)))
+    limits = [c for c in parameters.candidates(model, CHANNELS) if c.inverse and not c.channel]
+    scores = scan(fitter, base, limits)
+    limit = next(s for s in scores if s.coordinate.name == "spool_rate_limit")
+    assert limit.statistic == 0.0
+    likeliest = Confirmation(fitter, base).best(scores, 1)[0]
+    assert likeliest.coordinate.name == "spool_rate_limit"
+    assert likeliest.statistic > 100.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rate", [0.8, 2.0])
+def test_a_slow_spool_is_named(unlimited: Configuration, rate: float) -> None:
+    """A rate limit that no data sheet has is found, with its value in its interval."""
+    logs = [recorded(kind, rate, 2.0) for kind in (*TRAINING, *VALIDATION)]
+    found = identify(unlimited, logs[: len(TRAINING)], logs[len(TRAINING) :], cache=CACHE)
+    (effect,) = found.effects
+    assert effect.name == "spool_rate_limit"
+    low, high = effect.interval
+    assert low <= rate <= high
