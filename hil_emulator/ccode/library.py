@@ -25,7 +25,7 @@ def memory_layout(kernel: Kernel, steps: int, *, single: bool = False) -> np.dty
         ("inputs", real, (length(kernel.inputs),)),
         ("signals", real, (length(kernel.signals),)),
         ("reading", real, (count,)),
-        ("states", real, (6, length(kernel.state))),
+        ("states", real, (2, length(kernel.state))),
         ("overrange", np.int32, (count,)),
         ("past", real, (length(kernel.past),)),
         ("memory", real, (count, length(kernel.memory))),

@@ -24,6 +24,7 @@ from hil_emulator.ccode.expressions import literal
 from hil_emulator.ccode.program import Translation
 from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect
+from hil_emulator.model.integrator import Work
 from hil_emulator.model.kernel import Kernel, build
 from hil_emulator.model.layout import fill
 from hil_emulator.model.rest import STRETCHING, bearing_pressures, stretch_under, without_gas
@@ -119,12 +120,13 @@ def _translate(program: Translation, types: Mapping[str, Record], kernel: Kernel
     """Translate what the frame in `plant.c.in` calls."""
     par, held, state, y = (types[n] for n in ("parameters", "held", "state", "signals"))
     several = tuple(Records(r) for r in (state, state, par, held, y))
-    memory = Numbers((6 * kernel.state.itemsize // 8,))
+    memory = Numbers((kernel.state.itemsize // 8,))
+    work = program.named_tuple(Work, [Records(state)] * len(Work._fields))
     path = Numbers((None, _COUNT))
     program.need("hold", state, par, types["inputs"], held)
     program.need("set_point", par, held, held, types["past"], REAL, REAL)
     program.need("evaluate", *several)
-    program.need("integrate", several[0], memory, *several[2:], path, REAL, INT)
+    program.need("integrate", work, *several[2:], path, REAL, INT)
     program.need("finite", memory)
     program.need_function(bearing_pressures, *[REAL] * 5)
     program.need_function(stretch_under, *[REAL] * 4)

@@ -189,6 +189,11 @@ class Statements:
         self._write("}")
         del self._local[name]
 
+    def _while(self, statement: ast.While) -> None:
+        self._write(f"while ({self._value(statement.test).text}) {{")
+        self._inside(statement.body)
+        self._write("}")
+
     def _inside(self, statements: list[ast.stmt]) -> None:
         self._blocks.append(statements)
         for statement in statements:

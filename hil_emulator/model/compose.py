@@ -19,50 +19,73 @@ _HEADER = '''"""Stages, balances and sensor chain, composed by hil_emulator.mode
 import math
 from typing import Any
 
-import numpy as np
-
 from hil_emulator.model.constants import (
     ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, GRAVITY, LEAST_OPENING, LIGHTEST_ROD, PIECES,
     SLIDING_BEND, VELOCITY_DOUBT,
 )
+from hil_emulator.model.integrator import Work
 from hil_emulator.model.sensors import Transducers
 '''
 
 # Plain float arrays cross the border from Python: records would cost microseconds to unpack there.
-# They hold one record for each of the actuators on a supply.
+# They hold one record for each of the actuators on a supply. What an integration works on is copied
+# to the stack and back, see `stack_records`.
 _ENTRIES = '''@compiled
-def hold_all(memory, parameters, inputs):
-    """Return what stays constant during a call of the integrator."""
-    held = np.empty(ACTUATORS, HELD)
-    states, given = view(memory, STATE), view(inputs, INPUTS)
+def fill_all(parameters, par):
+    """Copy the parameters of all actuators."""
+    own = numbers(parameters)
+    for i in range(len(own)):
+        own[i] = par[i]
+
+
+@compiled
+def hold_all(states, parameters, inputs, held):
+    """Fill what stays constant during a call of the integrator."""
+    given = view(inputs, INPUTS)
     for i in range(ACTUATORS):
         hold(states[i], parameters[i], given[i], held[i])
-    return held
+
+
+@compiled
+def delay_all(parameters, past, held, period):
+    """Put the set point that reaches each valve in place of the one that is told."""
+    before = view(past, PAST)
+    for i in range(ACTUATORS):
+        held[i].valve_current = set_point(
+            parameters[i], held[i], held[i], before[i], held[i].valve_current, period
+        )
 
 
 @entry
 def tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick, the set points delayed; tell whether the states are finite."""
-    parameters = view(par, PARAMETERS)
-    held = hold_all(memory, parameters, inputs)
-    if steps > 0:
-        before = view(past, PAST)
-        for i in range(ACTUATORS):
-            held[i].valve_current = set_point(
-                parameters[i], held[i], held[i], before[i], held[i].valve_current, step * steps
-            )
-    integrate(
-        view(memory, STATE), memory, parameters, held, view(signals, SIGNALS), path, step, steps
+    parameters, held = room(ACTUATORS, PARAMETERS), room(ACTUATORS, HELD)
+    y = room(ACTUATORS, SIGNALS)
+    work = Work(
+        room(ACTUATORS, STATE), room(ACTUATORS, STATE), room(ACTUATORS, STATE),
+        room(ACTUATORS, STATE), room(ACTUATORS, STATE),
     )
-    return finite(memory)
+    state, found = numbers(work.states), numbers(y)
+    for i in range(STATE_LENGTH * ACTUATORS):
+        state[i] = memory[i]
+    fill_all(parameters, par)
+    hold_all(work.states, parameters, inputs, held)
+    if steps > 0:
+        delay_all(parameters, past, held, step * steps)
+    integrate(work, parameters, held, y, path, step, steps)
+    for i in range(SIGNALS_LENGTH * ACTUATORS):
+        signals[i] = found[i]
+    for i in range(STATE_LENGTH * ACTUATORS):
+        memory[i] = state[i]
+    return finite(state)
 
 
 @entry
 def rate(state, rates, par, inputs, signals):
-    """Evaluate every balance and every signal of one actuator that is alone on its supply."""
-    parameters = view(par, PARAMETERS)
-    held = hold_all(state, parameters, inputs)
-    evaluate(view(state, STATE), view(rates, STATE), parameters, held, view(signals, SIGNALS))
+    """Evaluate every balance and every signal of all actuators on a supply."""
+    states, parameters, held = view(state, STATE), view(par, PARAMETERS), room(ACTUATORS, HELD)
+    hold_all(states, parameters, inputs, held)
+    evaluate(states, view(rates, STATE), parameters, held, view(signals, SIGNALS))
 
 
 @entry

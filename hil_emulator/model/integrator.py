@@ -1,6 +1,10 @@
-"""One step in time: classical Runge-Kutta, divided where something hits."""
+"""Steps in time: classical Runge-Kutta, divided where something hits.
 
-from typing import Any
+Everything between two ticks lies in memory of the integrator's own, which nothing else knows of:
+the compiler keeps it in registers, and computes no signal of a trial state that nobody asks for.
+"""
+
+from typing import Any, NamedTuple
 
 from hil_emulator.model.constants import ACTUATORS, PIECES, VELOCITY_DOUBT
 from hil_emulator.model.exchange import balances, evaluate
@@ -11,26 +15,62 @@ STATE_LENGTH = 0
 """How many numbers a state holds: the module that `kernel` makes of a model has its own value."""
 
 
-def slopes(rows: Any, memory: Any, par: Any, held: Any, y: Any, step: float) -> None:
-    """Fill the last three of the four slopes of a classical Runge-Kutta step: rows 3 to 5.
+class Work(NamedTuple):
+    """What an integration works on: state records of all actuators in each.
 
-    Row 2 is the first, that of the states in row 0.
+    Attributes:
+        states: they are given and moved.
+        trial: states at which the balances are evaluated.
+        slopes: the rates there; given as zero, which those of effects that are off remain.
+        mean: sum of a step's four slopes, each with its weight.
+        bend: sum of them that vanishes where they are a straight line in time.
+
     """
-    n = STATE_LENGTH * ACTUATORS
-    trial = rows[ACTUATORS : 2 * ACTUATORS]
-    for stage in range(3):
+
+    states: Any
+    trial: Any
+    slopes: Any
+    mean: Any
+    bend: Any
+
+
+def numbers(records: Any) -> Any:
+    """Stand for the compiled function that shows the memory of records, see `stack_records`."""
+    raise TypeError("'numbers' runs only in the module that kernel.build makes")
+
+
+def sum_slopes(
+    work: Work, par: Any, held: Any, y: Any, path: Any, done: int, step: float
+) -> None:  # fmt: skip
+    """Sum the four slopes of a classical Runge-Kutta step.
+
+    The first is that of the states: there the sensors' elements meet what the last step came to.
+    """
+    state, trial, slope = numbers(work.states), numbers(work.trial), numbers(work.slopes)
+    mean, bend = numbers(work.mean), numbers(work.bend)
+    for i in range(STATE_LENGTH * ACTUATORS):
+        trial[i] = state[i]
+        mean[i] = 0.0
+        bend[i] = 0.0
+    for stage in range(4):
+        balances(work.trial, work.slopes, par, held, y)
+        if stage == 0 and done > 0:
+            observe(y, path[done - 1])
+        outer = stage == 0 or stage == 3
+        weight = 1.0 if outer else 2.0
+        sign = 1.0 if outer else -1.0
         reach = step if stage == 2 else 0.5 * step
-        for i in range(n):
-            memory[n + i] = memory[i] + reach * memory[(2 + stage) * n + i]
-        balances(trial, rows[(3 + stage) * ACTUATORS : (4 + stage) * ACTUATORS], par, held, y)
+        for i in range(STATE_LENGTH * ACTUATORS):
+            trial[i] = state[i] + reach * slope[i]
+            mean[i] += weight * slope[i]
+            bend[i] += sign * slope[i]
 
 
-def advance(memory: Any, step: float) -> None:
+def advance(work: Work, step: float) -> None:
     """Move the states by the mean of the four slopes."""
-    n = STATE_LENGTH * ACTUATORS
-    for i in range(n):
-        slope = memory[2 * n + i] + 2.0 * (memory[3 * n + i] + memory[4 * n + i])
-        memory[i] += step / 6.0 * (slope + memory[5 * n + i])
+    state, mean = numbers(work.states), numbers(work.mean)
+    for i in range(STATE_LENGTH * ACTUATORS):
+        state[i] += step / 6.0 * mean[i]
 
 
 def arrest(x: Any, dx: Any, par: Any) -> None:
@@ -42,12 +82,7 @@ def arrest(x: Any, dx: Any, par: Any) -> None:
             x[i].spool_speed = 0.0
 
 
-def bend(first: float, second: float, third: float, fourth: float) -> float:
-    """Return how far four slopes of a step are from a straight line in time."""
-    return abs((first - second) - (third - fourth))
-
-
-def unsure(rows: Any, step: float) -> bool:
+def unsure(bends: Any, step: float) -> bool:
     """Tell whether an acceleration bends more within a step than a smooth motion lets it.
 
     It does where something hits: an end stop, a wall, the flanks of a backlash, a light rod on a
@@ -55,26 +90,21 @@ def unsure(rows: Any, step: float) -> bool:
     """
     doubt = False
     for i in range(ACTUATORS):
-        k_1, k_2 = rows[2 * ACTUATORS + i], rows[3 * ACTUATORS + i]
-        k_3, k_4 = rows[4 * ACTUATORS + i], rows[5 * ACTUATORS + i]
-        rod = bend(k_1.velocity, k_2.velocity, k_3.velocity, k_4.velocity)
-        stretch = bend(k_1.stretch_speed, k_2.stretch_speed, k_3.stretch_speed, k_4.stretch_speed)
-        doubt = doubt or step * max(rod, stretch) > VELOCITY_DOUBT
+        bend = max(abs(bends[i].velocity), abs(bends[i].stretch_speed))
+        doubt = doubt or step * bend > VELOCITY_DOUBT
     return doubt
 
 
 def integrate(
-    rows: Any, memory: Any, par: Any, held: Any, y: Any, path: Any, step: float, steps: int
-) -> None:
+    work: Work, par: Any, held: Any, y: Any, path: Any, step: float, steps: int
+) -> None:  # fmt: skip
     """Take `steps` steps of classical Runge-Kutta with the inputs held.
 
     A step in which something hits is taken in pieces instead. The actuators of one supply take
     every stage of every step together: what they exchange is as exact as everything else.
 
     Args:
-        rows: state records of all actuators, one after the other, in each of six rows: states,
-            trial states, four rates.
-        memory: the same memory as float64, shape (6 * actuators * states,).
+        work: the states, and memory of the integration's own.
         par: parameters of each actuator.
         held: inputs and what follows from parameters, constant over the call, of each.
         y: signals of each; they belong to the states reached.
@@ -84,23 +114,22 @@ def integrate(
         steps: number of steps.
 
     """
-    states, rates = rows[:ACTUATORS], rows[2 * ACTUATORS : 3 * ACTUATORS]
-    for i in range(steps):
-        balances(states, rates, par, held, y)
-        if i > 0:
-            observe(y, path[i - 1])
-        slopes(rows, memory, par, held, y, step)
-        if not unsure(rows, step):
-            advance(memory, step)
-            arrest(states, rates, par)
+    done = 0
+    pieces = 0
+    while done < steps:
+        width = step if pieces == 0 else step / PIECES
+        sum_slopes(work, par, held, y, path, done, width)
+        if pieces == 0 and unsure(work.bend, step):
+            pieces = PIECES
             continue
-        for _ in range(PIECES):
-            balances(states, rates, par, held, y)
-            slopes(rows, memory, par, held, y, step / PIECES)
-            advance(memory, step / PIECES)
-            arrest(states, rates, par)
+        advance(work, width)
+        arrest(work.states, work.slopes, par)
+        if pieces > 0:
+            pieces -= 1
+        if pieces == 0:
+            done += 1
     # the signals of a trial state are not those of the state reached
-    evaluate(states, rates, par, held, y)
+    evaluate(work.states, work.slopes, par, held, y)
     if steps > 0:
         observe(y, path[steps - 1])
 
@@ -113,5 +142,5 @@ def finite(memory: Any) -> bool:
     return remainder == 0.0
 
 
-INTEGRATOR = (slopes, advance, arrest, bend, unsure, integrate, finite)
+INTEGRATOR = (sum_slopes, advance, arrest, unsure, integrate, finite)
 """What `kernel` compiles of this file, in the order of use."""

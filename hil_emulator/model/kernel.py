@@ -26,6 +26,7 @@ from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.layout import Vector, layouts, length, named, zeros
 from hil_emulator.model.record_view import view
 from hil_emulator.model.sensors import wiring
+from hil_emulator.model.stack_records import numbers, room
 
 __all__ = ["Kernel", "Vector", "build", "keep", "named", "sources_digest", "zeros"]
 
@@ -108,10 +109,20 @@ def _as_it_is(function: Any) -> Any:
     return function
 
 
+def _as_numbers(records: np.ndarray[Any, Any]) -> Vector:
+    return records.view(np.float64)
+
+
 def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any]]:
-    """Return the decorators of inner and entry functions, and what sees memory as records."""
+    """Return the decorators of inner and entry functions, and what makes records of memory."""
     if not compiled:
-        return {"compiled": _as_it_is, "entry": _as_it_is, "view": np.ndarray.view}
+        return {
+            "compiled": _as_it_is,
+            "entry": _as_it_is,
+            "view": np.ndarray.view,
+            "room": np.zeros,
+            "numbers": _as_numbers,
+        }
     # numpy's error model: a division by zero gives inf as in C, without a branch;
     # inlined, a fifth of a step is saved: much of it is the counting of references to arrays;
     # without doors for Python and C, which only entries need, two fifths of the compilation
@@ -124,6 +135,8 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
         "compiled": numba.njit(error_model="numpy", **inner),
         "entry": entry(file, error_model="numpy"),
         "view": view,
+        "room": room,
+        "numbers": numbers,
     }
 
 

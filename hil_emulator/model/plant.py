@@ -45,7 +45,7 @@ class Supply:
         count = kernel.actuators
         self.kernel = kernel
         self.step_width = step
-        self.states = zeros(kernel.state, 6 * count)
+        self.states = zeros(kernel.state, count)
         self.past = np.full(count * length(kernel.past), math.nan)
         self.parameters = zeros(kernel.parameters, count)
         self.inputs = zeros(kernel.inputs, count)

@@ -90,11 +90,10 @@ class FlowBench:
     def _path(self, frozen: MeasuredStates, par: Array) -> Array:
         """Return the model's signals along the recorded current and pressures."""
         model, e = self.model, frozen.experiment
-        tick, count = model.kernel.tick, frozen.states.shape[1]
+        tick = model.kernel.tick
         supply = e.readings.get("supply_pressure", np.full(e.samples, par[model.supply]))
         supply = np.where(np.isfinite(supply), supply, par[model.supply])
-        memory = np.zeros(6 * count)
-        memory[:count] = frozen.states[0]
+        memory = frozen.states[0].copy()
         past, inputs = np.full(model.remembered[0], np.nan), np.zeros(INPUT_COUNT)
         signals = np.zeros(len(model.signal_names))
         path = np.zeros((e.samples, len(signals)))

@@ -28,7 +28,7 @@ class Run(NamedTuple):
 
     Attributes:
         z: augmented state, see `records.Start`.
-        memory: the integrator's memory; the state vector comes first.
+        memory: the state vector, on which the integrator works.
         past: what the set point remembers.
         signals: the model's signals at this state.
         path: what the sensors' elements met since the last sample, see `integrator.integrate`.
@@ -91,16 +91,13 @@ class Instruments(NamedTuple):
 
 def begin(tick: Tick, model: ParametrisedModel, start: Start, currents: Array) -> Run:
     """Return a run at its start; the first of a period's currents acts until the first sample."""
-    size = len(start.state)
-    memory = np.zeros(6 * size)
-    memory[:size] = start.state
     past = np.full(model.remembered[0], np.nan)
     bend = -1
     for i in range(len(start.active)):
         if start.active[i] == model.bend:
             bend = i
     run = Run(
-        start.z.copy(), memory, past, np.zeros(model.signals),
+        start.z.copy(), start.state.copy(), past, np.zeros(model.signals),
         np.zeros((len(currents) * model.steps, len(model.sources))), model.par.copy(),
         np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, bend,
         model.par[model.supply], start.decay[0], start.decay[1], model.step,
