@@ -94,6 +94,7 @@ def hold(x: Any, par: Any, inputs: Any, held: Any) -> None:
     held.temperature = temperature(par, x, held, par.oil_temperature)
     held.viscosity = viscosity(par, held, held, 1.0, held.temperature)
     held.gas_pressure = gas_pressure(par, held, held)
+    held.per_gas_pressure = 1.0 / held.gas_pressure if held.gas_pressure > 0.0 else 0.0
     held.start_pressure_a = chamber_pressure(x.pressure_a, held.gas_pressure)
     held.start_pressure_b = chamber_pressure(x.pressure_b, held.gas_pressure)
     held.gas_expansion_a = gas_expansion(par, x, held, held.start_pressure_a)
@@ -122,8 +123,9 @@ def chamber_pressure(state: float, gas: float) -> float:
     """
     if gas == 0.0:
         return max(0.0, state)
-    root = math.sqrt(state * state + 4.0 * gas * gas)
-    return 0.5 * (state + root) if state > 0.0 else 2.0 * gas * gas / (root - state)
+    square = gas * gas
+    root = math.sqrt(state * state + 4.0 * square)
+    return 0.5 * (state + root) if state > 0.0 else 2.0 * square / (root - state)
 
 
 def ports(x: Any, dx: Any, par: Any, held: Any, y: Any) -> tuple[float, float]:
@@ -165,16 +167,16 @@ def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
     q ~ u² dp, below a Reynolds number. At |dp| = 10 (T/u)² it is 0.25 % low. It is laminar below
     the width w in any case: fully open, a sharp edge of the reference machine is so below 0.02 bar
     alone, and a chamber stalled behind it would ask for steps of 4 us, as they shrink with the
-    root of it. Written with u² above and below, it has no quotient but the last.
+    root of it. Written with u² above and below, it has no quotient but the last; it is computed for
+    a shut edge, too, so that two take the time of one.
     """
-    if opening < LEAST_OPENING:
-        return 0.0
     width = par.valve_laminar_width
     laminar = held.transition * held.transition
-    square = opening * opening
+    least = max(opening, LEAST_OPENING)
+    square = least * least
     bent = square * square * (drop * drop + width * width) + laminar * laminar
     flow: float = par.valve_gain * square * drop / math.sqrt(math.sqrt(bent))
-    return flow
+    return flow if opening >= LEAST_OPENING else 0.0
 
 
 def open_edges(x: Any, dx: Any, par: Any, u: float) -> tuple[float, float, float, float]:
@@ -218,9 +220,12 @@ def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     )  # fmt: skip
 
 
-def gas_factor(pressure: float, gas: float) -> float:
-    """Return ds/dp of `chamber_pressure`: how much faster the state moves than the pressure."""
-    ratio = gas / pressure if gas > 0.0 else 0.0
+def gas_factor(pressure: float, state: float, per_gas: float) -> float:
+    """Return ds/dp of `chamber_pressure`: how much faster the state moves than the pressure.
+
+    It is 1 + (g/p)², and g/p is (p - s)/g.
+    """
+    ratio = (pressure - state) * per_gas
     return 1.0 + ratio * ratio
 
 
@@ -235,7 +240,7 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     area_b = port_area(par, x, dx, par.cylinder_area_ratio * par.cylinder_piston_area, left_b)
     v_a = par.cylinder_dead_volume_a + area_a * left_a
     v_b = par.cylinder_dead_volume_b + area_b * left_b
-    gas = held.gas_pressure
+    per_volumes = 1.0 / (v_a * v_b)  # one quotient for both chambers
     q_ab = cross_leakage(par, x, dx, y.pressure_a, y.pressure_b, held.viscosity)
     q_r = cross_relief(par, x, dx, y.pressure_a, y.pressure_b)
     q_ta = port_relief(par, x, dx, y.pressure_a, y.tank_pressure)
@@ -254,16 +259,17 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     )  # fmt: skip
     into_a = y.flow_a - q_ab - q_ea - area_a * x.velocity - q_r - q_ta + q_ca
     into_b = q_ab - y.flow_b - q_eb + area_b * x.velocity + q_r - q_tb + q_cb
-    y.pressure_rate_a = beta_a / v_a * into_a
-    y.pressure_rate_b = beta_b / v_b * into_b
+    y.pressure_rate_a = beta_a * (v_b * per_volumes) * into_a
+    y.pressure_rate_b = beta_b * (v_a * per_volumes) * into_b
     cushion_rates(
         par, x, dx, left_a, left_b, x.velocity, y.pressure_rate_a, y.pressure_rate_b, beta_a,
         beta_b, held.viscosity,
     )  # fmt: skip
     y.cushion_pressure_a = cushion_a(par, x, dx, y.pressure_a)
     y.cushion_pressure_b = cushion_b(par, x, dx, y.pressure_b)
-    dx.pressure_a = y.pressure_rate_a * gas_factor(p_a, gas)
-    dx.pressure_b = y.pressure_rate_b * gas_factor(p_b, gas)
+    per_gas = held.per_gas_pressure
+    dx.pressure_a = y.pressure_rate_a * gas_factor(p_a, x.pressure_a, per_gas)
+    dx.pressure_b = y.pressure_rate_b * gas_factor(p_b, x.pressure_b, per_gas)
     y.leakage_flow = q_ab
     y.cross_relief_flow = q_r
     y.port_relief_flow = q_ta + q_tb

@@ -129,6 +129,7 @@ HELD = (
     Quantity("temperature", "K", "temperature of the oil"),
     Quantity("viscosity", "1", "viscosity over that at the reference temperature"),
     Quantity("gas_pressure", "Pa", "pressure below which gas governs a chamber's stiffness"),
+    Quantity("per_gas_pressure", "1/Pa", "one over that; 0 without gas"),
     Quantity("start_pressure_a", "Pa", "pressure of chamber a at the beginning of the call"),
     Quantity("start_pressure_b", "Pa", "the same of chamber b"),
     Quantity("gas_expansion_a", "1", "volume of gas over that at 1 atm, at this pressure"),

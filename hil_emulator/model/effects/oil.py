@@ -94,20 +94,21 @@ def _gas_expansion(pressure: float, polytropic_exponent: float) -> float:
 
 
 @register_jitable
-def _compression(difference: float, total: float, k: float) -> tuple[float, float]:
-    """Return numerator and denominator of (p_1/p)^(1/k), given p - p_1 and p + p_1.
+def _compression(change: float, k: float) -> tuple[float, float]:
+    """Return numerator and denominator of (p_1/p)^(1/k), given p/p_1 - 1.
 
     With s = (p - p_1)/(p + p_1) it is ((1 - s)/(1 + s))^(1/k) = (c - t)/(c + t), t = s/k, and
     c = 1 + (t² - s²)/(3 + (t² - 4 s²)/(5 + (t² - 9 s²)/(7 + ...))) (the continued fraction of
     Gauss). To there its relative error is below 4e-12 for |s| up to NEAR and k from 1 to 1.4.
     """
-    t = difference / (k * total)
-    t_2 = t * t
-    s_2 = k * k * t_2
-    third = 35.0 + t_2 - 9.0 * s_2
-    lower = 3.0 * third + 7.0 * (t_2 - 4.0 * s_2)
-    upper = lower + (t_2 - s_2) * third
-    return upper - t * lower, upper + t * lower
+    whole = k * (2.0 + change)
+    square = change * change
+    whole_2 = whole * whole
+    third = 35.0 * whole_2 + (1.0 - 9.0 * k * k) * square
+    lower = 3.0 * third + 7.0 * (1.0 - 4.0 * k * k) * square
+    even = lower * whole_2 + (1.0 - k * k) * square * third
+    odd = change * whole * lower
+    return even - odd, even + odd
 
 
 @register_jitable
@@ -115,8 +116,9 @@ def _thinning(strain: float) -> float:
     """Return exp(p/E)."""
     if strain > THIN:
         return math.exp(strain)
-    rest = 1.0 / 6.0 + strain * (1.0 / 24.0 + strain * (1.0 / 120.0 + strain * (1.0 / 720.0)))
-    return 1.0 + strain * (1.0 + strain * (0.5 + strain * rest))
+    square = strain * strain
+    rest = 1.0 / 24.0 + strain * (1.0 / 120.0) + square * (1.0 / 720.0)
+    return 1.0 + strain + square * (0.5 + strain * (1.0 / 6.0) + square * rest)
 
 
 @effect(
@@ -158,12 +160,13 @@ def entrained_air(
     and followed from there.
     """
     p = max(pressure, LEAST_GAS_PRESSURE)
-    if abs(p - start) > NEAR * (p + start):
-        start = p
+    change = (p - start) * (1.0 / start)
+    if abs(change) > NEAR * (2.0 + change):
+        change = 0.0
         expansion = _gas_expansion(p, polytropic_exponent)
-    upper, lower = _compression(p - start, p + start, polytropic_exponent)
+    upper, lower = _compression(change, polytropic_exponent)
     # w as a quotient of both, so that one division is enough
-    upper *= fraction * expansion * _thinning(p / bulk_modulus)
+    upper *= fraction * expansion * _thinning(p * (1.0 / bulk_modulus))
     softest = polytropic_exponent * p
     modulus: float = bulk_modulus * softest * (lower + upper)
     return modulus / (softest * lower + bulk_modulus * upper)
