@@ -13,8 +13,9 @@ from numba.np import arrayobj
 
 _arrays: Any = arrayobj
 _tools: Any = cgutils
+_types: Any = types
 _sharing: Any = imputils.impl_ret_borrowed
-"""Numba tells no types of what makes arrays, takes memory, and shares that of an argument."""
+"""Numba tells no types of what makes arrays and types, takes memory, and shares an argument's."""
 
 _ALIGNMENT = 64  # a line of the cache
 
@@ -26,7 +27,7 @@ def room(_: Any, count: Any, layout: Any) -> tuple[Any, Callable[..., Any]]:
     They last as long as the function that calls this, so it must not return them.
     """
     records = types.Array(layout.dtype, 1, "C")
-    flat = types.UniTuple(types.float64, count.literal_value * layout.dtype.size // 8)
+    flat = _types.UniTuple(types.float64, count.literal_value * layout.dtype.size // 8)
 
     def codegen(context: Any, builder: Any, *_: Any) -> Any:
         memory = _tools.alloca_once(builder, context.get_value_type(flat))
