@@ -137,7 +137,7 @@ class Translation:
         own = self._free_name(name)
         real = "float" if self.single else "double"
         given = ", ".join(text for a in arguments.items() for text in _parameter(*a, real))
-        head = f"static {declared(translated.gives, own, real)}({given})"
+        head = f"static INLINE {declared(translated.gives, own, real)}({given})"
         self.texts.append("\n".join([*_comment(source), head, "{", *translated.lines, "}"]))
         return Made(own, tuple(takes), translated.gives)
 
