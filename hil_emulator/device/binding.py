@@ -5,13 +5,14 @@ Four sources feed objects: a sensor channel of the same name or Signal, the devi
 the other way.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
-from hil_emulator.device.entry import Entry
+from hil_emulator.device.entry import Entry, Lagging
 from hil_emulator.device.measured import Measured
+from hil_emulator.device.repetition import COUNT, TIME, WORD_BITS, Shown
 from hil_emulator.errors import UserError
 
 SAMPLE_COUNTER = "sample_counter"
@@ -40,6 +41,7 @@ class SensorObjects:
     Attributes:
         sources: by (index, sub-index) of every bound object, what feeds it.
         shown: the last sample, None before the first.
+        number: that of the last sample, from 0.
         overrange: the ranges that `check_ranges` was told last.
 
     Raises:
@@ -62,7 +64,7 @@ class SensorObjects:
         self._inside = [0] * len(channels)
         self.overrange = self._inside
         self.shown: Measured | None = None
-        self._number = -1
+        self.number = -1
         self._time_us = 0
         self._positions: list[int] = []
         self._integers: list[tuple[int, Entry, float, int, int]] = []
@@ -76,6 +78,14 @@ class SensorObjects:
                     self._bind(position, entry)
         self._counter = self._internal(dictionary, SAMPLE_COUNTER)
         self._time = self._internal(dictionary, SAMPLE_TIME)
+        bound = [entry for _, entry, *_ in (*self._integers, *self._reals)]
+        bound += [internal[0] for internal in (self._counter, self._time) if internal is not None]
+        self._bound = tuple(bound)
+
+    @property
+    def inside(self) -> bool:
+        """Whether every channel was inside its range when `check_ranges` was told."""
+        return not any(self.overrange)
 
     def reset(self) -> None:
         """Show the last sample again, and report ranges anew: a reset has cleared both."""
@@ -91,7 +101,7 @@ class SensorObjects:
         if measured is self.shown:
             return False
         self.shown = measured
-        self._number += 1
+        self.number += 1
         self._time_us = now_ns // NS_PER_US
         self._show(measured)
         return True
@@ -110,9 +120,42 @@ class SensorObjects:
             real = values[position] / factor
             entry.value = real if least <= real <= most else most if real > most else least
         if self._counter is not None:
-            self._counter[0].value = self._number & self._counter[1]
+            self._counter[0].value = self.number & self._counter[1]
         if self._time is not None:
             self._time[0].value = self._time_us & self._time[1]
+
+    def shown_by(self, count: int) -> dict[Entry, Shown]:
+        """Return what bound integers show, by entry, where the last sample's number is `count`."""
+        found = {e: Shown(at, factor, low, high) for at, e, factor, low, high in self._integers}
+        if self._counter is not None:
+            found[self._counter[0]] = Shown(COUNT, 1.0, self.number - count, self._counter[1])
+        if self._time is not None:
+            found[self._time[0]] = Shown(TIME, 1.0, 0, self._time[1])
+        return {entry: shown for entry, shown in found.items() if entry.type.bits <= WORD_BITS}
+
+    def lag(self, catch_up: Callable[[], None]) -> None:
+        """Let the objects' values wait until somebody asks for one; that calls `catch_up`."""
+        for entry in self._bound:
+            entry.catch_up = catch_up
+            entry.__class__ = Lagging
+
+    def resume(self, passed: int, now_ns: int, measured: Measured | None) -> None:
+        """Go on after samples that others have shown.
+
+        Args:
+            passed: how many.
+            now_ns: time of the last.
+            measured: the last; None where the next one follows at once.
+
+        """
+        for entry in self._bound:
+            entry.__class__ = Entry
+        if passed:
+            self.number += passed
+            self._time_us = now_ns // NS_PER_US
+            self.shown = measured
+            if measured is not None:
+                self._show(measured)
 
     def check_ranges(self, overrange: list[int]) -> None:
         """Raise and clear the range error of each shown channel that crossed a limit."""

@@ -43,6 +43,7 @@ class Dictionary:
         remarks: what was odd about the file that the entries come from.
         bit_rates: what the device can do [bit/s]; empty where that is not known.
         extended_ids: whether its PDOs may have 29-bit identifiers.
+        before_write: called before a value is stored, or refused.
 
     Raises:
         UserError: the node id is outside 1 to 127.
@@ -57,6 +58,7 @@ class Dictionary:
         self.remarks: Sequence[Remark] = ()
         self.bit_rates: frozenset[int] = frozenset()
         self.extended_ids = True
+        self.before_write: Callable[[], None] = lambda: None
         self._entries: dict[tuple[int, int], Entry] = {}
         self._dummies: dict[int, Entry] = {}
         self._assigned: set[Entry] = set()
@@ -190,6 +192,7 @@ class Dictionary:
             SdoAbort: no such object, read-only, beyond the limits, or refused by its service.
 
         """
+        self.before_write()
         entry = self.writable(index, subindex)
         entry.check(value)
         watcher = self._watchers.get(index)

@@ -1,5 +1,6 @@
 """One object of the dictionary: its description and its one current value."""
 
+from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any
 
@@ -35,6 +36,7 @@ class Entry:
         relative: whether the default contains the node-ID ($NODEID).
         default: value after a reset.
         value: an int, float or bytes by data type; None while there is no data to read.
+        catch_up: brings the value up to date where it lags behind, see `Lagging`.
 
     """
 
@@ -56,6 +58,7 @@ class Entry:
     gated: bool = field(init=False)
     retained: bool = field(init=False, default=False)
     value: Any = field(init=False)
+    catch_up: Callable[[], None] = field(init=False)
 
     def __post_init__(self) -> None:
         self.signal = self.signal or self.name
@@ -115,3 +118,23 @@ class Entry:
             raise SdoAbort(AbortCode.VALUE_TOO_HIGH)
         if value < low:
             raise SdoAbort(AbortCode.VALUE_TOO_LOW)
+
+
+class Lagging(Entry):
+    """An entry that shows a sample, as long as nobody has asked for its value.
+
+    Whoever reads or writes the value lets `catch_up` make it an `Entry` again first.
+    """
+
+    __slots__ = ()
+
+    @property
+    def value(self) -> Any:
+        """The value of now."""
+        self.catch_up()
+        return Entry.value.__get__(self)  # type: ignore[attr-defined]
+
+    @value.setter
+    def value(self, value: Any) -> None:
+        self.catch_up()
+        Entry.value.__set__(self, value)  # type: ignore[attr-defined]

@@ -40,9 +40,12 @@ from hil_emulator.device.nmt import (
 )
 from hil_emulator.device.node_guarding import NodeGuarding
 from hil_emulator.device.pdo import PdoParameters
-from hil_emulator.device.process_data import Handler, ProcessData
+from hil_emulator.device.process_data import ProcessData
 from hil_emulator.device.profiles.choice import profile_of
 from hil_emulator.device.program_download import ProgramDownload
+from hil_emulator.device.repetition import Word
+from hil_emulator.device.rest import Rest, Sampled
+from hil_emulator.device.rpdo import Handler
 from hil_emulator.device.sdo_channels import SdoChannels
 from hil_emulator.device.storage import MemoryStorage, ParameterStore, Storage
 from hil_emulator.device.sync import SyncConsumer, SyncProducer
@@ -50,6 +53,9 @@ from hil_emulator.device.time_stamp import TimeStamp
 from hil_emulator.device.trigger import Trigger
 from hil_emulator.device.verify_configuration import VerifyConfiguration
 from hil_emulator.frame import EXTENDED, Frame
+
+Routes = dict[int, list[Handler]]
+"""By identifier, what takes a frame."""
 
 
 class Node:
@@ -133,7 +139,9 @@ class Node:
             self._route,
         )
         self._commands = self._set_points.in_force(operational=False)
+        self._rest = Rest(self._sensors, self._pdos)
         self._route()
+        dictionary.before_write = self._before_write
 
     @property
     def node_id(self) -> int:
@@ -162,6 +170,12 @@ class Node:
             if handlers is not None:
                 for handler in handlers:
                     handler(now_ns, data)
+        if self._rest.on:
+            if now_ns < self._rest.until_ns and now_ns < self._pdos.deadline_ns:
+                if self._set_points.stale:
+                    self._commands = self._set_points.in_force(operational=True)
+                return self._commands
+            self.attend()
         if now_ns >= self._consumer.due_ns or now_ns >= self._guarding.due_ns:
             self._check_partners(now_ns)
         operational = self._state is State.OPERATIONAL
@@ -180,6 +194,7 @@ class Node:
                 of the last tick, the same object, may be published again: it is no new one.
 
         """
+        self.attend()
         if self._sensors.sample(now_ns, measured):
             self._profile.measure(now_ns, measured)
         if self._courses.sources:
@@ -213,6 +228,109 @@ class Node:
             self._heartbeat.publish(now_ns, self._state, frames)
         return frames
 
+    # -- at rest: somebody else packs what the TPDOs carry ----------------------------------
+
+    def rests(self, count: int) -> Sequence[Word] | None:
+        """Return what the node would send if it rested; None while its services are busy.
+
+        Args:
+            count: number of the last sample, as whoever samples counts them.
+
+        """
+        busy = (
+            self._state is not State.OPERATIONAL
+            or self._emergency.active
+            or self._emergency.queue
+            or self._produces
+            or self._sdo.busy
+            or self._guarding.requests
+            or self._lss.answers
+            or self.distortions
+            or self._courses.sources
+            or not self._profile.idle
+            or not self._sensors.inside
+        )
+        return None if busy else self._rest.words(count)
+
+    @property
+    def resting(self) -> bool:
+        """Whether the node rests."""
+        return self._rest.on
+
+    def begin_rest(self, sampled: Sampled) -> None:
+        """Let the services sleep until something happens; `repeat` then is `publish`.
+
+        Args:
+            sampled: returns the last sample that was published.
+
+        """
+        if self._resting_routes is None:
+            self._resting_routes = self._routes_at_rest()
+        self._routes, self._remote_routes = self._resting_routes
+        until_ns = min(self._consumer.due_ns, self._guarding.due_ns, self._heartbeat.due_ns)
+        self._rest.begin(until_ns, sampled, self.attend)
+
+    def place(self, place: int) -> None:
+        """Take note of where in the record the node's words begin."""
+        self._rest.place = place
+
+    def repeat(self, now_ns: int, record: bytes | bytearray) -> list[Frame]:
+        """Return the frames due with a new sample, in the order they are to be sent.
+
+        Args:
+            now_ns: the same time `receive` got.
+            record: the sample, as `rests` has asked for it.
+
+        """
+        return self._rest.publish(now_ns, record)
+
+    def attend(self, *, renewed: bool = False) -> None:
+        """Wake the services: something happens that is theirs to decide.
+
+        Args:
+            renewed: whether there is a newer sample than the last that was published.
+
+        """
+        if self._rest.on:
+            self._routes, self._remote_routes = self._ordinary_routes
+            self._rest.end(renewed=renewed)
+
+    def _before_write(self) -> None:
+        self.attend()
+        self._resting_routes = None
+
+    def _routes_at_rest(self) -> tuple[Routes, Routes]:
+        """Return routes that wake the services, but for set points and SYNC."""
+        data, remote = self._ordinary_routes
+        waking = {can_id: self._waking(handlers) for can_id, handlers in data.items()}
+        alone = {can_id: waking[can_id] for can_id, handlers in data.items() if len(handlers) == 1}
+        routes = {can_id: [handler] for can_id, handler in waking.items()}
+        shortcuts = self._pdos.shortcuts(alone)
+        if self._sync.can_id in alone:
+            shortcuts[self._sync.can_id] = self._sync_shortcut(alone[self._sync.can_id])
+        routes |= {can_id: [handler] for can_id, handler in shortcuts.items()}
+        return routes, {can_id: [self._waking(handlers)] for can_id, handlers in remote.items()}
+
+    def _waking(self, handlers: Sequence[Handler]) -> Handler:
+        def handle(now_ns: int, data: bytes) -> None:
+            self.attend()
+            for handler in handlers:
+                handler(now_ns, data)
+
+        return handle
+
+    def _sync_shortcut(self, otherwise: Handler) -> Handler:
+        """Return what takes a SYNC of the right length."""
+        length, window_ns = int(self._sync.counted), self._sync.window_ns
+
+        def handle(now_ns: int, data: bytes) -> None:
+            if len(data) != length:
+                otherwise(now_ns, data)
+            else:
+                self._pdos.sync(now_ns, data[0] if length else 0, window_ns)
+
+        return handle
+
     def _on_written(self, entries: Sequence[Entry]) -> None:
         self._set_points.written(entries)
         self._profile.written(entries)
@@ -239,11 +357,13 @@ class Node:
             bit: its bit in the error register, besides the generic one.
 
         """
+        self.attend()
         self._emergency.raise_error(key, code, bit)
 
     def clear_error(self, key: Hashable) -> None:
         """Let the node report that an error of its hardware is gone."""
-        self._emergency.clear(key)
+        if key in self._emergency.active:
+            self._emergency.clear(key)
 
     def bindings(self) -> list[layout.Binding]:
         """Return the table of objects from 0x2000 on and what each is bound to."""
@@ -371,7 +491,8 @@ class Node:
                 routes.setdefault(self._time.can_id, []).append(self._time.receive)
         if self._state is State.OPERATIONAL:
             self._pdos.add_routes(routes, remote)
-        self._routes, self._remote_routes = routes, remote
+        self._routes, self._remote_routes = self._ordinary_routes = routes, remote
+        self._resting_routes: tuple[Routes, Routes] | None = None
         self.hears = {can_id: can_id in rerouting for can_id in routes}
         self.asked = frozenset(remote)
         self._produces = True  # or no longer: the next tick will tell

@@ -1,20 +1,18 @@
 """All PDOs of a node: who hears SYNC, who falls back, who sends."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from hil_emulator.device import pdo
-from hil_emulator.device.binding import SetPoints
+from hil_emulator.device.binding import SensorObjects, SetPoints
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.layout import checked_parameters
-from hil_emulator.device.rpdo import Rpdo
+from hil_emulator.device.repetition import Repetition
+from hil_emulator.device.rpdo import NEVER, Handler, Rpdo
 from hil_emulator.device.tpdo import Tpdo
 from hil_emulator.device.trigger import Trigger
 from hil_emulator.frame import Frame
-
-Handler = Callable[[int, bytes], None]
-"""Takes the time in nanoseconds and a frame's data."""
 
 
 class ProcessData:
@@ -27,6 +25,9 @@ class ProcessData:
         triggers: which changes are events of their own.
         on_written: told which objects an RPDO has written.
         on_change: called when parameters have changed, as frames may have to go elsewhere.
+
+    Attributes:
+        deadline_ns: before this time no RPDO is overdue.
 
     Raises:
         UserError: a default mapping is faulty.
@@ -46,6 +47,7 @@ class ProcessData:
         self._triggers = triggers
         self._on_written = on_written
         self._on_change = on_change
+        self.deadline_ns = NEVER
         self.rpdos: list[Rpdo] = []
         self.tpdos: list[Tpdo] = []
         for number in pdo.numbers(dictionary, receive=True):
@@ -58,6 +60,37 @@ class ProcessData:
             self.tpdos.append(tpdo)
         self._select()
 
+    def repetition(self, sensors: SensorObjects, count: int) -> Repetition | None:
+        """Return the TPDOs as they are sent out of a record; None where they cannot be.
+
+        Args:
+            sensors: says what objects show.
+            count: number of the last sample, as whoever samples counts them.
+
+        """
+        if any(t.on for t in self._triggers) or not all(t.repeats for t in self._active):
+            return None
+        ahead = sensors.number - count
+        if self._repeated is None or self._repeated[0] != ahead:
+            try:
+                self._repeated = ahead, Repetition(self._active, sensors.shown_by(count))
+            except LookupError:
+                self._repeated = ahead, None
+        return self._repeated[1]
+
+    def shortcuts(self, otherwise: Mapping[int, Handler]) -> dict[int, Handler]:
+        """Return what takes the frames of RPDOs while nothing is wrong with them.
+
+        Args:
+            otherwise: takes those with which something is, by identifier.
+
+        """
+        return {
+            identifier: rpdo.shortcut(self._on_written, otherwise[identifier])
+            for rpdo in self._active_rpdos
+            if (identifier := rpdo.parameters.identifier) in otherwise
+        }
+
     @property
     def all(self) -> list[Rpdo | Tpdo]:
         """RPDOs and TPDOs by number, RPDOs first."""
@@ -65,6 +98,7 @@ class ProcessData:
 
     def start(self) -> None:
         """Enter OPERATIONAL."""
+        self._repeated = None
         for item in self.all:
             item.start()
 
@@ -97,9 +131,12 @@ class ProcessData:
 
     def check_deadlines(self, now_ns: int) -> None:
         """Let the commands of each RPDO that is overdue fall back."""
+        if now_ns < self.deadline_ns:
+            return
         for rpdo in self._active_rpdos:
             if rpdo.expired(now_ns):
                 self._set_points.fall_back(rpdo.parameters.mapping.entries)
+        self.deadline_ns = min((r.deadline_ns for r in self._active_rpdos), default=NEVER)
 
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
         """Append the TPDOs due now, by number."""
@@ -124,6 +161,8 @@ class ProcessData:
         def receive(now_ns: int, data: bytes) -> None:
             if rpdo.receive(now_ns, data):
                 self._on_written(entries)
+            if rpdo.deadline_ns < self.deadline_ns:
+                self.deadline_ns = rpdo.deadline_ns
 
         return receive
 
@@ -144,6 +183,7 @@ class ProcessData:
 
     def _select(self) -> None:
         """Note who has something to do, of the many PDOs an EDS may describe."""
+        self._repeated: tuple[int, Repetition | None] | None = None
         self._active_rpdos = [rpdo for rpdo in self.rpdos if rpdo.parameters.active]
         self._synchronous_rpdos = [r for r in self._active_rpdos if r.parameters.synchronous]
         self._active = [tpdo for tpdo in self.tpdos if tpdo.parameters.active]

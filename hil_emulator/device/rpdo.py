@@ -1,7 +1,13 @@
 """RPDO: set points from the bus into the dictionary (CiA 301 7.2.2)."""
 
+from collections.abc import Callable, Sequence
+
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
+from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo import SYNC_CYCLIC_MAX, PdoParameters
+
+Handler = Callable[[int, bytes], None]
+"""Takes the time in nanoseconds and a frame's data."""
 
 NS_PER_MS = 1_000_000
 NEVER = 1 << 63
@@ -18,6 +24,9 @@ class Rpdo:
         parameters: the PDO's records.
         emergency: told of wrong lengths and of a missed deadline.
 
+    Attributes:
+        deadline_ns: when the next frame has to have come, `NEVER` before the first.
+
     """
 
     def __init__(self, parameters: PdoParameters, emergency: Emergency) -> None:
@@ -26,7 +35,7 @@ class Rpdo:
         self._wrong_length = (parameters.name, "length")
         self._overdue = (parameters.name, "deadline")
         self._held: bytes | None = None
-        self._deadline_ns = NEVER
+        self.deadline_ns = NEVER
         self.stop()
 
     def start(self) -> None:
@@ -35,7 +44,7 @@ class Rpdo:
         self._size = self._mapping.size
         self._synchronous = self.parameters.transmission_type <= SYNC_CYCLIC_MAX
         self._timeout_ns = self.parameters.event_timer_ms * NS_PER_MS
-        self._deadline_ns = NEVER  # monitoring starts with the first reception
+        self.deadline_ns = NEVER  # monitoring starts with the first reception
         self._held = None
         self._window_end_ns = NEVER
         self._targets = [(entry, *entry.bounds) for entry in self._mapping.entries]
@@ -52,7 +61,7 @@ class Rpdo:
         if (erroneous or len(data) != self._size) and not self._check_length(len(data)):
             return False
         if self._timeout_ns:
-            self._deadline_ns = now_ns + self._timeout_ns
+            self.deadline_ns = now_ns + self._timeout_ns
             if erroneous:
                 self._emergency.clear(self._overdue)
         if self._synchronous:
@@ -61,6 +70,29 @@ class Rpdo:
             return False
         self._store(data)
         return True
+
+    def shortcut(self, on_written: Callable[[Sequence[Entry]], None], otherwise: Handler) -> Handler:
+        """Return what takes a frame as `receive` does, while no error is active.
+
+        Args:
+            on_written: told of the objects that have new values.
+            otherwise: takes frames of a wrong length, and the first one.
+
+        """
+        entries, size, timeout_ns = self._mapping.entries, self._size, self._timeout_ns
+
+        def take(now_ns: int, data: bytes) -> None:
+            if len(data) != size or self._synchronous or (
+                timeout_ns and self.deadline_ns == NEVER
+            ):
+                otherwise(now_ns, data)
+                return
+            if timeout_ns:
+                self.deadline_ns = now_ns + timeout_ns
+            self._store(data)
+            on_written(entries)
+
+        return take
 
     def sync(self, now_ns: int, window_ns: int) -> bool:
         """Apply what was received since the last SYNC; return whether there was anything.
@@ -80,16 +112,14 @@ class Rpdo:
 
     def expired(self, now_ns: int) -> bool:
         """Return True once when the deadline passes without a frame (EMCY 0x8250)."""
-        if now_ns < self._deadline_ns:
+        if now_ns < self.deadline_ns:
             return False
-        self._deadline_ns = NEVER
+        self.deadline_ns = NEVER
         self._emergency.raise_error(self._overdue, ErrorCode.RPDO_TIMEOUT, ErrorBit.COMMUNICATION)
         return True
 
     def _store(self, data: bytes) -> None:
-        for (entry, low, high), value in zip(
-            self._targets, self._mapping.unpack(data), strict=True
-        ):
+        for (entry, low, high), value in zip(self._targets, self._mapping.unpack(data)):  # noqa: B905 - as many
             if low <= value <= high:
                 entry.value = value
             elif value == value and abs(value) != float("inf"):

@@ -12,7 +12,7 @@ from typing import Any
 from hil_emulator.device import cob_id
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
-from hil_emulator.device.process_data import Handler
+from hil_emulator.device.rpdo import Handler
 from hil_emulator.device.sdo import SDO_SERVER_PARAMETER, SdoServer
 from hil_emulator.frame import Frame
 

@@ -52,13 +52,18 @@ class SyncConsumer:
         return None if self._cob_id is None else self._cob_id.value & cob_id.CAN_ID_MASK
 
     @property
+    def counted(self) -> bool:
+        """Whether SYNC carries a counter."""
+        return self._overflow is not None and self._overflow.value != 0
+
+    @property
     def window_ns(self) -> int:
         """How long after a SYNC a synchronous RPDO is still taken for the next; 0 is always."""
         return 0 if self._window is None else self._window.value * NS_PER_US
 
     def accept(self, data: bytes) -> int | None:
         """Return the counter of a SYNC (0 where it has none), or None for a wrong length."""
-        counted = self._overflow is not None and self._overflow.value != 0
+        counted = self.counted
         if len(data) != counted:
             self._emergency.raise_error(
                 _LENGTH_ERROR, ErrorCode.SYNC_LENGTH, ErrorBit.COMMUNICATION

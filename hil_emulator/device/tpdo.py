@@ -21,6 +21,7 @@ from hil_emulator.device import cob_id
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo import (
     EVENT_MANUFACTURER,
+    RTR_EVENT,
     RTR_SYNC,
     SYNC_ACYCLIC,
     SYNC_CYCLIC_MAX,
@@ -43,6 +44,9 @@ class Tpdo:
 
     Attributes:
         wakes_ns: before this time `publish` has nothing to do.
+        next_ns: when its event timer elapses, `NEVER` without one.
+        period_ns: of its event timer, 0 without one.
+        requests: transmissions due now, whatever the inhibit time.
 
     """
 
@@ -57,7 +61,7 @@ class Tpdo:
         self._extended = parameters.extended
         self._mapping = parameters.mapping
         self._type = kind = parameters.transmission_type
-        self._requests = 0  # transmissions due now, whatever the inhibit time
+        self.requests = 0
         self._event = False  # an event waiting for the inhibit time
         self._syncs_left = kind
         self._sync_start = parameters.sync_start
@@ -68,10 +72,10 @@ class Tpdo:
         self._inhibit_ns = parameters.inhibit_us * NS_PER_US
         self._free_ns = 0
         event_driven = kind >= EVENT_MANUFACTURER
-        self._period_ns = parameters.event_timer_ms * NS_PER_MS if event_driven else 0
-        self._next_ns = UNSTARTED if self._period_ns else NEVER
-        self._on_change = event_driven and not self._period_ns
-        self.wakes_ns = ALWAYS if self._on_change else self._next_ns
+        self.period_ns = parameters.event_timer_ms * NS_PER_MS if event_driven else 0
+        self.next_ns = UNSTARTED if self.period_ns else NEVER
+        self._on_change = event_driven and not self.period_ns
+        self.wakes_ns = ALWAYS if self._on_change else self.next_ns
 
     def sync(self, counter: int) -> None:
         """Take note of a SYNC; what it triggers is sent by the next `publish`.
@@ -93,14 +97,23 @@ class Tpdo:
             self._syncs_left -= 1
             if self._syncs_left == 0:
                 self._syncs_left = self._type
-                self._requests += 1
+                self.requests += 1
                 self.wakes_ns = ALWAYS
 
     def request(self) -> None:
         """Take note of a remote frame, ignored where the COB-ID says no RTR."""
         if not self.parameters.cob_id & cob_id.NO_RTR:
-            self._requests += 1
+            self.requests += 1
             self.wakes_ns = ALWAYS
+
+    @property
+    def repeats(self) -> bool:
+        """Whether event timer or SYNC alone say when it is sent, and nothing waits."""
+        if self._event or self.requests:
+            return False
+        if self.period_ns:
+            return self.next_ns != UNSTARTED and not self._inhibit_ns
+        return SYNC_ACYCLIC < self._type <= SYNC_CYCLIC_MAX or self._type == RTR_EVENT
 
     def trigger(self, entries: Sequence[Entry]) -> None:
         """Take note of an event of some objects, if one of them is mapped here."""
@@ -110,25 +123,25 @@ class Tpdo:
 
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
         """Append this PDO as often as it is due."""
-        due_ns = self._next_ns
+        due_ns = self.next_ns
         if due_ns == UNSTARTED:
-            self._next_ns = now_ns + self._period_ns
+            self.next_ns = now_ns + self.period_ns
         elif now_ns >= due_ns:
             self._event = True
             # it never drifts; a period shorter than a tick fires once per tick
-            self._next_ns += ((now_ns - due_ns) // self._period_ns + 1) * self._period_ns
+            self.next_ns += ((now_ns - due_ns) // self.period_ns + 1) * self.period_ns
         if self._on_change and self._changed():
             self._event = True
         if self._event and now_ns >= self._free_ns:
             self._event = False
             self._free_ns = now_ns + self._inhibit_ns
-            self._requests += 1
+            self.requests += 1
         if self._sync_pending:
             self._at_sync()
-        if self._requests:
+        if self.requests:
             self._send(frames)
         # an event that waits for the inhibit time asks in every tick
-        self.wakes_ns = ALWAYS if self._on_change or self._event else self._next_ns
+        self.wakes_ns = ALWAYS if self._on_change or self._event else self.next_ns
 
     def _changed(self) -> bool:
         """Return whether there is a change that no trigger decides upon."""
@@ -143,7 +156,7 @@ class Tpdo:
         self._sync_pending = False
         data = self._mapping.pack()
         if self._type == SYNC_ACYCLIC and data != self._last:
-            self._requests += 1
+            self.requests += 1
         self._sampled = data
 
     def _send(self, frames: list[Frame]) -> None:
@@ -152,5 +165,5 @@ class Tpdo:
             data = self._sampled
         self._last = data
         frame = Frame(self._can_id, data, False, self._extended)
-        frames += (frame,) * self._requests
-        self._requests = 0
+        frames += (frame,) * self.requests
+        self.requests = 0

@@ -4,13 +4,14 @@ import inspect
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from hil_emulator.model import actuator, exchange, integrator, leg, sensors
+from hil_emulator.model import actuator, digits, exchange, integrator, leg, sensors
 from hil_emulator.model.declare import Argument, DeclarationError, Effect, Law, Stage
 from hil_emulator.model.layout import base_fields
 from hil_emulator.model.stages import ACTS, CONTINUOUS, SAMPLED, TICKED
 
 BALANCES = (
     *actuator.BALANCES, *leg.LEG, *exchange.EXCHANGE, *integrator.INTEGRATOR, sensors.sample,
+    *digits.DIGITS,
 )  # fmt: skip
 
 _HEADER = '''"""Stages, balances and sensor chain, composed by hil_emulator.model.compose."""
@@ -23,6 +24,7 @@ from hil_emulator.model.constants import (
     ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, GRAVITY, LEAST_OPENING, LIGHTEST_ROD, PIECES,
     SLIDING_BEND, VELOCITY_DOUBT,
 )
+from hil_emulator.model.digits import COUNT
 from hil_emulator.model.integrator import Work
 from hil_emulator.model.sensors import Transducers
 '''
@@ -89,10 +91,15 @@ def rate(state, rates, par, inputs, signals):
 
 
 @entry
-def sense(signals, path, par, memory, past, normal, period, reading, overrange):
-    """Sample: `sensors.sample` on views of flat memory."""
+def sense(
+    par, memory, past, normals, period, reading, overrange, words, record, signals, path, row,
+    count, time
+):
+    """Sample, with a row of the normal numbers: `sensors.sample` on views of flat memory."""
     chain = Transducers(view(par, CHANNEL), view(memory, MEMORY), view(past, CHANNEL_PAST))
-    sample(signals, path, WIRING, chain, normal, period, reading, overrange)
+    sample(signals, path, WIRING, chain, normals[row], period, reading, overrange)
+    pack(reading, count, time, words, record)
+    return range_code(overrange)
 '''
 
 

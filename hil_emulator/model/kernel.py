@@ -43,8 +43,9 @@ class Kernel:
             actuators on a supply, see `integrator.integrate`, with the set points' delay; returns
             whether the states are finite.
         rate: `rate(state, rates, par, inputs, signals)`, see `exchange.evaluate`.
-        sense: `sense(signals, path, par, memory, past, normal, period, reading, overrange)`,
-            see `sensors.sample`.
+        sense: `sense(par, memory, past, normals, period, reading, overrange, words, record,
+            signals, path, row, count, time)`, see `sensors.sample` and `digits.pack`; returns
+            `digits.range_code`.
         parameters: the plant's parameters.
         state: what the plant integrates.
         past: what the plant remembers from tick to tick.
@@ -62,7 +63,7 @@ class Kernel:
 
     tick: Callable[..., bool]
     rate: Callable[..., None]
-    sense: Callable[..., None]
+    sense: Callable[..., int]
     parameters: np.dtype[Any]
     state: np.dtype[Any]
     past: np.dtype[Any]

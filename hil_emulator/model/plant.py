@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hil_emulator.model.bound import bound
 from hil_emulator.model.effects.history import HISTORY
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import Vector, fill, length, named, zeros
@@ -18,6 +19,11 @@ Matrix = np.ndarray[Any, np.dtype[np.float64]]
 
 NOT_FOLLOWED: Matrix = np.empty((0, len(CHANNELS)))
 """The path of quantities of which only the end is known."""
+
+NOTHING: Vector = np.empty(0)
+
+WORD_LENGTH = 6
+"""Numbers that say what a word of a record is, see `digits.pack`."""
 
 _HOLDINGS = 20
 """How often the joints of a leg are held in turn: each bears what the others leave (assumed)."""
@@ -51,7 +57,8 @@ class Supply:
         self.inputs = zeros(kernel.inputs, count)
         self.signals = zeros(kernel.signals, count)
         self._path = np.empty((0, count * len(CHANNELS)))
-        self._steps = 0
+        self._followed = self._path
+        self._steps = -1
 
     def step(self, steps: int) -> bool:
         """Integrate `steps` steps with the inputs held, and evaluate the signals there.
@@ -62,12 +69,20 @@ class Supply:
             Whether every state is finite.
 
         """
+        if steps != self._steps:
+            self._prepare(steps)
+        return self._tick()
+
+    def _prepare(self, steps: int) -> None:
+        """Make room for what the channels meet in so many steps."""
         if steps > len(self._path):
             self._path = np.empty((steps, self._path.shape[1]))
         self._steps = steps
-        return self.kernel.tick(
-            self.states, self.past, self.parameters, self.inputs, self.signals, self._path,
-            self.step_width, steps,
+        self._followed = self._path[:steps]
+        self._parts = [np.empty((steps, len(CHANNELS))) for _ in range(self.kernel.actuators)]
+        self._tick = bound(
+            self.kernel.tick, self.states, self.past, self.parameters, self.inputs, self.signals,
+            self._path, self.step_width, steps,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -75,9 +90,11 @@ class Supply:
 
     def path(self, place: int) -> Matrix:
         """Return what the channels of an actuator met in the last tick, see `Plant.path`."""
-        count = len(CHANNELS)
-        own = self._path[: self._steps, place * count : (place + 1) * count]
-        return np.ascontiguousarray(own)
+        if self.kernel.actuators == 1:
+            return self._followed
+        own, count = self._parts[place], len(CHANNELS)
+        own[:] = self._followed[:, place * count : (place + 1) * count]
+        return own
 
 
 class Plant:
@@ -223,6 +240,13 @@ class Sensors:
         period: time between samples [s].
         random: source of the noise.
 
+    Attributes:
+        reading: what each channel reports, SI.
+        overrange: -1 at the lower end of a channel's measuring range, +1 at the upper one, else 0.
+        ranges: the same as one number, 0 where no channel is at an end.
+        count: number of the last sample, from 0.
+        record: the last sample as bytes, see `lay_out`.
+
     """
 
     def __init__(
@@ -233,7 +257,7 @@ class Sensors:
         random: np.random.Generator,
     ) -> None:
         self.names = tuple(c.name for c in CHANNELS)
-        self._sense = kernel.sense
+        self._kernel = kernel
         self._period = period
         # a stream for each channel, so that one more leaves the others' noise as it is
         self._streams = random.spawn(len(CHANNELS))
@@ -246,30 +270,55 @@ class Sensors:
         self.overrange = np.zeros(len(CHANNELS), np.int64)
         self._normals = np.empty((_BLOCK, len(CHANNELS)))
         self._next = _BLOCK
+        self.ranges = 0
+        self.count = -1
+        self.lay_out([], 0)
+
+    def lay_out(self, words: Sequence[Sequence[float]], length: int) -> None:
+        """Let a record show readings from the next sample on.
+
+        Args:
+            words: what stands where in it, see `digits.pack`.
+            length: its bytes.
+
+        """
+        self.record = bytearray(length)
+        self._words = np.array(words, np.float64).reshape(-1, WORD_LENGTH)
+        self._bytes = np.frombuffer(self.record, np.uint8)
+        self._signals, self._path = NOTHING, NOT_FOLLOWED
 
     def restart(self) -> None:
         """Forget what was read so far."""
         self._memory[:] = math.nan
         self._past[:] = math.nan
 
-    def sample(self, signals: Vector, path: Matrix = NOT_FOLLOWED) -> None:
-        """Fill `reading` and `overrange`.
+    def sample(self, signals: Vector, path: Matrix = NOT_FOLLOWED, time_us: int = 0) -> None:
+        """Fill `reading`, `overrange`, `ranges` and `record`.
 
         Args:
             signals: the model's signals, shape (signals,).
             path: what the elements met since the last sample, see `Plant.path`; where nothing
                 followed that, their quantities went straight to their values of now.
+            time_us: time of the sample [us], which the record may show.
 
         """
         if self._next == _BLOCK:
             for channel, stream in enumerate(self._streams):
                 self._normals[:, channel] = stream.standard_normal(_BLOCK)
             self._next = 0
-        self._sense(
-            signals, path, self.parameters, self._memory, self._past,
-            self._normals[self._next], self._period, self.reading, self.overrange,
-        )  # fmt: skip
+        if signals is not self._signals or path is not self._path:
+            self._bind(signals, path)
+        self.count += 1
+        self.ranges = self._sense(self._next, self.count, time_us)
         self._next += 1
+
+    def _bind(self, signals: Vector, path: Matrix) -> None:
+        self._signals, self._path = signals, path
+        self._sense = bound(
+            self._kernel.sense, self.parameters, self._memory, self._past, self._normals,
+            self._period, self.reading, self.overrange, self._words, self._bytes, signals, path,
+            left=(0, 0, 0),
+        )  # fmt: skip
 
 
 def longest_delay(period: float) -> float:

@@ -34,10 +34,13 @@ from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.node_factory import nodes
 from hil_emulator.simulation.not_finite import NotFiniteError
+from hil_emulator.simulation.resting_nodes import RestingNodes
 from hil_emulator.simulation.wire_door import FrameDoor, TimedRouter, WireDoor
 from hil_emulator.wire.wire import WINDOW_NS, TimedWire
 
 __all__ = ["FrameDoor", "Rig", "assemble", "compiled", "nodes"]
+
+NS_PER_US = 1_000
 
 _log = logging.getLogger(__name__)
 
@@ -96,7 +99,9 @@ class Rig:
             self.wire = bus.wire
             self._router = TimedRouter(self.nodes, bus)
             self._router.disturb(self.faults.destroys)
-        self._measured = self._measure()
+        self._measured: Measured | None = None
+        self._resting = RestingNodes(self.nodes, sensors, self._sampled)
+        self._measure()
 
     def step(self) -> None:
         """Let one tick pass; the order of these lines is the contract.
@@ -113,7 +118,9 @@ class Rig:
 
     def listen(self) -> None:
         """Begin a tick: faults begin and end, frames are received."""
-        self.faults.schedule(self.now_ns)
+        if self.faults.active:
+            self._resting.attend()
+            self.faults.schedule(self.now_ns)
         self._router.begin(self.now_ns)
         self._receive(self.bus.receive())
 
@@ -131,10 +138,14 @@ class Rig:
             NotFiniteError: see `step`.
 
         """
-        self._measured = self._measure() if finite else self._fail()
+        if finite:
+            self._measure()
+        else:
+            self._fail()
         self._publish()
         if self.recorder:
-            self.recorder.row(self.now_ns, self.plant, self._measured.values)
+            measured = self._measured.values if self._measured else self.sensors.reading
+            self.recorder.row(self.now_ns, self.plant, measured)
             if self.wire and self.now_ns % WINDOW_NS < self.tick_ns <= self.now_ns:
                 self.recorder.event(self.now_ns, {"bus_load": self.wire.load})
         self.now_ns += self.tick_ns
@@ -147,6 +158,7 @@ class Rig:
         """Let the nodes answer frames at the present moment; the plant stands still."""
         if self.recorder:
             self.recorder.event(self.now_ns, {"serve": len(frames)})
+        self._resting.attend()
         self._router.stand()
         self._receive(frames)
         self._publish()
@@ -241,7 +253,7 @@ class Rig:
         if name == "time":
             return self.now_ns * 1e-9
         if name in self.sensors.names:
-            return self._measured.values[self.sensors.names.index(name)]
+            return self._sampled().values[self.sensors.names.index(name)]
         if name.startswith(MODEL):
             return float(self.plant.signals[name.removeprefix(MODEL)])
         return float(self.plant.inputs[name])
@@ -291,17 +303,28 @@ class Rig:
                 self.plant.command(commands)
         self.faults.act_on(self.now_ns, self.plant)
 
-    def _measure(self) -> Measured:
-        self.sensors.sample(self.plant.signal_vector, self.plant.path)
-        sound = Measured(self.sensors.reading.tolist(), self.sensors.overrange.tolist())
-        return self.faults.sensed(self.now_ns, sound)
+    def _measure(self) -> None:
+        """Sample; what nobody asks for is not made."""
+        self.sensors.sample(self.plant.signal_vector, self.plant.path, self.now_ns // NS_PER_US)
+        self._measured = None
+        if self.sensors.ranges:
+            self._resting.attend(renewed=True)
+        if self.faults.active:
+            self._measured = self.faults.sensed(self.now_ns, self._sampled())
 
-    def _fail(self) -> Measured:
-        """Let the nodes report that their measuring has failed; return readings that are none."""
+    def _sampled(self) -> Measured:
+        """Return the last sample."""
+        if self._measured is None:
+            reading, overrange = self.sensors.reading, self.sensors.overrange
+            self._measured = Measured(reading.tolist(), overrange.tolist())
+        return self._measured
+
+    def _fail(self) -> None:
+        """Let the nodes report that their measuring has failed; there are no readings."""
         for node in self.nodes:
             node.raise_error(NotFiniteError, ErrorCode.INTERNAL_SOFTWARE, ErrorBit.GENERIC)
         count = len(self.sensors.names)
-        return Measured([math.nan] * count, [0] * count)
+        self._measured = Measured([math.nan] * count, [0] * count)
 
     def _recover(self) -> None:
         """End the run, or begin again at rest; an FMU that has failed does neither."""
@@ -318,12 +341,19 @@ class Rig:
 
     def _publish(self) -> None:
         outgoing: list[Frame] = []
+        resting = True
         for node in self.nodes:
-            sent: Sequence[Frame] = node.publish(self.now_ns, self._measured)
+            if node.resting:
+                sent: Sequence[Frame] = node.repeat(self.now_ns, self.sensors.record)
+            else:
+                sent = node.publish(self.now_ns, self._sampled())
+                resting = False
             if self.faults.active:
                 sent = self.faults.leaving(self.now_ns, node, sent)
             self._router.say(node, sent)
             outgoing += sent
+        if not resting and not self.faults.active and not self.sensors.ranges:
+            self._resting.settle()
         for time_ns, frames in self._router.leaving(self.now_ns, outgoing):
             self.bus.send(frames)
             if self.recorder:

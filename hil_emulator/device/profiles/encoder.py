@@ -57,6 +57,8 @@ class Encoder:
 
     """
 
+    idle = False
+
     def __init__(self, dictionary: Dictionary, channels: Sequence[str]) -> None:
         self.sources: dict[tuple[int, int], str] = {}
         self.triggers: Sequence[Trigger] = ()

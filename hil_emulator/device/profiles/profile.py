@@ -21,6 +21,11 @@ class Profile(Protocol):
         """Which changes are events for event-driven TPDOs."""
         ...
 
+    @property
+    def idle(self) -> bool:
+        """Whether it has nothing to do with samples and commands."""
+        ...
+
     def reset(self) -> None:
         """Begin afresh: the dictionary has been reloaded."""
 
@@ -40,6 +45,7 @@ class Profile(Protocol):
 class NoProfile:
     """A node whose objects show channels and give commands as they are."""
 
+    idle = True
     sources: Mapping[tuple[int, int], str] = {}
     triggers: Sequence[Trigger] = ()
 

@@ -56,6 +56,8 @@ class ValveDriver:
 
     """
 
+    idle = False
+
     def __init__(
         self, dictionary: Dictionary, channels: Sequence[str], emergency: Emergency
     ) -> None:

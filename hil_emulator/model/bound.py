@@ -1,0 +1,25 @@
+"""Calls of machine code whose arguments stay the same objects from call to call.
+
+Numba looks at the type of every argument at every call; for a tick's dozen arrays that takes
+longer than handing them over.
+"""
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numba
+
+
+def bound(function: Any, *held: Any, left: Sequence[Any] = ()) -> Callable[..., Any]:
+    """Return a function of the arguments that are left.
+
+    Args:
+        function: a compiled function, or a plain one.
+        held: its first arguments, for all calls.
+        left: one example for the type of each of the others.
+
+    """
+    if hasattr(function, "compile"):
+        function = function.compile(tuple(map(numba.typeof, (*held, *left))))
+    return functools.partial(function, *held)
