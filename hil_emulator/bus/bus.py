@@ -62,7 +62,7 @@ class Bus(AbstractContextManager["Bus"]):
             frames.append(self._kept)
             self._kept = None
         for arrived in self._arrivals(RECEIVE_LIMIT - len(frames)):
-            if isinstance(arrived, Frame):
+            if type(arrived) is Frame:
                 self.received += 1
                 frames.append(arrived)
             elif self._is_ours(arrived):
@@ -88,7 +88,7 @@ class Bus(AbstractContextManager["Bus"]):
     def send(self, frames: Iterable[Frame]) -> None:
         """Hand frames to the bus in this order; those it does not take at once are dropped."""
         if self._carrier is not None:
-            given = list(frames)
+            given = frames if type(frames) is list else list(frames)
             taken = self._carrier.send_frames(given)
             self.sent += taken
             self.dropped += len(given) - taken

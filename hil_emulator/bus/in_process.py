@@ -7,7 +7,7 @@ with python-can's own virtual bus gets messages, and is heard, too.
 
 import queue
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import can
@@ -39,28 +39,37 @@ class InProcessBus(virtual.VirtualBus):
             with virtual.channels_lock:
                 self.channel[self.channel.index(self.queue)] = inbox
             self.queue = inbox
+        self._look_round()
 
     def receive_frames(self, limit: int) -> list[Frame | can.Message]:
         """Return what has arrived, at most `limit`, as frames or as messages; never wait."""
         self._check_if_open()
-        waiting = self.queue.qsize()  # nobody else takes from it, so there are that many
-        if not waiting:
-            return []
+        waiting = min(self.queue.qsize(), limit)  # nobody else takes from it
+        arrived: list[Frame | can.Message] = []
         take = self.queue.get_nowait
-        return [take() for _ in range(min(waiting, limit))]
+        while waiting:
+            arrived.append(take())
+            waiting -= 1
+        return arrived
 
-    def send_frames(self, frames: Iterable[Frame]) -> int:
+    def send_frames(self, frames: Sequence[Frame]) -> int:
         """Send frames; return how many were taken by everybody."""
         self._check_if_open()
-        others = [inbox for inbox in self.channel if inbox is not self.queue]
-        alike = [inbox for inbox in others if type(inbox) is queue.SimpleQueue]
-        stock = [inbox for inbox in others if type(inbox) is not queue.SimpleQueue]
-        taken = 0
-        for frame in frames:
-            for inbox in alike:
-                inbox.put(frame)
-            taken += not stock or self._told(frame, stock)
-        return taken
+        if self.channel != self._present:
+            self._look_round()
+        for put in self._alike:
+            for frame in frames:
+                put(frame)
+        if not self._others:
+            return len(frames)
+        return sum(self._told(frame, self._others) for frame in frames)
+
+    def _look_round(self) -> None:
+        """Note who is on the bus: who takes frames as they are, and who does not."""
+        self._present = list(self.channel)
+        others = [inbox for inbox in self._present if inbox is not self.queue]
+        self._alike = [inbox.put for inbox in others if type(inbox) is queue.SimpleQueue]
+        self._others = [inbox for inbox in others if type(inbox) is not queue.SimpleQueue]
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a message, see `can.BusABC.send`."""

@@ -250,9 +250,11 @@ class SetPoints:
     def in_force(self, *, operational: bool) -> dict[str, float]:
         """Return the value of every command in SI."""
         self.stale = False
-        if operational:
-            return {name: entry.value * entry.factor for name, entry, _ in self._objects}
-        return {name: safe.value * safe.factor for name, _, safe in self._objects}
+        commands: dict[str, float] = {}
+        for name, entry, safe in self._objects:
+            obeyed = entry if operational else safe
+            commands[name] = obeyed.value * obeyed.factor
+        return commands
 
     def check(self, entry: Entry, value: Any) -> None:
         """Accept any value within the object's limits."""

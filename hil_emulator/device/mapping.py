@@ -1,7 +1,7 @@
 """What a PDO carries: mapping words of 0x1600 and 0x1A00 turned into packed entries."""
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from operator import attrgetter
 from typing import Any
 
@@ -46,6 +46,7 @@ class Mapping:
     Attributes:
         entries: the same.
         size: length of the frame's data in bytes.
+        unpack: returns one value per entry from frame data of at least `size` bytes.
 
     Raises:
         SdoAbort: 0604 0042, more than 64 bits.
@@ -61,6 +62,9 @@ class Mapping:
         codes = [entry.type.struct_code for entry in entries]
         # One struct does the whole frame, unless a type has no struct format (24 bits, BOOLEAN).
         self._struct = struct.Struct("<" + "".join(codes)) if all(codes) else None
+        self.unpack: Callable[[bytes], Sequence[Any]] = (
+            self._unpack if self._struct is None else self._struct.unpack_from
+        )
 
     def placed(self) -> Iterator[tuple[int, Entry]]:
         """Yield each object with its least significant bit; dummy entries leave a gap."""
@@ -81,10 +85,7 @@ class Mapping:
             offset += entry.type.bits
         return word.to_bytes(self.size, "little")
 
-    def unpack(self, data: bytes) -> Sequence[Any]:
-        """Return one value per entry from frame data of at least `size` bytes."""
-        if self._struct is not None:
-            return self._struct.unpack_from(data)
+    def _unpack(self, data: bytes) -> Sequence[Any]:
         word = int.from_bytes(data, "little")
         values = []
         for entry in self.entries:

@@ -43,7 +43,7 @@ from hil_emulator.device.pdo import PdoParameters
 from hil_emulator.device.process_data import ProcessData
 from hil_emulator.device.profiles.choice import profile_of
 from hil_emulator.device.program_download import ProgramDownload
-from hil_emulator.device.repetition import Word
+from hil_emulator.device.repetition import Repetition
 from hil_emulator.device.rest import Rest, Sampled
 from hil_emulator.device.rpdo import Handler
 from hil_emulator.device.sdo_channels import SdoChannels
@@ -54,7 +54,7 @@ from hil_emulator.device.trigger import Trigger
 from hil_emulator.device.verify_configuration import VerifyConfiguration
 from hil_emulator.frame import EXTENDED, Frame
 
-Routes = dict[int, list[Handler]]
+Routes = dict[int, Handler]
 """By identifier, what takes a frame."""
 
 
@@ -78,6 +78,8 @@ class Node:
             bit 29 set for one of 29 bits, and whether taking it may change what the node takes.
         asked: the identifiers of the remote frames that it takes.
         on_route: called when these have changed.
+        rest: whether and until when the node rests.
+        repeat: while it rests, what `publish` is else: takes time and record, returns frames.
         distortions: what is wrong with its objects at present.
 
     Raises:
@@ -139,7 +141,8 @@ class Node:
             self._route,
         )
         self._commands = self._set_points.in_force(operational=False)
-        self._rest = Rest(self._sensors, self._pdos)
+        self.rest = Rest(self._sensors, self._pdos)
+        self.repeat: Callable[[int, bytearray], list[Frame]]
         self._route()
         dictionary.before_write = self._before_write
 
@@ -166,12 +169,11 @@ class Node:
         """
         for can_id, data, remote, extended in frames:
             routes = self._remote_routes if remote else self._routes
-            handlers = routes.get(can_id | EXTENDED if extended else can_id)
-            if handlers is not None:
-                for handler in handlers:
-                    handler(now_ns, data)
-        if self._rest.on:
-            if now_ns < self._rest.until_ns and now_ns < self._pdos.deadline_ns:
+            handler = routes.get(can_id | EXTENDED if extended else can_id)
+            if handler is not None:
+                handler(now_ns, data)
+        if self.rest.on:
+            if now_ns < self.rest.until_ns and now_ns < self._pdos.deadline_ns:
                 if self._set_points.stale:
                     self._commands = self._set_points.in_force(operational=True)
                 return self._commands
@@ -230,8 +232,8 @@ class Node:
 
     # -- at rest: somebody else packs what the TPDOs carry ----------------------------------
 
-    def rests(self, count: int) -> Sequence[Word] | None:
-        """Return what the node would send if it rested; None while its services are busy.
+    def repetition(self, count: int) -> Repetition | None:
+        """Return what sends the node's frames while it rests; None while its services are busy.
 
         Args:
             count: number of the last sample, as whoever samples counts them.
@@ -250,17 +252,13 @@ class Node:
             or not self._profile.idle
             or not self._sensors.inside
         )
-        return None if busy else self._rest.words(count)
+        return None if busy else self.rest.repetition(count)
 
-    @property
-    def resting(self) -> bool:
-        """Whether the node rests."""
-        return self._rest.on
-
-    def begin_rest(self, sampled: Sampled) -> None:
-        """Let the services sleep until something happens; `repeat` then is `publish`.
+    def begin_rest(self, repetition: Repetition, sampled: Sampled) -> None:
+        """Let the services sleep until something happens, and `repetition` publish meanwhile.
 
         Args:
+            repetition: what `repetition()` has returned, with its place in the record.
             sampled: returns the last sample that was published.
 
         """
@@ -268,21 +266,8 @@ class Node:
             self._resting_routes = self._routes_at_rest()
         self._routes, self._remote_routes = self._resting_routes
         until_ns = min(self._consumer.due_ns, self._guarding.due_ns, self._heartbeat.due_ns)
-        self._rest.begin(until_ns, sampled, self.attend)
-
-    def place(self, place: int) -> None:
-        """Take note of where in the record the node's words begin."""
-        self._rest.place = place
-
-    def repeat(self, now_ns: int, record: bytes | bytearray) -> list[Frame]:
-        """Return the frames due with a new sample, in the order they are to be sent.
-
-        Args:
-            now_ns: the same time `receive` got.
-            record: the sample, as `rests` has asked for it.
-
-        """
-        return self._rest.publish(now_ns, record)
+        self.rest.begin(repetition, until_ns, sampled, self.attend)
+        self.repeat = repetition.publish
 
     def attend(self, *, renewed: bool = False) -> None:
         """Wake the services: something happens that is theirs to decide.
@@ -291,9 +276,9 @@ class Node:
             renewed: whether there is a newer sample than the last that was published.
 
         """
-        if self._rest.on:
+        if self.rest.on:
             self._routes, self._remote_routes = self._ordinary_routes
-            self._rest.end(renewed=renewed)
+            self.rest.end(renewed=renewed)
 
     def _before_write(self) -> None:
         self.attend()
@@ -301,33 +286,18 @@ class Node:
 
     def _routes_at_rest(self) -> tuple[Routes, Routes]:
         """Return routes that wake the services, but for set points and SYNC."""
-        data, remote = self._ordinary_routes
-        waking = {can_id: self._waking(handlers) for can_id, handlers in data.items()}
-        alone = {can_id: waking[can_id] for can_id, handlers in data.items() if len(handlers) == 1}
-        routes = {can_id: [handler] for can_id, handler in waking.items()}
-        shortcuts = self._pdos.shortcuts(alone)
+        data, remote = ({i: self._waking(h) for i, h in r.items()} for r in self._ordinary_routes)
+        alone = {can_id: data[can_id] for can_id in data.keys() - self._shared}
+        data |= self._pdos.shortcuts(alone)
         if self._sync.can_id in alone:
-            shortcuts[self._sync.can_id] = self._sync_shortcut(alone[self._sync.can_id])
-        routes |= {can_id: [handler] for can_id, handler in shortcuts.items()}
-        return routes, {can_id: [self._waking(handlers)] for can_id, handlers in remote.items()}
+            length = int(self._sync.counted)
+            data[self._sync.can_id] = self._pdos.sync_shortcut(length, alone[self._sync.can_id])
+        return data, remote
 
-    def _waking(self, handlers: Sequence[Handler]) -> Handler:
+    def _waking(self, handler: Handler) -> Handler:
         def handle(now_ns: int, data: bytes) -> None:
             self.attend()
-            for handler in handlers:
-                handler(now_ns, data)
-
-        return handle
-
-    def _sync_shortcut(self, otherwise: Handler) -> Handler:
-        """Return what takes a SYNC of the right length."""
-        length, window_ns = int(self._sync.counted), self._sync.window_ns
-
-        def handle(now_ns: int, data: bytes) -> None:
-            if len(data) != length:
-                otherwise(now_ns, data)
-            else:
-                self._pdos.sync(now_ns, data[0] if length else 0, window_ns)
+            handler(now_ns, data)
 
         return handle
 
@@ -491,7 +461,9 @@ class Node:
                 routes.setdefault(self._time.can_id, []).append(self._time.receive)
         if self._state is State.OPERATIONAL:
             self._pdos.add_routes(routes, remote)
-        self._routes, self._remote_routes = self._ordinary_routes = routes, remote
+        self._shared = {can_id for can_id, handlers in routes.items() if len(handlers) > 1}
+        self._ordinary_routes = _joined(routes), _joined(remote)
+        self._routes, self._remote_routes = self._ordinary_routes
         self._resting_routes: tuple[Routes, Routes] | None = None
         self.hears = {can_id: can_id in rerouting for can_id in routes}
         self.asked = frozenset(remote)
@@ -509,3 +481,16 @@ class Node:
         counter = self._sync.accept(data)
         if counter is not None and self._state is State.OPERATIONAL:
             self._pdos.sync(now_ns, counter, self._sync.window_ns)
+
+
+def _joined(routes: Mapping[int, Sequence[Handler]]) -> Routes:
+    """Return one handler for each identifier: in its place, or for all that it has."""
+    return {i: h[0] if len(h) == 1 else _in_turn(h) for i, h in routes.items()}
+
+
+def _in_turn(handlers: Sequence[Handler]) -> Handler:
+    def handle(now_ns: int, data: bytes) -> None:
+        for handler in handlers:
+            handler(now_ns, data)
+
+    return handle

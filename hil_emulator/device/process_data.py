@@ -79,17 +79,39 @@ class ProcessData:
         return self._repeated[1]
 
     def shortcuts(self, otherwise: Mapping[int, Handler]) -> dict[int, Handler]:
-        """Return what takes the frames of RPDOs while nothing is wrong with them.
+        """Return what takes the frames of RPDOs while nothing is wrong, and no profile watches.
 
         Args:
-            otherwise: takes those with which something is, by identifier.
+            otherwise: takes those with which there is more to do, by identifier.
 
         """
         return {
-            identifier: rpdo.shortcut(self._on_written, otherwise[identifier])
+            identifier: rpdo.shortcut(self._set_points.written, otherwise[identifier])
             for rpdo in self._active_rpdos
             if (identifier := rpdo.parameters.identifier) in otherwise
         }
+
+    def sync_shortcut(self, length: int, otherwise: Handler) -> Handler:
+        """Return what takes SYNC while nothing is wrong, and no RPDO waits for it.
+
+        Args:
+            length: how long SYNC is.
+            otherwise: takes SYNC when there is more to do.
+
+        """
+        if self._synchronous_rpdos:
+            return otherwise
+        told = [tpdo.sync for tpdo in self._synchronous]
+
+        def take(now_ns: int, data: bytes) -> None:
+            if len(data) != length:
+                otherwise(now_ns, data)
+                return
+            counter = data[0] if data else 0
+            for sync in told:
+                sync(counter)
+
+        return take
 
     @property
     def all(self) -> list[Rpdo | Tpdo]:

@@ -73,6 +73,9 @@ class Repetition:
     Attributes:
         words: what stands where in the record.
         size: bytes of the record.
+        place: where in it this node's part begins.
+        passed: how many samples have been published since it began.
+        now_ns: time of the last.
 
     Raises:
         LookupError: a TPDO carries something else.
@@ -85,13 +88,15 @@ class Repetition:
         sizes = [tpdo.parameters.mapping.size for tpdo in self._tpdos]
         self.size = sum(sizes)
         self._take_apart = struct.Struct("".join(f"{size}s" for size in sizes)).unpack_from
-        self._heads = [(t.parameters.can_id, t.parameters.extended) for t in self._tpdos]
+        self._head = [(t.parameters.can_id, t.parameters.extended) for t in self._tpdos]
+        self._heads: dict[int, list[tuple[int, int, bool]]] = {0: []}
         self._cyclic = [(t, 1 << i) for i, t in enumerate(self._tpdos) if not t.period_ns]
-        self._due: dict[int, list[tuple[int, int, bool]]] = {}
         self._timers: list[_Timer] = []
+        self.place = self.passed = self.now_ns = 0
 
     def begin(self) -> None:
         """Take over the event timers."""
+        self.passed = 0
         timers: dict[tuple[int, int], _Timer] = {}
         for i, tpdo in enumerate(self._tpdos):
             if tpdo.period_ns:
@@ -106,44 +111,49 @@ class Repetition:
                 if timer.mask >> i & 1:
                     tpdo.next_ns = tpdo.wakes_ns = timer.next_ns
 
-    def publish(self, now_ns: int, record: bytes | bytearray, place: int) -> list[Frame]:
-        """Return the frames that are due, by number.
+    def publish(self, now_ns: int, record: bytes | bytearray) -> list[Frame]:
+        """Return the frames that are due with a new sample, by number.
 
         Args:
             now_ns: present time [ns].
             record: what they carry.
-            place: where in it this node's part begins.
 
         """
+        self.passed += 1
+        self.now_ns = now_ns
         due = 0
         for timer in self._timers:
-            late_ns = now_ns - timer.next_ns
-            if late_ns >= 0:
+            if now_ns >= timer.next_ns:
                 due |= timer.mask
-                timer.next_ns += (late_ns // timer.period_ns + 1) * timer.period_ns
-        often = False
+                # it never drifts, as in `Tpdo.publish`
+                timer.next_ns += ((now_ns - timer.next_ns) // timer.period_ns + 1) * timer.period_ns
         for tpdo, bit in self._cyclic:
             if tpdo.requests:
                 due |= bit
-                often |= tpdo.requests > 1
-        if not due:
-            return []
-        parts = self._take_apart(record, place)
-        if often:
-            return self._often(due, parts)
+                if tpdo.requests > 1:
+                    return self._often(due, record)
+        if due not in self._heads:
+            self._choose(due)
         for tpdo, _ in self._cyclic:
             tpdo.requests = 0
-        heads = self._due.get(due) or self._choose(due)
+        parts = self._take_apart(record, self.place)
         new = tuple.__new__  # a frame as `Frame()` makes it, in a third of the time
-        return [new(Frame, (can_id, parts[i], False, extended)) for i, can_id, extended in heads]
+        frames: list[Frame] = []
+        for i, can_id, extended in self._heads[due]:
+            frames.append(new(Frame, (can_id, parts[i], False, extended)))
+        return frames
 
     def _choose(self, due: int) -> list[tuple[int, int, bool]]:
-        self._due[due] = [(i, *head) for i, head in enumerate(self._heads) if due >> i & 1]
-        return self._due[due]
+        """Return the number, identifier and kind of identifier of the TPDOs that are due."""
+        self._heads[due] = [(i, *self._head[i]) for i in range(len(self._head)) if due >> i & 1]
+        return self._heads[due]
 
-    def _often(self, due: int, parts: Sequence[bytes]) -> list[Frame]:
+    def _often(self, due: int, record: bytes | bytearray) -> list[Frame]:
         """Return the frames of a tick in which SYNC came more than once."""
+        for tpdo, bit in self._cyclic:
+            due |= bit * (tpdo.requests > 0)
         frames: list[Frame] = []
+        parts = self._take_apart(record, self.place)
         for i, can_id, extended in self._choose(due):
             tpdo = self._tpdos[i]
             frames += [Frame(can_id, parts[i], False, extended)] * (tpdo.requests or 1)

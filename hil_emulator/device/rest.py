@@ -6,13 +6,12 @@ seen to it themselves, before anything else happens to the node: another frame, 
 that comes, an access to one of those objects.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from hil_emulator.device.binding import SensorObjects
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.process_data import ProcessData
-from hil_emulator.device.repetition import Repetition, Word
-from hil_emulator.frame import Frame
+from hil_emulator.device.repetition import Repetition
 
 Sampled = Callable[[], Measured]
 """Returns the last sample; always the same object until the next."""
@@ -28,53 +27,42 @@ class Rest:
     Attributes:
         on: whether they do.
         until_ns: when one of them wakes by itself.
-        place: where in the record the node's words begin.
 
     """
 
     def __init__(self, sensors: SensorObjects, pdos: ProcessData) -> None:
         self.on = False
         self.until_ns = 0
-        self.place = 0
         self._sensors = sensors
         self._pdos = pdos
-        self._passed = 0
-        self._now_ns = 0
         self._repetition: Repetition
         self._sampled: Sampled
 
-    def words(self, count: int) -> Sequence[Word] | None:
-        """Return what has to be in the record; None where the TPDOs need their services.
+    def repetition(self, count: int) -> Repetition | None:
+        """Return what sends the TPDOs out of a record; None where they need their services.
 
         Args:
             count: number of the last sample, as whoever samples counts them.
 
         """
-        found = self._pdos.repetition(self._sensors, count)
-        if found is None:
-            return None
-        self._repetition = found
-        return found.words
+        return self._pdos.repetition(self._sensors, count)
 
-    def begin(self, until_ns: int, sampled: Sampled, wake: Callable[[], None]) -> None:
+    def begin(
+        self, repetition: Repetition, until_ns: int, sampled: Sampled, wake: Callable[[], None]
+    ) -> None:
         """Let the services sleep.
 
         Args:
+            repetition: sends the TPDOs meanwhile.
             until_ns: when one of them wakes by itself.
             sampled: returns the last sample.
             wake: wakes them.
 
         """
-        self.on, self.until_ns, self._sampled = True, until_ns, sampled
-        self._passed = 0
-        self._repetition.begin()
+        self.on, self.until_ns = True, until_ns
+        self._repetition, self._sampled = repetition, sampled
+        repetition.begin()
         self._sensors.lag(wake)
-
-    def publish(self, now_ns: int, record: bytes | bytearray) -> list[Frame]:
-        """Return the frames due with a new sample, as the services would."""
-        self._passed += 1
-        self._now_ns = now_ns
-        return self._repetition.publish(now_ns, record, self.place)
 
     def end(self, *, renewed: bool) -> None:
         """Wake the services.
@@ -84,6 +72,7 @@ class Rest:
 
         """
         self.on = False
-        self._repetition.end()
-        last = None if renewed or not self._passed else self._sampled()
-        self._sensors.resume(self._passed, self._now_ns, last)
+        sent = self._repetition
+        sent.end()
+        last = None if renewed or not sent.passed else self._sampled()
+        self._sensors.resume(sent.passed, sent.now_ns, last)

@@ -76,20 +76,27 @@ class Rpdo:
 
         Args:
             on_written: told of the objects that have new values.
-            otherwise: takes frames of a wrong length, and the first one.
+            otherwise: takes frames with which there is more to do: those of a wrong length, the
+                first one, and all that wait for SYNC or have not one value alone.
 
         """
         entries, size, timeout_ns = self._mapping.entries, self._size, self._timeout_ns
+        unpack = self._mapping.unpack
+        if self._synchronous or len(entries) != 1:
+            return otherwise
+        ((entry, low, high),) = self._targets
 
         def take(now_ns: int, data: bytes) -> None:
-            if len(data) != size or self._synchronous or (
-                timeout_ns and self.deadline_ns == NEVER
-            ):
+            if len(data) != size or (timeout_ns and self.deadline_ns == NEVER):
                 otherwise(now_ns, data)
                 return
             if timeout_ns:
                 self.deadline_ns = now_ns + timeout_ns
-            self._store(data)
+            (value,) = unpack(data)
+            if low <= value <= high:
+                entry.value = value
+            else:
+                self._store(data)
             on_written(entries)
 
         return take

@@ -90,15 +90,15 @@ class Tpdo:
                 return
             self._sync_start = 0
             self._syncs_left = 1
-        if self._type in (SYNC_ACYCLIC, RTR_SYNC):
-            self._sync_pending = True
-            self.wakes_ns = ALWAYS
-        elif self._type <= SYNC_CYCLIC_MAX:
+        if SYNC_ACYCLIC < self._type <= SYNC_CYCLIC_MAX:
             self._syncs_left -= 1
             if self._syncs_left == 0:
                 self._syncs_left = self._type
                 self.requests += 1
                 self.wakes_ns = ALWAYS
+        elif self._type in (SYNC_ACYCLIC, RTR_SYNC):
+            self._sync_pending = True
+            self.wakes_ns = ALWAYS
 
     def request(self) -> None:
         """Take note of a remote frame, ignored where the COB-ID says no RTR."""

@@ -41,6 +41,7 @@ class Supply:
     Attributes:
         built_in: whether it is the model's balances that move them.
         failure: what has ended its motion for good; "" while nothing has.
+        paths: what the channels of each actuator met in the last tick, see `Plant.path`.
 
     """
 
@@ -57,7 +58,7 @@ class Supply:
         self.inputs = zeros(kernel.inputs, count)
         self.signals = zeros(kernel.signals, count)
         self._path = np.empty((0, count * len(CHANNELS)))
-        self._followed = self._path
+        self.paths = [NOT_FOLLOWED] * count
         self._steps = -1
 
     def step(self, steps: int) -> bool:
@@ -71,15 +72,19 @@ class Supply:
         """
         if steps != self._steps:
             self._prepare(steps)
-        return self._tick()
+        finite = self._tick()
+        if len(self.paths) > 1:
+            for own, met in zip(self.paths, self._parts, strict=True):
+                own[:] = met
+        return finite
 
     def _prepare(self, steps: int) -> None:
         """Make room for what the channels meet in so many steps."""
         if steps > len(self._path):
             self._path = np.empty((steps, self._path.shape[1]))
         self._steps = steps
-        self._followed = self._path[:steps]
-        self._parts = [np.empty((steps, len(CHANNELS))) for _ in range(self.kernel.actuators)]
+        self._parts = np.split(self._path[:steps], self.kernel.actuators, axis=1)
+        self.paths = [np.ascontiguousarray(part) for part in self._parts]
         self._tick = bound(
             self.kernel.tick, self.states, self.past, self.parameters, self.inputs, self.signals,
             self._path, self.step_width, steps,
@@ -87,14 +92,6 @@ class Supply:
 
     def close(self) -> None:
         """End what runs beside this process: for the model's balances nothing does."""
-
-    def path(self, place: int) -> Matrix:
-        """Return what the channels of an actuator met in the last tick, see `Plant.path`."""
-        if self.kernel.actuators == 1:
-            return self._followed
-        own, count = self._parts[place], len(CHANNELS)
-        own[:] = self._followed[:, place * count : (place + 1) * count]
-        return own
 
 
 class Plant:
@@ -208,7 +205,7 @@ class Plant:
     @property
     def path(self) -> Matrix:
         """Each channel's quantity after every step of the last tick, shape (steps, channels)."""
-        return self.supply.path(self._place)
+        return self.supply.paths[self._place]
 
 
 def on_one_supply(

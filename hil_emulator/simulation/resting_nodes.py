@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
-from hil_emulator.device.repetition import Word
+from hil_emulator.device.repetition import Repetition
 from hil_emulator.model.plant import Sensors
 
 
@@ -26,32 +26,32 @@ class RestingNodes:
     ) -> None:
         self._sensors = sensors
         self._sampled = sampled
-        self._words: dict[Node, Sequence[Word]] = {node: () for node in nodes}
+        self._repetitions: dict[Node, Repetition | None] = dict.fromkeys(nodes)
 
     def settle(self) -> None:
         """Let those rest whose services have nothing to do until something happens."""
-        for node, known in self._words.items():
-            if node.resting:
+        for node, known in self._repetitions.items():
+            if node.rest.on:
                 continue
-            words = node.rests(self._sensors.count)
-            if words is None:
+            found = node.repetition(self._sensors.count)
+            if found is None:
                 continue
-            if words is not known:
-                self._words[node] = words
+            if found is not known:
+                self._repetitions[node] = found
                 self._lay_out()
-            node.begin_rest(self._sampled)
+            node.begin_rest(found, self._sampled)
 
     def attend(self, *, renewed: bool = False) -> None:
         """Wake the services of all nodes: see `Node.attend`."""
-        for node in self._words:
+        for node in self._repetitions:
             node.attend(renewed=renewed)
 
     def _lay_out(self) -> None:
-        """Give each node its place in the record, one after the other."""
+        """Give each its place in the record, one after the other."""
         laid: list[tuple[float, ...]] = []
         place = 0
-        for node, words in self._words.items():
-            node.place(place)
-            laid += [(*word.shown, place + word.start, word.size) for word in words]
-            place = max((int(first + size) for *_, first, size in laid), default=0)
+        for repetition in filter(None, self._repetitions.values()):
+            repetition.place = place
+            laid += [(*w.shown, place + w.start, w.size) for w in repetition.words]
+            place += repetition.size
         self._sensors.lay_out(laid, place)

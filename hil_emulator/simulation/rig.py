@@ -294,11 +294,19 @@ class Rig:
     def _receive(self, frames: Sequence[Frame]) -> None:
         if self.recorder and frames:
             self.recorder.bus(self.now_ns, frames, sent=False)
-        faulty = self.faults.active  # faults meet every frame, whoever takes it
-        for node, arriving in self._router.arriving(frames, everything=faulty):
-            if faulty:
-                arriving = self.faults.arriving(self.now_ns, node, arriving)
+        if self.faults.active:
+            self._receive_faulty(frames)
+            return
+        for node, arriving in self._router.arriving(frames, everything=False):
             commands = node.receive(self.now_ns, arriving)
+            if commands:
+                self.plant.command(commands)
+
+    def _receive_faulty(self, frames: Sequence[Frame]) -> None:
+        """Let nodes receive what faults leave of the frames; these meet every one of them."""
+        for node, arriving in self._router.arriving(frames, everything=True):
+            reached = self.faults.arriving(self.now_ns, node, arriving)
+            commands = node.receive(self.now_ns, reached)
             if commands:
                 self.plant.command(commands)
         self.faults.act_on(self.now_ns, self.plant)
@@ -341,18 +349,18 @@ class Rig:
 
     def _publish(self) -> None:
         outgoing: list[Frame] = []
-        resting = True
+        attended = False
         for node in self.nodes:
-            if node.resting:
+            if node.rest.on:
                 sent: Sequence[Frame] = node.repeat(self.now_ns, self.sensors.record)
             else:
                 sent = node.publish(self.now_ns, self._sampled())
-                resting = False
-            if self.faults.active:
-                sent = self.faults.leaving(self.now_ns, node, sent)
+                attended = True
+                if self.faults.active:
+                    sent = self.faults.leaving(self.now_ns, node, sent)
             self._router.say(node, sent)
             outgoing += sent
-        if not resting and not self.faults.active and not self.sensors.ranges:
+        if attended and not self.faults.active and not self.sensors.ranges:
             self._resting.settle()
         for time_ns, frames in self._router.leaving(self.now_ns, outgoing):
             self.bus.send(frames)

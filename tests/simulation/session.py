@@ -89,7 +89,7 @@ class Session:
                 sent.append(waiting.pop(0))
             answer = bench.tick(*sent, *said)
             self.frames += [(tick, frame) for frame in answer]
-            self.rested += bench.rig.nodes[0].resting
+            self.rested += bench.rig.nodes[0].rest.on
         self.look(bench)
 
     def look(self, bench: Bench) -> None:
