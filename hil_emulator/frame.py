@@ -1,6 +1,7 @@
 """A CAN frame as the emulator's parts hand it to each other."""
 
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple, overload
 
 EXTENDED = 1 << 29
 """Bit of a COB-ID that tells a 29-bit identifier from an 11-bit one (CiA 301 7.5.2)."""
@@ -30,3 +31,56 @@ class Frame(NamedTuple):
     def identifier(self) -> int:
         """The identifier as COB-IDs have it (CiA 301 7.5.2): bit 29 set for one of 29 bits."""
         return self.can_id | EXTENDED if self.extended else self.can_id
+
+
+NO_FRAMES: Sequence[Frame] = ()
+
+
+class Burst(Sequence[Frame]):
+    """Data frames that are made when somebody looks at them, as often nobody does.
+
+    Args:
+        heads: identifier of each, and whether it has 29 bits.
+        parts: returns the data of all, from what is given as `data`.
+        data: holds the data of all.
+
+    """
+
+    __slots__ = ("_data", "_frames", "_heads", "_parts")
+
+    def __init__(
+        self,
+        heads: Sequence[tuple[int, bool]],
+        parts: Callable[[bytes], Sequence[bytes]],
+        data: bytes,
+    ) -> None:
+        self._heads = heads
+        self._parts = parts
+        self._data = data
+
+    def __len__(self) -> int:
+        return len(self._heads)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return iter(self._made())
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Frame]: ...
+
+    def __getitem__(self, index: int | slice) -> Frame | Sequence[Frame]:
+        return self._made()[index]
+
+    def __repr__(self) -> str:
+        return repr(self._made())
+
+    def _made(self) -> list[Frame]:
+        """Return the frames, the same ones each time."""
+        try:
+            return self._frames
+        except AttributeError:
+            parts = zip(self._heads, self._parts(self._data), strict=True)
+            self._frames = [Frame(i, data, False, extended) for (i, extended), data in parts]
+            return self._frames

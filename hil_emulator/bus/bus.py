@@ -4,19 +4,21 @@ import itertools
 import time
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
+from typing import Any
 
 import can
 
 from hil_emulator.bus.in_process import InProcessBus
 from hil_emulator.bus.opening import client_command, open_can_bus
 from hil_emulator.bus.tcp_server import SocketcandServerBus
-from hil_emulator.frame import Frame
+from hil_emulator.frame import Burst, Frame
 
 # Frames handed on in one receive(): 128 a millisecond is more than ten times what a CAN bus of
 # 1 Mbit/s can carry, so only a flood from memory or TCP ever meets the limit. Assumed.
 RECEIVE_LIMIT = 128
 
 _CLASSICAL_BYTES = 8  # ISO 11898-1
+_AS_THEY_ARE = (Burst, list)
 
 
 class Bus(AbstractContextManager["Bus"]):
@@ -88,7 +90,7 @@ class Bus(AbstractContextManager["Bus"]):
     def send(self, frames: Iterable[Frame]) -> None:
         """Hand frames to the bus in this order; those it does not take at once are dropped."""
         if self._carrier is not None:
-            given = frames if type(frames) is list else list(frames)
+            given: Any = frames if type(frames) in _AS_THEY_ARE else list(frames)
             taken = self._carrier.send_frames(given)
             self.sent += taken
             self.dropped += len(given) - taken

@@ -13,9 +13,9 @@ from typing import Any
 import can
 from can.interfaces import virtual
 
-from hil_emulator.frame import Frame
+from hil_emulator.frame import Burst, Frame
 
-_Inbox = queue.SimpleQueue[Frame | can.Message]
+_Inbox = queue.SimpleQueue[Frame | Burst | can.Message]
 
 
 class InProcessBus(virtual.VirtualBus):
@@ -39,17 +39,24 @@ class InProcessBus(virtual.VirtualBus):
             with virtual.channels_lock:
                 self.channel[self.channel.index(self.queue)] = inbox
             self.queue = inbox
+        self._unread: list[Frame | can.Message] = []
         self._look_round()
 
     def receive_frames(self, limit: int) -> list[Frame | can.Message]:
         """Return what has arrived, at most `limit`, as frames or as messages; never wait."""
         self._check_if_open()
-        waiting = min(self.queue.qsize(), limit)  # nobody else takes from it
-        arrived: list[Frame | can.Message] = []
+        arrived, self._unread = self._unread, []
         take = self.queue.get_nowait
-        while waiting:
-            arrived.append(take())
+        waiting = self.queue.qsize()  # nobody else takes from it
+        while waiting and len(arrived) < limit:
+            item = take()
+            if type(item) is Burst:
+                arrived += item
+            else:
+                arrived.append(item)
             waiting -= 1
+        if len(arrived) > limit:
+            arrived, self._unread = arrived[:limit], arrived[limit:]
         return arrived
 
     def send_frames(self, frames: Sequence[Frame]) -> int:
@@ -58,6 +65,9 @@ class InProcessBus(virtual.VirtualBus):
         if self.channel != self._present:
             self._look_round()
         for put in self._alike:
+            if type(frames) is Burst:
+                put(frames)
+                continue
             for frame in frames:
                 put(frame)
         if not self._others:
@@ -91,7 +101,12 @@ class InProcessBus(virtual.VirtualBus):
         return complete
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        arrived, filtered = super()._recv_internal(timeout)
+        if self._unread:
+            arrived, filtered = self._unread.pop(0), False
+        else:
+            arrived, filtered = super()._recv_internal(timeout)
+        if isinstance(arrived, Burst):
+            arrived, *self._unread = arrived
         if isinstance(arrived, Frame):
             return _message(arrived, self.channel_id), filtered
         return arrived, filtered

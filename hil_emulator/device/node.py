@@ -142,7 +142,7 @@ class Node:
         )
         self._commands = self._set_points.in_force(operational=False)
         self.rest = Rest(self._sensors, self._pdos)
-        self.repeat: Callable[[int, bytearray], list[Frame]]
+        self.repeat: Callable[[int, bytearray], Sequence[Frame]]
         self._route()
         dictionary.before_write = self._before_write
 

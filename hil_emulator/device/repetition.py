@@ -5,13 +5,13 @@ samples can then pack all of it at once, and the node only takes it apart.
 """
 
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.tpdo import Tpdo
-from hil_emulator.frame import Frame
+from hil_emulator.frame import NO_FRAMES, Burst, Frame
 
 COUNT, TIME = -1, -2
 """In place of a channel: the number of the sample, and its time [us]."""
@@ -20,6 +20,9 @@ WORD_BITS = 32
 """Longest word that is packed elsewhere: whoever computes with float64 holds it exactly."""
 
 _BYTE = 8
+
+_Chosen = tuple[Sequence[tuple[int, bool]], Callable[[bytes], Sequence[bytes]]]
+"""What a `Burst` is made of, besides the data."""
 
 
 class Shown(NamedTuple):
@@ -85,12 +88,9 @@ class Repetition:
     def __init__(self, tpdos: Sequence[Tpdo], shown: Mapping[Entry, Shown]) -> None:
         self._tpdos = [t for t in tpdos if t.period_ns or t.parameters.synchronous]
         self.words = tuple(_words([t.parameters.mapping.placed() for t in self._tpdos], shown))
-        sizes = [tpdo.parameters.mapping.size for tpdo in self._tpdos]
-        self.size = sum(sizes)
-        self._take_apart = struct.Struct("".join(f"{size}s" for size in sizes)).unpack_from
-        self._head = [(t.parameters.can_id, t.parameters.extended) for t in self._tpdos]
-        self._heads: dict[int, list[tuple[int, int, bool]]] = {0: []}
+        self.size = sum(tpdo.parameters.mapping.size for tpdo in self._tpdos)
         self._cyclic = [(t, 1 << i) for i, t in enumerate(self._tpdos) if not t.period_ns]
+        self._due: dict[int, _Chosen] = {}
         self._timers: list[_Timer] = []
         self.place = self.passed = self.now_ns = 0
 
@@ -111,7 +111,7 @@ class Repetition:
                 if timer.mask >> i & 1:
                     tpdo.next_ns = tpdo.wakes_ns = timer.next_ns
 
-    def publish(self, now_ns: int, record: bytes | bytearray) -> list[Frame]:
+    def publish(self, now_ns: int, record: bytes | bytearray) -> Sequence[Frame]:
         """Return the frames that are due with a new sample, by number.
 
         Args:
@@ -132,33 +132,36 @@ class Repetition:
                 due |= bit
                 if tpdo.requests > 1:
                     return self._often(due, record)
-        if due not in self._heads:
-            self._choose(due)
-        for tpdo, _ in self._cyclic:
-            tpdo.requests = 0
-        parts = self._take_apart(record, self.place)
-        new = tuple.__new__  # a frame as `Frame()` makes it, in a third of the time
-        frames: list[Frame] = []
-        for i, can_id, extended in self._heads[due]:
-            frames.append(new(Frame, (can_id, parts[i], False, extended)))
-        return frames
+                tpdo.requests = 0
+        if not due:
+            return NO_FRAMES
+        heads, parts = self._due.get(due) or self._choose(due)
+        return Burst(heads, parts, self._own(record))
 
-    def _choose(self, due: int) -> list[tuple[int, int, bool]]:
-        """Return the number, identifier and kind of identifier of the TPDOs that are due."""
-        self._heads[due] = [(i, *self._head[i]) for i in range(len(self._head)) if due >> i & 1]
-        return self._heads[due]
+    def _choose(self, due: int) -> _Chosen:
+        """Return the identifiers of the TPDOs that are due, and what finds their data."""
+        numbers = [i for i in range(len(self._tpdos)) if due >> i & 1]
+        sizes = [t.parameters.mapping.size for t in self._tpdos]
+        chosen = [f"{size}{'s' if i in numbers else 'x'}" for i, size in enumerate(sizes)]
+        heads = [(t.parameters.can_id, t.parameters.extended) for t in self._tpdos]
+        found = [heads[i] for i in numbers], struct.Struct("".join(chosen)).unpack
+        self._due[due] = found
+        return found
 
-    def _often(self, due: int, record: bytes | bytearray) -> list[Frame]:
+    def _often(self, due: int, record: bytes | bytearray) -> Sequence[Frame]:
         """Return the frames of a tick in which SYNC came more than once."""
         for tpdo, bit in self._cyclic:
             due |= bit * (tpdo.requests > 0)
+        heads, parts = self._choose(due)
+        tpdos = [t for i, t in enumerate(self._tpdos) if due >> i & 1]
         frames: list[Frame] = []
-        parts = self._take_apart(record, self.place)
-        for i, can_id, extended in self._choose(due):
-            tpdo = self._tpdos[i]
-            frames += [Frame(can_id, parts[i], False, extended)] * (tpdo.requests or 1)
+        for tpdo, frame in zip(tpdos, Burst(heads, parts, self._own(record)), strict=True):
+            frames += [frame] * (tpdo.requests or 1)
             tpdo.requests = 0
         return frames
+
+    def _own(self, record: bytes | bytearray) -> bytes:
+        return bytes(record[self.place : self.place + self.size])
 
 
 def _words(

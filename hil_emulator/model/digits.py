@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 
 COUNT, TIME = -1, -2
 """In place of a channel: the number of the sample, and its time."""
@@ -11,7 +10,7 @@ COUNT, TIME = -1, -2
 def digitise(value: float, low: float, high: float) -> int:
     """Return a number of digits, halves to even, within bounds; what is no number is the lowest."""
     if low <= value <= high:
-        return int(np.rint(value))
+        return round(value)
     return int(high if value > high else low)
 
 

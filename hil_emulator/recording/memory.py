@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hil_emulator.frame import Frame
+from hil_emulator.frame import Burst, Frame
 from hil_emulator.model.plant import Plant
 from hil_emulator.signals.columns import columns, fill_row
 
@@ -32,7 +32,6 @@ class MemoryRecorder:
     """Takes one row per tick, and the frames and interventions between the rows.
 
     Attributes:
-        frames: time [ns], whether the emulator sent it, and frame, oldest first.
         events: time [ns] and description of what was done to the rig: faults, settings.
 
     """
@@ -41,7 +40,8 @@ class MemoryRecorder:
         self._width = len(columns())
         self._chunks: list[np.ndarray[Any, np.dtype[np.float64]]] = []
         self._filled = _CHUNK
-        self.frames: list[tuple[int, bool, Frame]] = []
+        self._frames: list[tuple[int, bool, Frame]] = []
+        self._unmade: list[tuple[int, bool, Iterable[Frame]]] = []
         self.events: list[tuple[int, dict[str, Any]]] = []
 
     def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
@@ -54,7 +54,16 @@ class MemoryRecorder:
 
     def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
         """Keep frames that the emulator has received or sent."""
-        self.frames += [(now_ns, sent, frame) for frame in frames]
+        lasting = frames if type(frames) in (Burst, list) else list(frames)
+        self._unmade.append((now_ns, sent, lasting))
+
+    @property
+    def frames(self) -> list[tuple[int, bool, Frame]]:
+        """Time [ns], whether the emulator sent it, and frame, oldest first."""
+        for now_ns, sent, frames in self._unmade:
+            self._frames += [(now_ns, sent, frame) for frame in frames]
+        self._unmade.clear()
+        return self._frames
 
     def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
         """Keep what was done to the rig."""

@@ -51,9 +51,7 @@ class Durations:
     def add(self, duration_ns: int) -> None:
         """Count one duration."""
         us = duration_ns // 1000
-        if us >= _FINE:
-            us = min(_FINE + int(_COARSE * math.log(us / _FINE)), _BINS)
-        self.counts[us] += 1
+        self.counts[us if us < _FINE else _coarse_bin(us)] += 1
         if duration_ns > self.longest_ns:
             self.longest_ns = duration_ns
 
@@ -78,6 +76,10 @@ class Durations:
         }
 
 
+def _coarse_bin(us: int) -> int:
+    return min(_FINE + int(_COARSE * math.log(us / _FINE)), _BINS)
+
+
 @dataclass
 class Timing:
     """How punctual a run was.
@@ -100,7 +102,10 @@ class Timing:
     def add(self, lateness_ns: int, execution_ns: int) -> None:
         """Count a tick."""
         self.execution.add(execution_ns)
-        self.lateness.add(lateness_ns)
+        if lateness_ns:
+            self.lateness.add(lateness_ns)
+        else:
+            self.lateness.counts[0] += 1
         self.ticks += 1
 
 

@@ -23,7 +23,7 @@ from hil_emulator.faults.frames import BusFaultKind
 from hil_emulator.faults.objects import ObjectFaultKind
 from hil_emulator.faults.plant import SUPPLY, PlantFaultKind
 from hil_emulator.fmi.importing.supply import FmuSupply
-from hil_emulator.frame import Frame
+from hil_emulator.frame import NO_FRAMES, Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors, on_one_supply
@@ -99,6 +99,7 @@ class Rig:
             self.wire = bus.wire
             self._router = TimedRouter(self.nodes, bus)
             self._router.disturb(self.faults.destroys)
+        self._only = self.nodes[0] if len(self.nodes) == 1 and not self.wire else None
         self._measured: Measured | None = None
         self._resting = RestingNodes(self.nodes, sensors, self._sampled)
         self._measure()
@@ -121,7 +122,8 @@ class Rig:
         if self.faults.active:
             self._resting.attend()
             self.faults.schedule(self.now_ns)
-        self._router.begin(self.now_ns)
+        if self.wire:
+            self._router.begin(self.now_ns)
         self._receive(self.bus.receive())
 
     def move(self) -> bool:
@@ -142,7 +144,12 @@ class Rig:
             self._measure()
         else:
             self._fail()
-        self._publish()
+        if self._only and self._only.rest.on:
+            frames = self._only.repeat(self.now_ns, self.sensors.record)
+            if frames is not NO_FRAMES:
+                self._send(self.now_ns, frames)
+        else:
+            self._publish()
         if self.recorder:
             measured = self._measured.values if self._measured else self.sensors.reading
             self.recorder.row(self.now_ns, self.plant, measured)
@@ -297,6 +304,11 @@ class Rig:
         if self.faults.active:
             self._receive_faulty(frames)
             return
+        if self._only:
+            commands = self._only.receive(self.now_ns, frames)
+            if commands:
+                self.plant.command(commands)
+            return
         for node, arriving in self._router.arriving(frames, everything=False):
             commands = node.receive(self.now_ns, arriving)
             if commands:
@@ -348,7 +360,7 @@ class Rig:
             node.clear_error(NotFiniteError)
 
     def _publish(self) -> None:
-        outgoing: list[Frame] = []
+        outgoing: Sequence[Frame] = ()
         attended = False
         for node in self.nodes:
             if node.rest.on:
@@ -359,13 +371,16 @@ class Rig:
                 if self.faults.active:
                     sent = self.faults.leaving(self.now_ns, node, sent)
             self._router.say(node, sent)
-            outgoing += sent
+            outgoing = [*outgoing, *sent] if outgoing else sent
         if attended and not self.faults.active and not self.sensors.ranges:
             self._resting.settle()
         for time_ns, frames in self._router.leaving(self.now_ns, outgoing):
-            self.bus.send(frames)
-            if self.recorder:
-                self.recorder.bus(time_ns, frames, sent=True)
+            self._send(time_ns, frames)
+
+    def _send(self, time_ns: int, frames: Sequence[Frame]) -> None:
+        self.bus.send(frames)
+        if self.recorder:
+            self.recorder.bus(time_ns, frames, sent=True)
 
 
 @functools.cache
