@@ -203,7 +203,8 @@ class SetPoints:
 
     Attributes:
         sources: by (index, sub-index) of every set point, what it commands.
-        stale: whether a value changed since the commands in force were last computed.
+        commands: the value in SI of every command in force.
+        stale: whether a value has changed since.
 
     Raises:
         UserError: a command has no object an RPDO may carry, or its safe value is beyond the
@@ -231,7 +232,9 @@ class SetPoints:
             self._objects.append((name, entry, holder))
             for target in (entry, holder):
                 dictionary.watch(target.index, self)
+        self._names = {entry: name for name, entry, _ in self._objects}
         self.fall_back()
+        self.update(operational=False)
 
     def fall_back(self, only: Sequence[Entry] | None = None) -> None:
         """Put the safe value into the set points (those among `only`, where given)."""
@@ -247,14 +250,23 @@ class SetPoints:
         if self._safe:
             self._safe.difference_update(entries)
 
-    def in_force(self, *, operational: bool) -> dict[str, float]:
-        """Return the value of every command in SI."""
+    def update(self, *, operational: bool) -> None:
+        """Bring the value of every command in SI up to date."""
         self.stale = False
         commands: dict[str, float] = {}
         for name, entry, safe in self._objects:
             obeyed = entry if operational else safe
             commands[name] = obeyed.value * obeyed.factor
-        return commands
+        self.commands = commands
+
+    def obey(self, entry: Entry, value: float) -> None:
+        """Put a value into an object, as an RPDO does in OPERATIONAL."""
+        entry.value = value
+        name = self._names.get(entry)
+        if name is None or self._safe or self.stale:
+            self.written((entry,))
+        else:
+            self.commands[name] = value * entry.factor
 
     def check(self, entry: Entry, value: Any) -> None:
         """Accept any value within the object's limits."""

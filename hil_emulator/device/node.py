@@ -140,7 +140,6 @@ class Node:
             self._on_written,
             self._route,
         )
-        self._commands = self._set_points.in_force(operational=False)
         self.rest = Rest(self._sensors, self._pdos)
         self.repeat: Callable[[int, bytearray], Sequence[Frame]]
         self._route()
@@ -175,8 +174,8 @@ class Node:
         if self.rest.on:
             if now_ns < self.rest.until_ns and now_ns < self._pdos.deadline_ns:
                 if self._set_points.stale:
-                    self._commands = self._set_points.in_force(operational=True)
-                return self._commands
+                    self._set_points.update(operational=True)
+                return self._set_points.commands
             self.attend()
         if now_ns >= self._consumer.due_ns or now_ns >= self._guarding.due_ns:
             self._check_partners(now_ns)
@@ -184,8 +183,8 @@ class Node:
         if operational:
             self._pdos.check_deadlines(now_ns)
         if self._set_points.stale:
-            self._commands = self._set_points.in_force(operational=operational)
-        return self._profile.command(now_ns, self._commands, operational=operational)
+            self._set_points.update(operational=operational)
+        return self._profile.command(now_ns, self._set_points.commands, operational=operational)
 
     def publish(self, now_ns: int, measured: Measured) -> list[Frame]:
         """Show the tick's sample and return the frames due, in the order they are to be sent.

@@ -86,7 +86,7 @@ class ProcessData:
 
         """
         return {
-            identifier: rpdo.shortcut(self._set_points.written, otherwise[identifier])
+            identifier: rpdo.shortcut(self._set_points.obey, otherwise[identifier])
             for rpdo in self._active_rpdos
             if (identifier := rpdo.parameters.identifier) in otherwise
         }

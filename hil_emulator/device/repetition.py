@@ -4,6 +4,7 @@ While nothing else happens to a node, what its TPDOs carry follows from the samp
 samples can then pack all of it at once, and the node only takes it apart.
 """
 
+import functools
 import struct
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -57,13 +58,17 @@ class Word(NamedTuple):
     size: int
 
 
-@dataclass
+@dataclass(slots=True)
 class _Timer:
     """TPDOs whose event timers elapse together; each is a bit of `mask`."""
 
     next_ns: int
     period_ns: int
     mask: int
+
+    def catch_up(self, now_ns: int) -> None:
+        """Skip what has passed: a period shorter than a tick elapses once per tick."""
+        self.next_ns += ((now_ns - self.next_ns) // self.period_ns + 1) * self.period_ns
 
 
 class Repetition:
@@ -76,7 +81,6 @@ class Repetition:
     Attributes:
         words: what stands where in the record.
         size: bytes of the record.
-        place: where in it this node's part begins.
         passed: how many samples have been published since it began.
         now_ns: time of the last.
 
@@ -92,7 +96,12 @@ class Repetition:
         self._cyclic = [(t, 1 << i) for i, t in enumerate(self._tpdos) if not t.period_ns]
         self._due: dict[int, _Chosen] = {}
         self._timers: list[_Timer] = []
-        self.place = self.passed = self.now_ns = 0
+        self._place = self.passed = self.now_ns = 0
+
+    def move_to(self, place: int) -> None:
+        """Take the data from another place in the record on."""
+        self._place = place
+        self._due.clear()
 
     def begin(self) -> None:
         """Take over the event timers."""
@@ -111,7 +120,7 @@ class Repetition:
                 if timer.mask >> i & 1:
                     tpdo.next_ns = tpdo.wakes_ns = timer.next_ns
 
-    def publish(self, now_ns: int, record: bytes | bytearray) -> Sequence[Frame]:
+    def publish(self, now_ns: int, record: bytearray) -> Sequence[Frame]:
         """Return the frames that are due with a new sample, by number.
 
         Args:
@@ -125,8 +134,9 @@ class Repetition:
         for timer in self._timers:
             if now_ns >= timer.next_ns:
                 due |= timer.mask
-                # it never drifts, as in `Tpdo.publish`
-                timer.next_ns += ((now_ns - timer.next_ns) // timer.period_ns + 1) * timer.period_ns
+                timer.next_ns += timer.period_ns
+                if timer.next_ns <= now_ns:
+                    timer.catch_up(now_ns)
         for tpdo, bit in self._cyclic:
             if tpdo.requests:
                 due |= bit
@@ -136,7 +146,7 @@ class Repetition:
         if not due:
             return NO_FRAMES
         heads, parts = self._due.get(due) or self._choose(due)
-        return Burst(heads, parts, self._own(record))
+        return Burst(heads, parts, bytes(record))
 
     def _choose(self, due: int) -> _Chosen:
         """Return the identifiers of the TPDOs that are due, and what finds their data."""
@@ -144,24 +154,28 @@ class Repetition:
         sizes = [t.parameters.mapping.size for t in self._tpdos]
         chosen = [f"{size}{'s' if i in numbers else 'x'}" for i, size in enumerate(sizes)]
         heads = [(t.parameters.can_id, t.parameters.extended) for t in self._tpdos]
-        found = [heads[i] for i in numbers], struct.Struct("".join(chosen)).unpack
+        parts = struct.Struct("".join(chosen)).unpack_from
+        found = [heads[i] for i in numbers], functools.partial(_from, parts, self._place)
         self._due[due] = found
         return found
 
-    def _often(self, due: int, record: bytes | bytearray) -> Sequence[Frame]:
+    def _often(self, due: int, record: bytearray) -> Sequence[Frame]:
         """Return the frames of a tick in which SYNC came more than once."""
         for tpdo, bit in self._cyclic:
             due |= bit * (tpdo.requests > 0)
         heads, parts = self._choose(due)
         tpdos = [t for i, t in enumerate(self._tpdos) if due >> i & 1]
         frames: list[Frame] = []
-        for tpdo, frame in zip(tpdos, Burst(heads, parts, self._own(record)), strict=True):
+        for tpdo, frame in zip(tpdos, Burst(heads, parts, bytes(record)), strict=True):
             frames += [frame] * (tpdo.requests or 1)
             tpdo.requests = 0
         return frames
 
-    def _own(self, record: bytes | bytearray) -> bytes:
-        return bytes(record[self.place : self.place + self.size])
+
+def _from(
+    parts: Callable[[bytes, int], Sequence[bytes]], place: int, record: bytes
+) -> Sequence[bytes]:
+    return parts(record, place)
 
 
 def _words(

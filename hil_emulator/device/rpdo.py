@@ -1,6 +1,7 @@
 """RPDO: set points from the bus into the dictionary (CiA 301 7.2.2)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from typing import Any
 
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
 from hil_emulator.device.entry import Entry
@@ -71,33 +72,30 @@ class Rpdo:
         self._store(data)
         return True
 
-    def shortcut(self, on_written: Callable[[Sequence[Entry]], None], otherwise: Handler) -> Handler:
+    def shortcut(self, obey: Callable[[Entry, Any], None], otherwise: Handler) -> Handler:
         """Return what takes a frame as `receive` does, while no error is active.
 
         Args:
-            on_written: told of the objects that have new values.
+            obey: puts a value into an object.
             otherwise: takes frames with which there is more to do: those of a wrong length, the
-                first one, and all that wait for SYNC or have not one value alone.
+                first one, values beyond the limits, and all that wait for SYNC or have not one
+                value alone.
 
         """
-        entries, size, timeout_ns = self._mapping.entries, self._size, self._timeout_ns
-        unpack = self._mapping.unpack
-        if self._synchronous or len(entries) != 1:
+        size, timeout_ns, unpack = self._size, self._timeout_ns, self._mapping.unpack
+        if self._synchronous or len(self._targets) != 1:
             return otherwise
         ((entry, low, high),) = self._targets
 
         def take(now_ns: int, data: bytes) -> None:
-            if len(data) != size or (timeout_ns and self.deadline_ns == NEVER):
-                otherwise(now_ns, data)
-                return
-            if timeout_ns:
-                self.deadline_ns = now_ns + timeout_ns
-            (value,) = unpack(data)
-            if low <= value <= high:
-                entry.value = value
-            else:
-                self._store(data)
-            on_written(entries)
+            if len(data) == size and (not timeout_ns or self.deadline_ns != NEVER):
+                (value,) = unpack(data)
+                if low <= value <= high:
+                    if timeout_ns:
+                        self.deadline_ns = now_ns + timeout_ns
+                    obey(entry, value)
+                    return
+            otherwise(now_ns, data)
 
         return take
 

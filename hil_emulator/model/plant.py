@@ -267,8 +267,9 @@ class Sensors:
         self.overrange = np.zeros(len(CHANNELS), np.int64)
         self._normals = np.empty((_BLOCK, len(CHANNELS)))
         self._next = _BLOCK
-        self.ranges = 0
+        self.ranges: int = 0
         self.count = -1
+        self._signals, self._path = NOTHING, NOT_FOLLOWED
         self.lay_out([], 0)
 
     def lay_out(self, words: Sequence[Sequence[float]], length: int) -> None:
@@ -282,7 +283,8 @@ class Sensors:
         self.record = bytearray(length)
         self._words = np.array(words, np.float64).reshape(-1, WORD_LENGTH)
         self._bytes = np.frombuffer(self.record, np.uint8)
-        self._signals, self._path = NOTHING, NOT_FOLLOWED
+        if len(self._signals):
+            self._bind(self._signals, self._path)
 
     def restart(self) -> None:
         """Forget what was read so far."""
@@ -299,15 +301,25 @@ class Sensors:
             time_us: time of the sample [us], which the record may show.
 
         """
-        if self._next == _BLOCK:
-            for channel, stream in enumerate(self._streams):
-                self._normals[:, channel] = stream.standard_normal(_BLOCK)
-            self._next = 0
         if signals is not self._signals or path is not self._path:
             self._bind(signals, path)
+        self.again(time_us)
+
+    def again(self, time_us: int) -> int:
+        """Sample the same signals and path as `sample` did last; return `ranges`."""
+        row = self._next
+        if row == _BLOCK:
+            row = self._draw()
+        self._next = row + 1
         self.count += 1
-        self.ranges = self._sense(self._next, self.count, time_us)
-        self._next += 1
+        self.ranges = self._sense(row, self.count, time_us)
+        return self.ranges
+
+    def _draw(self) -> int:
+        """Draw the normal numbers of the next samples; return the row of the first."""
+        for channel, stream in enumerate(self._streams):
+            self._normals[:, channel] = stream.standard_normal(_BLOCK)
+        return 0
 
     def _bind(self, signals: Vector, path: Matrix) -> None:
         self._signals, self._path = signals, path

@@ -51,7 +51,7 @@ class RestingNodes:
         laid: list[tuple[float, ...]] = []
         place = 0
         for repetition in filter(None, self._repetitions.values()):
-            repetition.place = place
+            repetition.move_to(place)
             laid += [(*w.shown, place + w.start, w.size) for w in repetition.words]
             place += repetition.size
         self._sensors.lay_out(laid, place)

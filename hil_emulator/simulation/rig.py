@@ -23,7 +23,7 @@ from hil_emulator.faults.frames import BusFaultKind
 from hil_emulator.faults.objects import ObjectFaultKind
 from hil_emulator.faults.plant import SUPPLY, PlantFaultKind
 from hil_emulator.fmi.importing.supply import FmuSupply
-from hil_emulator.frame import NO_FRAMES, Frame
+from hil_emulator.frame import Frame
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.plant import Plant, Sensors, on_one_supply
@@ -34,6 +34,7 @@ from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.node_factory import nodes
 from hil_emulator.simulation.not_finite import NotFiniteError
+from hil_emulator.simulation.quick_tick import quick_tick
 from hil_emulator.simulation.resting_nodes import RestingNodes
 from hil_emulator.simulation.wire_door import FrameDoor, TimedRouter, WireDoor
 from hil_emulator.wire.wire import WINDOW_NS, TimedWire
@@ -62,6 +63,7 @@ class Rig:
         now_ns: emulator time at which the next tick begins [ns].
         faults: what is broken.
         slipped_ns: by how much its time has fallen behind the wall.
+        measured: the last sample, where somebody has asked for it, see `sample`.
         left_stroke_ns: when the rod of a cylinder without ends left its stroke; None if it did not.
         wire: the wire of its bus, where that takes time.
         supply_mates: the other rigs on its supply: what befalls that befalls all of them.
@@ -100,8 +102,9 @@ class Rig:
             self._router = TimedRouter(self.nodes, bus)
             self._router.disturb(self.faults.destroys)
         self._only = self.nodes[0] if len(self.nodes) == 1 and not self.wire else None
-        self._measured: Measured | None = None
-        self._resting = RestingNodes(self.nodes, sensors, self._sampled)
+        self.measured: Measured | None = None
+        self._resting = RestingNodes(self.nodes, sensors, self.sample)
+        self._quick: Callable[[], bool] = lambda: False
         self._measure()
 
     def step(self) -> None:
@@ -113,6 +116,8 @@ class Rig:
             NotFiniteError: if the model has lost its state, once the bus and the recording know.
 
         """
+        if self._only and self._only.rest.on and self._quick():
+            return
         self.listen()
         finite = self.move()
         self.tell(finite)
@@ -144,14 +149,15 @@ class Rig:
             self._measure()
         else:
             self._fail()
-        if self._only and self._only.rest.on:
-            frames = self._only.repeat(self.now_ns, self.sensors.record)
-            if frames is not NO_FRAMES:
-                self._send(self.now_ns, frames)
-        else:
-            self._publish()
+        self.conclude(finite)
+
+    def conclude(self, finite: bool) -> None:
+        """End a tick in which the sensors have sampled: see `tell`."""
+        if self.sensors.ranges:
+            self._resting.attend(renewed=True)
+        self._publish()
         if self.recorder:
-            measured = self._measured.values if self._measured else self.sensors.reading
+            measured = self.measured.values if self.measured else self.sensors.reading
             self.recorder.row(self.now_ns, self.plant, measured)
             if self.wire and self.now_ns % WINDOW_NS < self.tick_ns <= self.now_ns:
                 self.recorder.event(self.now_ns, {"bus_load": self.wire.load})
@@ -260,7 +266,7 @@ class Rig:
         if name == "time":
             return self.now_ns * 1e-9
         if name in self.sensors.names:
-            return self._sampled().values[self.sensors.names.index(name)]
+            return self.sample().values[self.sensors.names.index(name)]
         if name.startswith(MODEL):
             return float(self.plant.signals[name.removeprefix(MODEL)])
         return float(self.plant.inputs[name])
@@ -324,27 +330,24 @@ class Rig:
         self.faults.act_on(self.now_ns, self.plant)
 
     def _measure(self) -> None:
-        """Sample; what nobody asks for is not made."""
         self.sensors.sample(self.plant.signal_vector, self.plant.path, self.now_ns // NS_PER_US)
-        self._measured = None
-        if self.sensors.ranges:
-            self._resting.attend(renewed=True)
+        self.measured = None
         if self.faults.active:
-            self._measured = self.faults.sensed(self.now_ns, self._sampled())
+            self.measured = self.faults.sensed(self.now_ns, self.sample())
 
-    def _sampled(self) -> Measured:
+    def sample(self) -> Measured:
         """Return the last sample."""
-        if self._measured is None:
+        if self.measured is None:
             reading, overrange = self.sensors.reading, self.sensors.overrange
-            self._measured = Measured(reading.tolist(), overrange.tolist())
-        return self._measured
+            self.measured = Measured(reading.tolist(), overrange.tolist())
+        return self.measured
 
     def _fail(self) -> None:
         """Let the nodes report that their measuring has failed; there are no readings."""
         for node in self.nodes:
             node.raise_error(NotFiniteError, ErrorCode.INTERNAL_SOFTWARE, ErrorBit.GENERIC)
         count = len(self.sensors.names)
-        self._measured = Measured([math.nan] * count, [0] * count)
+        self.measured = Measured([math.nan] * count, [0] * count)
 
     def _recover(self) -> None:
         """End the run, or begin again at rest; an FMU that has failed does neither."""
@@ -366,7 +369,7 @@ class Rig:
             if node.rest.on:
                 sent: Sequence[Frame] = node.repeat(self.now_ns, self.sensors.record)
             else:
-                sent = node.publish(self.now_ns, self._sampled())
+                sent = node.publish(self.now_ns, self.sample())
                 attended = True
                 if self.faults.active:
                     sent = self.faults.leaving(self.now_ns, node, sent)
@@ -374,6 +377,8 @@ class Rig:
             outgoing = [*outgoing, *sent] if outgoing else sent
         if attended and not self.faults.active and not self.sensors.ranges:
             self._resting.settle()
+            if self._only and self._only.rest.on and not self._watched:
+                self._quick = quick_tick(self, self._only, self._steps)
         for time_ns, frames in self._router.leaving(self.now_ns, outgoing):
             self._send(time_ns, frames)
 
