@@ -57,6 +57,7 @@ class Burst(Sequence[Frame]):
         self._heads = heads
         self._parts = parts
         self._data = data
+        self._frames: list[Frame] | None = None
 
     def __len__(self) -> int:
         return len(self._heads)
@@ -78,9 +79,7 @@ class Burst(Sequence[Frame]):
 
     def _made(self) -> list[Frame]:
         """Return the frames, the same ones each time."""
-        try:
-            return self._frames
-        except AttributeError:
+        if self._frames is None:
             parts = zip(self._heads, self._parts(self._data), strict=True)
             self._frames = [Frame(i, data, False, extended) for (i, extended), data in parts]
-            return self._frames
+        return self._frames

@@ -8,7 +8,7 @@ from typing import Any
 
 import can
 
-from hil_emulator.bus.in_process import InProcessBus
+from hil_emulator.bus.in_process import InProcessBus, as_frame
 from hil_emulator.bus.opening import client_command, open_can_bus
 from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.frame import Burst, Frame
@@ -59,16 +59,19 @@ class Bus(AbstractContextManager["Bus"]):
 
     def receive(self) -> list[Frame]:
         """Return what has arrived, oldest first, at most `RECEIVE_LIMIT` frames; never wait."""
-        frames: list[Frame] = []
-        if self._kept is not None:
-            frames.append(self._kept)
-            self._kept = None
-        for arrived in self._arrivals(RECEIVE_LIMIT - len(frames)):
-            if type(arrived) is Frame:
-                self.received += 1
-                frames.append(arrived)
-            elif self._is_ours(arrived):
-                frames.append(_frame(arrived))
+        if self._kept is None and self._carrier is not None:
+            arrived = self._carrier.receive_frames(RECEIVE_LIMIT)
+            self.received += len(arrived)
+            if self._carrier.messages:
+                self.error_frames += len(self._carrier.messages)
+                self._carrier.messages.clear()
+            return arrived
+        frames = [] if self._kept is None else [self._kept]
+        self._kept = None
+        limit = RECEIVE_LIMIT - len(frames)
+        for message in itertools.islice(iter(lambda: self._recv(0), None), limit):
+            if self._is_ours(message):
+                frames.append(as_frame(message))
         return frames
 
     def wait(self, timeout: float) -> bool:
@@ -82,7 +85,7 @@ class Bus(AbstractContextManager["Bus"]):
         while True:
             message = self._recv(max(0.0, deadline - time.monotonic()))
             if message is not None and self._is_ours(message):
-                self._kept = _frame(message)
+                self._kept = as_frame(message)
                 return True
             if time.monotonic() >= deadline:
                 return False
@@ -91,9 +94,10 @@ class Bus(AbstractContextManager["Bus"]):
         """Hand frames to the bus in this order; those it does not take at once are dropped."""
         if self._carrier is not None:
             given: Any = frames if type(frames) in _AS_THEY_ARE else list(frames)
+            count = len(given)
             taken = self._carrier.send_frames(given)
             self.sent += taken
-            self.dropped += len(given) - taken
+            self.dropped += count - taken
             return
         for can_id, data, remote, extended in frames:
             try:
@@ -122,12 +126,6 @@ class Bus(AbstractContextManager["Bus"]):
     def __exit__(self, *error: object) -> None:
         self.close()
 
-    def _arrivals(self, limit: int) -> Iterable[Frame | can.Message]:
-        """Return what has arrived, at most `limit`."""
-        if self._carrier is not None:
-            return self._carrier.receive_frames(limit)
-        return itertools.islice(iter(lambda: self._recv(0), None), limit)
-
     def _recv(self, timeout: float) -> can.Message | None:
         try:
             return self._bus.recv(timeout)
@@ -148,12 +146,3 @@ def _carrier(bus: can.BusABC) -> InProcessBus | SocketcandServerBus | None:
     if isinstance(bus, InProcessBus | SocketcandServerBus) and not bus.filters:
         return bus
     return None
-
-
-def _frame(message: can.Message) -> Frame:
-    return Frame(
-        message.arbitration_id,
-        bytes(message.data[:_CLASSICAL_BYTES]),
-        message.is_remote_frame,
-        message.is_extended_id,
-    )

@@ -15,6 +15,8 @@ from can.interfaces import virtual
 
 from hil_emulator.frame import Burst, Frame
 
+_CLASSICAL_BYTES = 8  # ISO 11898-1
+
 _Inbox = queue.SimpleQueue[Frame | Burst | can.Message]
 
 
@@ -26,10 +28,14 @@ class InProcessBus(virtual.VirtualBus):
         rx_queue_size: frames that wait at most, 0 for any number; a limit has its price in time.
         **kwargs: as for python-can's own.
 
+    Attributes:
+        messages: what `receive_frames` has met that is no classical frame, to be taken away.
+
     """
 
     channel: Any
     queue: Any
+    _open: bool
 
     def __init__(self, channel: Any = None, rx_queue_size: int = 0, **kwargs: Any) -> None:
         super().__init__(channel=channel, rx_queue_size=rx_queue_size, **kwargs)
@@ -39,29 +45,44 @@ class InProcessBus(virtual.VirtualBus):
             with virtual.channels_lock:
                 self.channel[self.channel.index(self.queue)] = inbox
             self.queue = inbox
-        self._unread: list[Frame | can.Message] = []
+        self._unread: list[Frame] = []
+        self.messages: list[can.Message] = []
         self._look_round()
 
-    def receive_frames(self, limit: int) -> list[Frame | can.Message]:
-        """Return what has arrived, at most `limit`, as frames or as messages; never wait."""
-        self._check_if_open()
+    def receive_frames(self, limit: int) -> list[Frame]:
+        """Return what has arrived, at most `limit`; never wait.
+
+        Messages that are no frames wait in `messages`.
+        """
+        if not self._open:
+            self._check_if_open()
         arrived, self._unread = self._unread, []
-        take = self.queue.get_nowait
         waiting = self.queue.qsize()  # nobody else takes from it
+        take = self.queue.get_nowait
         while waiting and len(arrived) < limit:
-            item = take()
-            if type(item) is Burst:
-                arrived += item
-            else:
-                arrived.append(item)
             waiting -= 1
+            item = take()
+            if type(item) is Frame:
+                arrived.append(item)
+            else:
+                arrived += self._frames(item)
         if len(arrived) > limit:
             arrived, self._unread = arrived[:limit], arrived[limit:]
         return arrived
 
+    def _frames(self, item: Burst | can.Message) -> Iterable[Frame]:
+        """Return the frames of what is not one."""
+        if isinstance(item, Burst):
+            return item
+        if item.is_error_frame or item.is_fd:
+            self.messages.append(item)
+            return ()
+        return (as_frame(item),)
+
     def send_frames(self, frames: Sequence[Frame]) -> int:
         """Send frames; return how many were taken by everybody."""
-        self._check_if_open()
+        if not self._open:
+            self._check_if_open()
         if self.channel != self._present:
             self._look_round()
         for put in self._alike:
@@ -86,8 +107,7 @@ class InProcessBus(virtual.VirtualBus):
         if self._stock or msg.is_error_frame or msg.is_fd:
             super().send(msg, timeout)
             return
-        frame = Frame(msg.arbitration_id, bytes(msg.data), msg.is_remote_frame, msg.is_extended_id)
-        if not self.send_frames([frame]):
+        if not self.send_frames([as_frame(msg)]):
             raise can.CanOperationError("somebody's queue is full")
 
     def _told(self, frame: Frame, stock: Iterable[Any]) -> bool:
@@ -101,6 +121,7 @@ class InProcessBus(virtual.VirtualBus):
         return complete
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        arrived: Any
         if self._unread:
             arrived, filtered = self._unread.pop(0), False
         else:
@@ -110,6 +131,16 @@ class InProcessBus(virtual.VirtualBus):
         if isinstance(arrived, Frame):
             return _message(arrived, self.channel_id), filtered
         return arrived, filtered
+
+
+def as_frame(message: can.Message) -> Frame:
+    """Return a classical data or remote frame as the emulator's parts have it."""
+    return Frame(
+        message.arbitration_id,
+        bytes(message.data[:_CLASSICAL_BYTES]),
+        message.is_remote_frame,
+        message.is_extended_id,
+    )
 
 
 def _message(frame: Frame, channel: Any) -> can.Message:

@@ -55,6 +55,7 @@ class SocketcandServerBus(can.BusABC):
         port: the port in use.
         dropped: frames lost to clients that did not read them, each client counting.
         ignored: commands of clients that made no sense.
+        messages: what arrived and is no classical frame: nothing here.
 
     Raises:
         can.CanInitializationError: where address and port cannot be listened on.
@@ -79,6 +80,7 @@ class SocketcandServerBus(can.BusABC):
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._clients: tuple[Connection, ...] = ()
         self._silent: list[Connection] = []  # those in the pause after their handshake
+        self.messages: list[can.Message] = []
         self._inbox: deque[Frame] = deque()
         self._own: set[int] = set()  # identifiers under which the owner has sent data
         self._look_around = 0.0  # [s] of time.monotonic()

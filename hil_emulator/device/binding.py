@@ -12,7 +12,7 @@ from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
 from hil_emulator.device.entry import Entry, Lagging
 from hil_emulator.device.measured import Measured
-from hil_emulator.device.repetition import COUNT, TIME, WORD_BITS, Shown
+from hil_emulator.device.packed_tpdos import COUNT, TIME, WORD_BITS, Shown
 from hil_emulator.errors import UserError
 
 SAMPLE_COUNTER = "sample_counter"

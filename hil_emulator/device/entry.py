@@ -120,6 +120,10 @@ class Entry:
             raise SdoAbort(AbortCode.VALUE_TOO_LOW)
 
 
+_VALUE: Any = vars(Entry)["value"]
+"""The slot of an entry's value."""
+
+
 class Lagging(Entry):
     """An entry that shows a sample, as long as nobody has asked for its value.
 
@@ -132,9 +136,9 @@ class Lagging(Entry):
     def value(self) -> Any:
         """The value of now."""
         self.catch_up()
-        return Entry.value.__get__(self)  # type: ignore[attr-defined]
+        return _VALUE.__get__(self)
 
     @value.setter
     def value(self, value: Any) -> None:
         self.catch_up()
-        Entry.value.__set__(self, value)  # type: ignore[attr-defined]
+        _VALUE.__set__(self, value)

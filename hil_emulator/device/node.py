@@ -39,11 +39,11 @@ from hil_emulator.device.nmt import (
     State,
 )
 from hil_emulator.device.node_guarding import NodeGuarding
+from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.pdo import PdoParameters
 from hil_emulator.device.process_data import ProcessData
 from hil_emulator.device.profiles.choice import profile_of
 from hil_emulator.device.program_download import ProgramDownload
-from hil_emulator.device.repetition import Repetition
 from hil_emulator.device.rest import Rest, Sampled
 from hil_emulator.device.rpdo import Handler
 from hil_emulator.device.sdo_channels import SdoChannels
@@ -142,6 +142,7 @@ class Node:
         )
         self.rest = Rest(self._sensors, self._pdos)
         self.repeat: Callable[[int, bytearray], Sequence[Frame]]
+        self._resting_routes: tuple[Routes, Routes] | None = None
         self._route()
         dictionary.before_write = self._before_write
 
@@ -172,7 +173,8 @@ class Node:
             if handler is not None:
                 handler(now_ns, data)
         if self.rest.on:
-            if now_ns < self.rest.until_ns and now_ns < self._pdos.deadline_ns:
+            due = now_ns >= self.rest.until_ns
+            if not due and (now_ns < self._pdos.deadline_ns or not self._pdos.overdue(now_ns)):
                 if self._set_points.stale:
                     self._set_points.update(operational=True)
                 return self._set_points.commands
@@ -231,7 +233,7 @@ class Node:
 
     # -- at rest: somebody else packs what the TPDOs carry ----------------------------------
 
-    def repetition(self, count: int) -> Repetition | None:
+    def packed(self, count: int) -> PackedTpdos | None:
         """Return what sends the node's frames while it rests; None while its services are busy.
 
         Args:
@@ -251,13 +253,13 @@ class Node:
             or not self._profile.idle
             or not self._sensors.inside
         )
-        return None if busy else self.rest.repetition(count)
+        return None if busy else self.rest.packed(count)
 
-    def begin_rest(self, repetition: Repetition, sampled: Sampled) -> None:
-        """Let the services sleep until something happens, and `repetition` publish meanwhile.
+    def begin_rest(self, packed: PackedTpdos, sampled: Sampled) -> None:
+        """Let the services sleep until something happens, and `packed` publish meanwhile.
 
         Args:
-            repetition: what `repetition()` has returned, with its place in the record.
+            packed: what `packed()` has returned, with its place in the record.
             sampled: returns the last sample that was published.
 
         """
@@ -265,8 +267,8 @@ class Node:
             self._resting_routes = self._routes_at_rest()
         self._routes, self._remote_routes = self._resting_routes
         until_ns = min(self._consumer.due_ns, self._guarding.due_ns, self._heartbeat.due_ns)
-        self.rest.begin(repetition, until_ns, sampled, self.attend)
-        self.repeat = repetition.publish
+        self.rest.begin(packed, until_ns, sampled, self.attend)
+        self.repeat = packed.publish
 
     def attend(self, *, renewed: bool = False) -> None:
         """Wake the services: something happens that is theirs to decide.
@@ -463,7 +465,7 @@ class Node:
         self._shared = {can_id for can_id, handlers in routes.items() if len(handlers) > 1}
         self._ordinary_routes = _joined(routes), _joined(remote)
         self._routes, self._remote_routes = self._ordinary_routes
-        self._resting_routes: tuple[Routes, Routes] | None = None
+        self._resting_routes = None
         self.hears = {can_id: can_id in rerouting for can_id in routes}
         self.asked = frozenset(remote)
         self._produces = True  # or no longer: the next tick will tell

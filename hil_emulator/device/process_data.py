@@ -8,7 +8,7 @@ from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.layout import checked_parameters
-from hil_emulator.device.repetition import Repetition
+from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.rpdo import NEVER, Handler, Rpdo
 from hil_emulator.device.tpdo import Tpdo
 from hil_emulator.device.trigger import Trigger
@@ -48,6 +48,8 @@ class ProcessData:
         self._on_written = on_written
         self._on_change = on_change
         self.deadline_ns = NEVER
+        self._active: list[Tpdo] = []
+        self._packed: tuple[int, PackedTpdos | None] | None = None
         self.rpdos: list[Rpdo] = []
         self.tpdos: list[Tpdo] = []
         for number in pdo.numbers(dictionary, receive=True):
@@ -60,7 +62,7 @@ class ProcessData:
             self.tpdos.append(tpdo)
         self._select()
 
-    def repetition(self, sensors: SensorObjects, count: int) -> Repetition | None:
+    def packed(self, sensors: SensorObjects, count: int) -> PackedTpdos | None:
         """Return the TPDOs as they are sent out of a record; None where they cannot be.
 
         Args:
@@ -71,12 +73,12 @@ class ProcessData:
         if any(t.on for t in self._triggers) or not all(t.repeats for t in self._active):
             return None
         ahead = sensors.number - count
-        if self._repeated is None or self._repeated[0] != ahead:
+        if self._packed is None or self._packed[0] != ahead:
             try:
-                self._repeated = ahead, Repetition(self._active, sensors.shown_by(count))
+                self._packed = ahead, PackedTpdos(self._active, sensors.shown_by(count))
             except LookupError:
-                self._repeated = ahead, None
-        return self._repeated[1]
+                self._packed = ahead, None
+        return self._packed[1]
 
     def shortcuts(self, otherwise: Mapping[int, Handler]) -> dict[int, Handler]:
         """Return what takes the frames of RPDOs while nothing is wrong, and no profile watches.
@@ -120,7 +122,7 @@ class ProcessData:
 
     def start(self) -> None:
         """Enter OPERATIONAL."""
-        self._repeated = None
+        self._packed = None
         for item in self.all:
             item.start()
 
@@ -158,7 +160,12 @@ class ProcessData:
         for rpdo in self._active_rpdos:
             if rpdo.expired(now_ns):
                 self._set_points.fall_back(rpdo.parameters.mapping.entries)
+        self.overdue(now_ns)
+
+    def overdue(self, now_ns: int) -> bool:
+        """Return whether an RPDO is overdue; see when one can be."""
         self.deadline_ns = min((r.deadline_ns for r in self._active_rpdos), default=NEVER)
+        return now_ns >= self.deadline_ns
 
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
         """Append the TPDOs due now, by number."""
@@ -205,7 +212,7 @@ class ProcessData:
 
     def _select(self) -> None:
         """Note who has something to do, of the many PDOs an EDS may describe."""
-        self._repeated: tuple[int, Repetition | None] | None = None
+        self._packed = None
         self._active_rpdos = [rpdo for rpdo in self.rpdos if rpdo.parameters.active]
         self._synchronous_rpdos = [r for r in self._active_rpdos if r.parameters.synchronous]
         self._active = [tpdo for tpdo in self.tpdos if tpdo.parameters.active]

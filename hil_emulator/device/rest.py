@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 from hil_emulator.device.binding import SensorObjects
 from hil_emulator.device.measured import Measured
+from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.process_data import ProcessData
-from hil_emulator.device.repetition import Repetition
 
 Sampled = Callable[[], Measured]
 """Returns the last sample; always the same object until the next."""
@@ -35,33 +35,33 @@ class Rest:
         self.until_ns = 0
         self._sensors = sensors
         self._pdos = pdos
-        self._repetition: Repetition
+        self._packed: PackedTpdos
         self._sampled: Sampled
 
-    def repetition(self, count: int) -> Repetition | None:
+    def packed(self, count: int) -> PackedTpdos | None:
         """Return what sends the TPDOs out of a record; None where they need their services.
 
         Args:
             count: number of the last sample, as whoever samples counts them.
 
         """
-        return self._pdos.repetition(self._sensors, count)
+        return self._pdos.packed(self._sensors, count)
 
     def begin(
-        self, repetition: Repetition, until_ns: int, sampled: Sampled, wake: Callable[[], None]
+        self, packed: PackedTpdos, until_ns: int, sampled: Sampled, wake: Callable[[], None]
     ) -> None:
         """Let the services sleep.
 
         Args:
-            repetition: sends the TPDOs meanwhile.
+            packed: sends the TPDOs meanwhile.
             until_ns: when one of them wakes by itself.
             sampled: returns the last sample.
             wake: wakes them.
 
         """
         self.on, self.until_ns = True, until_ns
-        self._repetition, self._sampled = repetition, sampled
-        repetition.begin()
+        self._packed, self._sampled = packed, sampled
+        packed.begin()
         self._sensors.lag(wake)
 
     def end(self, *, renewed: bool) -> None:
@@ -72,7 +72,7 @@ class Rest:
 
         """
         self.on = False
-        sent = self._repetition
+        sent = self._packed
         sent.end()
         last = None if renewed or not sent.passed else self._sampled()
         self._sensors.resume(sent.passed, sent.now_ns, last)

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-
 COUNT, TIME = -1, -2
 """In place of a channel: the number of the sample, and its time."""
 

@@ -72,7 +72,7 @@ class Supply:
         """
         if steps != self._steps:
             self._prepare(steps)
-        finite = self._tick()
+        finite: bool = self._tick()
         if len(self.paths) > 1:
             for own, met in zip(self.paths, self._parts, strict=True):
                 own[:] = met
@@ -108,6 +108,9 @@ class Plant:
         supply: the supply that it shares, see `on_one_supply`; its own without one.
         place: its number there.
 
+    Attributes:
+        input_places: where each input is in `input_vector`, by name.
+
     """
 
     def __init__(
@@ -126,7 +129,7 @@ class Plant:
         self.parameter_vector[:] = fill(kernel.parameters, kernel.effects, values)
         self.input_vector = own(self.supply.inputs, kernel.inputs)
         self.signal_vector = own(self.supply.signals, kernel.signals)
-        self._input_index = {name: i for i, name in enumerate(kernel.inputs.names or ())}
+        self.input_places = {name: i for i, name in enumerate(kernel.inputs.names or ())}
         self._past = own(self.supply.past, kernel.past)
         self.state_vector = own(self.supply.states, kernel.state)
         self.parameters = named(self.parameter_vector, kernel.parameters)
@@ -196,7 +199,7 @@ class Plant:
     def command(self, commands: Mapping[str, float]) -> None:
         """Set inputs by name; they hold until the next command."""
         for name, value in commands.items():
-            self.input_vector[self._input_index[name]] = value
+            self.input_vector[self.input_places[name]] = value
 
     def step(self, steps: int) -> bool:
         """Move it, and with it all that are on its supply: see `Supply.step`."""

@@ -1,7 +1,7 @@
 """What the loop does for the panel: each tick becomes entries of a journal in shared memory."""
 
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from hil_emulator.panel.ring import RingWriter
 from hil_emulator.panel.watched import EXECUTION, LATENESS
 from hil_emulator.recording import journal
 from hil_emulator.recording.journal import EntryKind
-from hil_emulator.signals.columns import columns, fill_row
+from hil_emulator.signals.columns import Readings, columns, fill_row
 from hil_emulator.simulation.loop import Timing
 
 
@@ -38,7 +38,7 @@ class PanelTap:
         self._tick = bytearray()
         self._punctual = self._row[len(columns()) :]
 
-    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
+    def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
         """Show a tick, with the frames and events before."""
         fill_row(self._recorded, now_ns, plant, measured)
         self._tick += journal.entry(EntryKind.ROW, self._row.tobytes())

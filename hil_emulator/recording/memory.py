@@ -1,13 +1,13 @@
 """What the rig tells of each tick, and a recorder that keeps it in memory."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
 
 from hil_emulator.frame import Burst, Frame
 from hil_emulator.model.plant import Plant
-from hil_emulator.signals.columns import columns, fill_row
+from hil_emulator.signals.columns import Readings, columns, fill_row
 
 _CHUNK = 4096  # rows allocated at once
 
@@ -15,7 +15,7 @@ _CHUNK = 4096  # rows allocated at once
 class Recorder(Protocol):
     """What the rig tells of each tick: into memory, or to another process."""
 
-    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
+    def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
         """Keep set points, readings and signals at the end of a tick."""
         ...
 
@@ -44,7 +44,7 @@ class MemoryRecorder:
         self._unmade: list[tuple[int, bool, Iterable[Frame]]] = []
         self.events: list[tuple[int, dict[str, Any]]] = []
 
-    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
+    def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
         """Keep the present set points, readings and signals."""
         if self._filled == _CHUNK:
             self._chunks.append(np.empty((_CHUNK, self._width)))

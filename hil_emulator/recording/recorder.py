@@ -20,7 +20,7 @@ from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.journal import EntryKind
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.writer_process import READY
-from hil_emulator.signals.columns import columns, fill_row
+from hil_emulator.signals.columns import Readings, columns, fill_row
 
 _TICKS_PER_WRITE = 32  # one system call for as many ticks; 32 ms at 1 kHz (assumed)
 _PIPE_BYTES = 1 << 20  # what Linux grants without privileges
@@ -71,7 +71,7 @@ class FileRecorder:
         os.set_blocking(self._pipe, False)
         _widen(self._pipe)
 
-    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
+    def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
         """Take a tick."""
         fill_row(self._row, now_ns, plant, measured)
         self._tick += journal.entry(EntryKind.ROW, self._row.tobytes())

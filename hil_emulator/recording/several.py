@@ -1,11 +1,12 @@
 """Several who take down the same ticks: a file, a panel."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
 from hil_emulator.recording.memory import Recorder
+from hil_emulator.signals.columns import Readings
 
 
 class Recorders:
@@ -19,7 +20,7 @@ class Recorders:
     def __init__(self, *recorders: Recorder) -> None:
         self._recorders = recorders
 
-    def row(self, now_ns: int, plant: Plant, measured: Sequence[float]) -> None:
+    def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
         """Let all take set points, readings and signals at the end of a tick."""
         for recorder in self._recorders:
             recorder.row(now_ns, plant, measured)

@@ -14,6 +14,10 @@ MODEL = "model."
 """Prefix of the model's own signals, which no sensor adds its errors to."""
 
 
+Readings = Sequence[float] | np.ndarray[Any, np.dtype[np.float64]]
+"""One reading per sensor channel."""
+
+
 @cache
 def columns() -> dict[str, str]:
     """Return the columns of a recording, name to SI unit.
@@ -29,7 +33,7 @@ def columns() -> dict[str, str]:
 
 
 def fill_row(
-    row: np.ndarray[Any, np.dtype[np.float64]], now_ns: int, plant: Plant, measured: Sequence[float]
+    row: np.ndarray[Any, np.dtype[np.float64]], now_ns: int, plant: Plant, measured: Readings
 ) -> None:
     """Write a tick into a row of the width of `columns()`."""
     first = 1 + len(plant.input_vector)

@@ -101,12 +101,12 @@ class Timing:
 
     def add(self, lateness_ns: int, execution_ns: int) -> None:
         """Count a tick."""
+        self.ticks += 1
         self.execution.add(execution_ns)
         if lateness_ns:
             self.lateness.add(lateness_ns)
-        else:
+        else:  # in lock-step always
             self.lateness.counts[0] += 1
-        self.ticks += 1
 
 
 def run(

@@ -51,19 +51,21 @@ def quick_tick(rig: Ordinary, node: Node, steps: int) -> Callable[[], bool]:
     """
     rest, faults, sensors, bus = node.rest, rig.faults, rig.sensors, rig.bus
     record, tick_ns = sensors.record, rig.tick_ns
+    inputs, place = rig.plant.input_vector, rig.plant.input_places
     # what is looked up once is not looked up in every tick
-    receive, hear, obey = bus.receive, node.receive, rig.plant.command
+    receive, hear = bus.receive, node.receive
     move, sample, repeat, send = rig.plant.supply.step, sensors.again, node.repeat, bus.send
 
     def tick() -> bool:
         now_ns = rig.now_ns
-        if faults.active or now_ns >= rest.until_ns or rig.bus is not bus:
+        if not rest.on or now_ns >= rest.until_ns or faults.active or rig.bus is not bus:
             return False
         recorder = rig.recorder
         frames = receive()
         if recorder and frames:
             recorder.bus(now_ns, frames, sent=False)
-        obey(hear(now_ns, frames))
+        for name, value in hear(now_ns, frames).items():
+            inputs[place[name]] = value
         if not move(steps):
             rig.tell(False)
             return True

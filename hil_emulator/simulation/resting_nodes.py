@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
-from hil_emulator.device.repetition import Repetition
+from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.model.plant import Sensors
 
 
@@ -26,32 +26,32 @@ class RestingNodes:
     ) -> None:
         self._sensors = sensors
         self._sampled = sampled
-        self._repetitions: dict[Node, Repetition | None] = dict.fromkeys(nodes)
+        self._packed: dict[Node, PackedTpdos | None] = dict.fromkeys(nodes)
 
     def settle(self) -> None:
         """Let those rest whose services have nothing to do until something happens."""
-        for node, known in self._repetitions.items():
+        for node, known in self._packed.items():
             if node.rest.on:
                 continue
-            found = node.repetition(self._sensors.count)
+            found = node.packed(self._sensors.count)
             if found is None:
                 continue
             if found is not known:
-                self._repetitions[node] = found
+                self._packed[node] = found
                 self._lay_out()
             node.begin_rest(found, self._sampled)
 
     def attend(self, *, renewed: bool = False) -> None:
         """Wake the services of all nodes: see `Node.attend`."""
-        for node in self._repetitions:
+        for node in self._packed:
             node.attend(renewed=renewed)
 
     def _lay_out(self) -> None:
         """Give each its place in the record, one after the other."""
         laid: list[tuple[float, ...]] = []
         place = 0
-        for repetition in filter(None, self._repetitions.values()):
-            repetition.move_to(place)
-            laid += [(*w.shown, place + w.start, w.size) for w in repetition.words]
-            place += repetition.size
+        for packed in filter(None, self._packed.values()):
+            packed.move_to(place)
+            laid += [(*w.shown, place + w.start, w.size) for w in packed.words]
+            place += packed.size
         self._sensors.lay_out(laid, place)

@@ -116,7 +116,7 @@ class Rig:
             NotFiniteError: if the model has lost its state, once the bus and the recording know.
 
         """
-        if self._only and self._only.rest.on and self._quick():
+        if self._quick():
             return
         self.listen()
         finite = self.move()

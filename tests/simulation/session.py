@@ -23,7 +23,7 @@ FAULTS = [
     for kind in KINDS
     if not getattr(kind, "needs_time", False) and "lines" not in kind.targets
 ]
-"""A target for each kind of fault that the reference machine can have (it has no lines), and the kind."""
+"""A target for each kind of fault that the reference machine can have, without lines, and it."""
 
 
 def nmt(command: int) -> Frame:

@@ -115,9 +115,7 @@ def actions() -> Iterator[st.SearchStrategy[Action]]:
     number = st.integers(1, 4)
     yield st.sampled_from([1, 1, 1, 2, 128, 129, 130]).map(lambda c: ("frames", nmt(c)))
     yield st.sampled_from([0x2020, 0x2040, 0x1003, 0x1001]).map(lambda i: ("requests", read(i)))
-    yield st.builds(
-        lambda n, kind: ("requests", *typed(n, *kind)), number, st.sampled_from(KINDS)
-    )
+    yield st.builds(lambda n, kind: ("requests", *typed(n, *kind)), number, st.sampled_from(KINDS))
     yield st.builds(lambda n, w: ("requests", *remapped(n, w)), number, words)
     yield st.sampled_from([0, 3, 20]).map(lambda ms: ("requests", write(0x1017, 0, ms, 2)))
     yield st.sampled_from([0, 2, 4]).map(lambda n: ("requests", write(0x1019, 0, n, 1)))
@@ -146,5 +144,3 @@ SCRIPTS = st.dictionaries(
 def test_whatever_happens_a_resting_node_is_like_any(script: Script) -> None:
     """Events of all kinds in any order."""
     compare(script, 300)
-
-

@@ -71,7 +71,7 @@ class _Timer:
         self.next_ns += ((now_ns - self.next_ns) // self.period_ns + 1) * self.period_ns
 
 
-class Repetition:
+class PackedTpdos:
     """The TPDOs of a node at rest.
 
     Args:
