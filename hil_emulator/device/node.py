@@ -233,8 +233,13 @@ class Node:
 
     # -- at rest: somebody else packs what the TPDOs carry ----------------------------------
 
+    @property
+    def may_rest(self) -> bool:
+        """Whether samples and set points are all that moves its objects."""
+        return self._profile.idle and not self._courses.sources
+
     def packed(self, count: int) -> PackedTpdos | None:
-        """Return what sends the node's frames while it rests; None while its services are busy.
+        """Return what sends the frames of a node that may rest; None while its services are busy.
 
         Args:
             count: number of the last sample, as whoever samples counts them.
@@ -249,8 +254,6 @@ class Node:
             or self._guarding.requests
             or self._lss.answers
             or self.distortions
-            or self._courses.sources
-            or not self._profile.idle
             or not self._sensors.inside
         )
         return None if busy else self.rest.packed(count)

@@ -165,5 +165,6 @@ class Tpdo:
             data = self._sampled
         self._last = data
         frame = Frame(self._can_id, data, False, self._extended)
-        frames += (frame,) * self.requests
+        for _ in range(self.requests):
+            frames.append(frame)
         self.requests = 0

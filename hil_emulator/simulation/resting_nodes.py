@@ -26,7 +26,9 @@ class RestingNodes:
     ) -> None:
         self._sensors = sensors
         self._sampled = sampled
-        self._packed: dict[Node, PackedTpdos | None] = dict.fromkeys(nodes)
+        self._packed: dict[Node, PackedTpdos | None] = dict.fromkeys(
+            node for node in nodes if node.may_rest
+        )
 
     def settle(self) -> None:
         """Let those rest whose services have nothing to do until something happens."""

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import can
 import pytest
 
-from hil_emulator.bus.bus import Bus
+from hil_emulator.bus.bus import RECEIVE_LIMIT, Bus
 from hil_emulator.bus.opening import open_can_bus
-from hil_emulator.frame import Frame
+from hil_emulator.frame import Burst, Frame
 
 SETTINGS = {"interface": "virtual", "channel": "in process"}
 FRAMES = [Frame(0x185, b"\x01\x02"), Frame(0x705, remote=True), Frame(0x1ABCDE, b"", False, True)]
@@ -48,6 +48,28 @@ def test_python_cans_own_bus_hears_what_it_would_hear_of_its_like(door: Bus) -> 
             assert one.equals(other, timestamp_delta=None)
             assert one.timestamp == pytest.approx(other.timestamp, abs=60.0)
         assert door.receive() == FRAMES
+
+
+def burst(count: int) -> Burst:
+    """Return frames that nobody has looked at yet."""
+    heads = [(0x180 + i % 8, False) for i in range(count)]
+    return Burst(heads, lambda data: [data[i : i + 1] for i in range(count)], bytes(range(count)))
+
+
+def test_frames_that_nobody_has_looked_at_arrive_as_any(door: Bus) -> None:
+    """By this bus, as messages, on python-can's own, with a filter, and at most so many at once."""
+    frames = list(burst(200))
+    assert frames[3] == burst(200)[3] == Frame(0x183, b"\x03")
+    with Bus(SETTINGS) as peer, open_can_bus(SETTINGS) as bus, stock() as other:
+        bus.set_filters([{"can_id": 0x183, "can_mask": 0x7FF, "extended": False}])
+        door.send([Frame(0x001)])
+        door.send(burst(200))
+        heard = [peer.receive(), peer.receive(), peer.receive()]
+        assert [len(part) for part in heard] == [RECEIVE_LIMIT, 201 - RECEIVE_LIMIT, 0]
+        assert heard[0] + heard[1] == [Frame(0x001), *frames]
+        messages = [m for m in (bus.recv(0) for _ in range(201)) if m is not None]
+        assert [bytes(m.data) for m in messages] == [f.data for f in frames if f.can_id == 0x183]
+        assert len(list(iter(lambda: other.recv(0), None))) == door.sent == peer.received == 201
 
 
 def test_it_is_a_bus_of_python_can(door: Bus) -> None:
