@@ -54,9 +54,9 @@ ROOMS = {
         "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",
     },
     "bench": {
-        "numpy", "websockets", "bus", "ccode", "config", "identify", "identify/conclusion",
-        "identify/estimation", "identify/prediction", "identify/selection", "model", "platform",
-        "recording", "simulation",
+        "numpy", "websockets", "bus", "ccode", "config", "device", "identify",
+        "identify/conclusion", "identify/estimation", "identify/prediction", "identify/selection",
+        "model", "platform", "recording", "simulation",
     },
     "scenario": {
         "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hil_emulator.bench.fleet import FleetSpeed, measure_fleet
+from hil_emulator.bench.fleet import FleetSpeed, measure_combined, measure_fleet
 from hil_emulator.bench.fleet_on_cores import FleetOnCores, measure_on_cores
 from hil_emulator.bench.recording_cost import measure_recording
 from hil_emulator.bench.starting import StartCost, measure_start
@@ -68,6 +68,7 @@ class Speeds:
         tcp_frames_per_s: frames a stock client in another process received through TCP.
         realtime: the measures that were in force under the wall clock.
         fleet: eight actuators on four buses, in lock-step.
+        full_buses: 32 actuators with a node and a TPDO each, which fill four buses of 1 Mbit/s.
         fleet_on_cores: the same with a process for each core, and sixteen under the wall clock.
         start: from the command line to the first ticks.
         client: under the wall clock, with a client on TCP.
@@ -88,6 +89,7 @@ class Speeds:
     tcp_frames_per_s: float
     realtime: list[str]
     fleet: FleetSpeed
+    full_buses: FleetSpeed
     fleet_on_cores: FleetOnCores
     start: StartCost
     client: ClientCost
@@ -117,6 +119,7 @@ def measure(
         recording_us = measure_recording(config, rig)
         say("Eight actuators ...")
         fleet = measure_fleet(cache)
+        full_buses = measure_combined(cache)
         fleet_on_cores = measure_on_cores(cache, duration)
         say("TCP ...")
         tcp_rate = _tcp_rate()
@@ -140,6 +143,7 @@ def measure(
         tcp_frames_per_s=tcp_rate,
         realtime=[str(m) for m in measures],
         fleet=fleet,
+        full_buses=full_buses,
         fleet_on_cores=fleet_on_cores,
         start=start,
         client=client,

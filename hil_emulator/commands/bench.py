@@ -147,7 +147,12 @@ def _table(s: Speeds, duration: float) -> str:
             f"{s.fleet.tick_us:.0f}: plants {s.fleet.plant_us:.0f}, bus {s.fleet.bus_us:.0f}, "
             f"sensors and nodes {s.fleet.rest_us:.0f}",
         ),
-        (f"the same in {cores.processes} processes", f"{cores.lockstep_x:.1f}"),
+        (
+            f"{s.full_buses.nodes} combined nodes, 4 buses of {s.full_buses.pdos_per_ms:.1f} "
+            "frames/ms: lock-step",
+            f"{s.full_buses.lockstep_x:.1f}",
+        ),
+        (f"the {s.fleet.nodes} nodes in {cores.processes} processes", f"{cores.lockstep_x:.1f}"),
         (
             f"{cores.held} actuators under the wall clock, p99 [us]",
             f"tick {cores.execution_us:.0f}, lateness {cores.lateness_us:.0f}; "

@@ -197,7 +197,8 @@ class Node:
                 of the last tick, the same object, may be published again: it is no new one.
 
         """
-        self.attend()
+        if self.rest.on:
+            self.attend()
         if self._sensors.sample(now_ns, measured):
             self._profile.measure(now_ns, measured)
         if self._courses.sources:
@@ -484,7 +485,7 @@ class Node:
     def _on_sync(self, now_ns: int, data: bytes) -> None:
         counter = self._sync.accept(data)
         if counter is not None and self._state is State.OPERATIONAL:
-            self._pdos.sync(now_ns, counter, self._sync.window_ns)
+            self._pdos.sync(now_ns, counter, self._sync)
 
 
 def _joined(routes: Mapping[int, Sequence[Handler]]) -> Routes:

@@ -10,6 +10,7 @@ from hil_emulator.device.entry import Entry
 from hil_emulator.device.layout import checked_parameters
 from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.rpdo import NEVER, Handler, Rpdo
+from hil_emulator.device.sync import SyncConsumer
 from hil_emulator.device.tpdo import Tpdo
 from hil_emulator.device.trigger import Trigger
 from hil_emulator.frame import Frame
@@ -138,17 +139,17 @@ class ProcessData:
             item.parameters.load()
         self._select()
 
-    def sync(self, now_ns: int, counter: int, window_ns: int) -> None:
+    def sync(self, now_ns: int, counter: int, consumer: SyncConsumer) -> None:
         """Apply held RPDOs and trigger synchronous TPDOs.
 
         Args:
             now_ns: time of the SYNC.
             counter: its counter, 0 without one.
-            window_ns: how long synchronous RPDOs are taken from now on, 0 for ever.
+            consumer: says how long synchronous RPDOs are taken from now on.
 
         """
         for rpdo in self._synchronous_rpdos:
-            if rpdo.sync(now_ns, window_ns):
+            if rpdo.sync(now_ns, consumer.window_ns):
                 self._on_written(rpdo.parameters.mapping.entries)
         for tpdo in self._synchronous:
             tpdo.sync(counter)

@@ -63,7 +63,7 @@ class SyncConsumer:
 
     def accept(self, data: bytes) -> int | None:
         """Return the counter of a SYNC (0 where it has none), or None for a wrong length."""
-        counted = self.counted
+        counted = self._overflow is not None and self._overflow.value != 0
         if len(data) != counted:
             self._emergency.raise_error(
                 _LENGTH_ERROR, ErrorCode.SYNC_LENGTH, ErrorBit.COMMUNICATION

@@ -7,7 +7,7 @@ the identifiers that the nodes listen to at this moment; a node that is alone do
 from collections.abc import Iterable, Iterator, Sequence
 
 from hil_emulator.device.node import Node
-from hil_emulator.frame import Frame
+from hil_emulator.frame import EXTENDED, Frame
 
 Spoken = list[tuple[Node, Frame]]
 """Frames with the nodes that sent them."""
@@ -85,16 +85,29 @@ class FrameRouter:
         """
         if self._stale:
             self._listen()
-        hears, asked = self._hears, self._asked
-        said = [s for s in spoken if s[1].identifier in (asked if s[1].remote else hears)]
-        heard = [f for f in frames if f.identifier in (asked if f.remote else hears)]
-        for frame in heard:
-            if hears.get(frame.identifier):
+        heard: list[Frame] = []
+        for frame in frames:
+            taken = self._taken(frame)
+            if taken:
                 return spoken, frames
-        for _, frame in said:
-            if hears.get(frame.identifier):
+            if taken is not None:
+                heard.append(frame)
+        said: Spoken = []
+        for speaking in spoken:
+            taken = self._taken(speaking[1])
+            if taken:
                 return spoken, frames
+            if taken is not None:
+                said.append(speaking)
         return said, heard
+
+    def _taken(self, frame: Frame) -> bool | None:
+        """Return whether some node may listen to others after a frame; None if no node takes it."""
+        can_id, _, remote, extended = frame
+        identifier = can_id | EXTENDED if extended else can_id
+        if remote:
+            return False if identifier in self._asked else None
+        return self._hears.get(identifier)
 
     def _listen(self) -> None:
         """Note what any node takes, and whether that may change what some node takes."""

@@ -130,7 +130,8 @@ class AnalogueInput:
         value = self._filter(self._slope * self.field.value + self._base)
         self._value = value
         _show(self._gross_digits, value)
-        _show(self._net_digits, value - self._tare)
+        if self._net_digits:
+            _show(self._net_digits, value - self._tare)
         status = 0
         if direction > 0 or value > self._high:
             status |= POSITIVE_OVERLOAD
