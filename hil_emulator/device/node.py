@@ -44,7 +44,7 @@ from hil_emulator.device.pdo import PdoParameters
 from hil_emulator.device.process_data import ProcessData
 from hil_emulator.device.profiles.choice import profile_of
 from hil_emulator.device.program_download import ProgramDownload
-from hil_emulator.device.rest import Rest, Sampled
+from hil_emulator.device.rest import Rest, Routes, Sampled, routes_at_rest, waking
 from hil_emulator.device.rpdo import Handler
 from hil_emulator.device.sdo_channels import SdoChannels
 from hil_emulator.device.storage import MemoryStorage, ParameterStore, Storage
@@ -53,9 +53,6 @@ from hil_emulator.device.time_stamp import TimeStamp
 from hil_emulator.device.trigger import Trigger
 from hil_emulator.device.verify_configuration import VerifyConfiguration
 from hil_emulator.frame import EXTENDED, Frame
-
-Routes = dict[int, Handler]
-"""By identifier, what takes a frame."""
 
 
 class Node:
@@ -268,7 +265,9 @@ class Node:
 
         """
         if self._resting_routes is None:
-            self._resting_routes = self._routes_at_rest()
+            ordinary, asked = self._ordinary_routes
+            data = routes_at_rest(ordinary, self._shared, self._pdos, self._sync, self.attend)
+            self._resting_routes = data, waking(asked, self.attend)
         self._routes, self._remote_routes = self._resting_routes
         until_ns = min(self._consumer.due_ns, self._guarding.due_ns, self._heartbeat.due_ns)
         self.rest.begin(packed, until_ns, sampled, self.attend)
@@ -288,23 +287,6 @@ class Node:
     def _before_write(self) -> None:
         self.attend()
         self._resting_routes = None
-
-    def _routes_at_rest(self) -> tuple[Routes, Routes]:
-        """Return routes that wake the services, but for set points and SYNC."""
-        data, remote = ({i: self._waking(h) for i, h in r.items()} for r in self._ordinary_routes)
-        alone = {can_id: data[can_id] for can_id in data.keys() - self._shared}
-        data |= self._pdos.shortcuts(alone)
-        if self._sync.can_id in alone:
-            length = int(self._sync.counted)
-            data[self._sync.can_id] = self._pdos.sync_shortcut(length, alone[self._sync.can_id])
-        return data, remote
-
-    def _waking(self, handler: Handler) -> Handler:
-        def handle(now_ns: int, data: bytes) -> None:
-            self.attend()
-            handler(now_ns, data)
-
-        return handle
 
     def _on_written(self, entries: Sequence[Entry]) -> None:
         self._set_points.written(entries)

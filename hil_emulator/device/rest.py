@@ -6,15 +6,23 @@ seen to it themselves, before anything else happens to the node: another frame, 
 that comes, an access to one of those objects.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Set
 
 from hil_emulator.device.binding import SensorObjects
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.process_data import ProcessData
+from hil_emulator.device.rpdo import Handler
+from hil_emulator.device.sync import SyncConsumer
 
 Sampled = Callable[[], Measured]
 """Returns the last sample; always the same object until the next."""
+
+Routes = dict[int, Handler]
+"""By identifier, what takes a frame."""
+
+Wake = Callable[[], None]
+"""Wakes the services; harmless when repeated."""
 
 
 class Rest:
@@ -47,9 +55,7 @@ class Rest:
         """
         return self._pdos.packed(self._sensors, count)
 
-    def begin(
-        self, packed: PackedTpdos, until_ns: int, sampled: Sampled, wake: Callable[[], None]
-    ) -> None:
+    def begin(self, packed: PackedTpdos, until_ns: int, sampled: Sampled, wake: Wake) -> None:
         """Let the services sleep.
 
         Args:
@@ -76,3 +82,37 @@ class Rest:
         sent.end()
         last = None if renewed or not sent.passed else self._sampled()
         self._sensors.resume(sent.passed, sent.now_ns, last)
+
+
+def routes_at_rest(
+    ordinary: Routes, shared: Set[int], pdos: ProcessData, sync: SyncConsumer, wake: Wake
+) -> Routes:
+    """Return routes that wake the services first, but for set points and SYNC.
+
+    Args:
+        ordinary: the node's routes.
+        shared: identifiers that several services listen to.
+        pdos: take set points.
+        sync: says what SYNC looks like.
+        wake: wakes the services.
+
+    """
+    routes = waking(ordinary, wake)
+    alone = {can_id: routes[can_id] for can_id in routes.keys() - shared}
+    routes |= pdos.shortcuts(alone)
+    if sync.can_id in alone:
+        routes[sync.can_id] = pdos.sync_shortcut(int(sync.counted), alone[sync.can_id])
+    return routes
+
+
+def waking(routes: Routes, wake: Wake) -> Routes:
+    """Return routes that wake the services before they take a frame."""
+
+    def first(handler: Handler) -> Handler:
+        def handle(now_ns: int, data: bytes) -> None:
+            wake()
+            handler(now_ns, data)
+
+        return handle
+
+    return {can_id: first(handler) for can_id, handler in routes.items()}
