@@ -1,5 +1,6 @@
 """Damped Gauss-Newton steps, and a Jacobian that learns from them."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -15,10 +16,24 @@ HEAVY_DAMPINGS = (10.0, 100.0)
 that lead out of what anyone believes."""
 
 
+LEAST_PROMISED = 1e-3
+"""Gain in chi-square below which a step is not tried: it moves no estimate by more than 3 % of its
+standard deviation."""
+
+LEAST_MENDED = 0.1
+"""The same once a step has failed: what damping mends is then a matter of rounding (assumed)."""
+
+ALIKE = 0.05
+"""Part of a step that failed within which a damped one changes the residual as it did, and would
+fail as well (assumed)."""
+
+
 def steps(
     jacobian: Array, residual: Array, weights: Array, at: Array, first: bool
 ) -> Iterator[Array]:  # fmt: skip
     """Yield steps with prior rows, damped more and more (Levenberg 1944, Marquardt 1963).
+
+    Each is tried when the one before has failed; they end where none promises anything.
 
     Args:
         jacobian: Jacobian of the residual, shape (residuals, coordinates).
@@ -31,10 +46,21 @@ def steps(
     normal = jacobian.T @ jacobian + np.diag(weights**2)
     gradient = jacobian.T @ residual + weights**2 * at
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
-    scaled = normal / np.outer(scale, scale)
+    scaled, slope = normal / np.outer(scale, scale), gradient / scale
+    least, failed = LEAST_PROMISED, None
     for damping in (*DAMPINGS, *(HEAVY_DAMPINGS if first else ())):
-        damped = scaled + damping * np.eye(len(at))
-        yield -np.linalg.solve(damped, gradient / scale) / scale
+        step = -np.linalg.solve(scaled + damping * np.eye(len(at)), slope)
+        if failed is not None and _length(scaled, step - failed) < ALIKE * _length(scaled, failed):
+            continue
+        if -step @ (2.0 * slope + scaled @ step) < least:
+            return
+        yield step / scale
+        least, failed = LEAST_MENDED, step
+
+
+def _length(scaled: Array, step: Array) -> float:
+    """Return how far a step moves the residual and the priors."""
+    return math.sqrt(max(float(step @ scaled @ step), 0.0))
 
 
 def learn(jacobian: Array, moved: Array, changed: Array) -> None:

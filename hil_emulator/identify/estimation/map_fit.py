@@ -1,5 +1,6 @@
 """Maximum a posteriori Gauss-Newton on the frozen innovations."""
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -19,6 +20,9 @@ HARDLY_TOLD = 1e-13
 """Part of the best known direction's information below which rounding decides: 16 digits hold the
 sum of a thousand products to that."""
 
+LEAST_GAIN = 0.5
+"""Gain in chi-square of an iteration below which it was the last one."""
+
 _BLOCK = 1 << 16  # rows that are added up at once
 
 
@@ -33,6 +37,7 @@ class Fit:
         jacobian: its derivative, shape (residuals, coordinates).
         chi2: sum of squares, priors included.
         effective: number of independent values among the residuals; None for all of them.
+        settled: whether no step by this Jacobian leads further.
 
     """
 
@@ -42,6 +47,7 @@ class Fit:
     jacobian: Array
     chi2: float
     effective: float | None = None
+    settled: bool = False
 
     @property
     def sample_size(self) -> float:
@@ -144,11 +150,17 @@ class Fitter:
         chosen = self.batch if batch is None else batch
         return next(chosen.residuals([self._memory(coordinates, at)]))
 
-    def residuals(
-        self, coordinates: Sequence[Coordinate], points: Sequence[Array]
-    ) -> Iterator[Array]:
-        """Yield the residual at each of several points."""
-        yield from self.batch.residuals([self._memory(coordinates, at) for at in points])
+    def within(
+        self, coordinates: Sequence[Coordinate], points: Sequence[Array], most: float
+    ) -> Iterator[tuple[Array, float] | None]:
+        """Yield the residual at each of several points and the loss there; None of one beyond."""
+        believed = [self.loss(coordinates, at, np.zeros(0)) for at in points]
+        memories = [self._memory(coordinates, at) for at in points]
+        least = most - min(believed, default=0.0)
+        residuals = self.batch.residuals(memories, least)
+        for prior, residual in zip(believed, residuals, strict=True):
+            loss = float(residual @ residual) + prior
+            yield (residual, loss) if loss <= most else None
 
     def loss(self, coordinates: Sequence[Coordinate], at: Array, residual: Array) -> float:
         """Return the sum of squares of a residual, priors included."""
@@ -202,7 +214,7 @@ class Fitter:
 
     def fit(
         self, coordinates: Sequence[Coordinate], start: Array, rounds: int = 3,
-        jacobian: Array | None = None,
+        jacobian: Array | None = None, enough: float = LEAST_GAIN, known: float = math.inf,
     ) -> Fit:  # fmt: skip
         """Minimise innovations and priors from a start.
 
@@ -211,36 +223,48 @@ class Fitter:
             start: where from.
             rounds: iterations.
             jacobian: a Jacobian near by; it is corrected on the way, and its last column refreshed.
+            enough: gain in chi-square of an iteration below which it was the last one.
+            known: chi-square of another fit: one that has come back to that, or as near as this,
+                ends.
 
         """
-        free = list(coordinates)
+        free, weights = list(coordinates), prior_rows(coordinates)
         at = np.array(start, dtype=np.float64)
-        weights = prior_rows(free)
-        bounds = np.array([c.bounds for c in free]).reshape(-1, 2)
         residual = self.residual(free, at)
-        chi2 = float(residual @ residual + np.sum((weights * at) ** 2))
+        chi2, settled = self.loss(free, at, residual), False
         sensitivities = None if jacobian is None else jacobian.astype(np.float64)
         for i in range(rounds):
             if sensitivities is None:
                 sensitivities = self.jacobian(free, at, residual)
             elif i and jacobian is not None and len(free):
                 sensitivities[:, -1] = self.column(free, at, residual, len(free) - 1)
-            for step in steps(sensitivities, residual, weights, at, i == 0 and jacobian is None):
-                trial = np.clip(at + step, bounds[:, 0], bounds[:, 1])
-                r = self.residual(free, trial)
-                new = float(r @ r + np.sum((weights * trial) ** 2))
-                if new < chi2:
-                    break
-            if new >= chi2:
+            ways = steps(sensitivities, residual, weights, at, i == 0 and jacobian is None)
+            better = self._improved(free, at, chi2, ways)
+            if better is None:
+                settled = True
                 break
-            learn(sensitivities, trial - at, r - residual)
-            delta_chi2, at, residual, chi2 = chi2 - new, trial, r, new
-            if delta_chi2 < 0.5:
+            before, last = chi2, at
+            at, changed, chi2 = better[0], better[1] - residual, better[2]
+            learn(sensitivities, at - last, changed)
+            residual = better[1]
+            if before - chi2 < enough or abs(chi2 - known) < enough:
                 break
         if sensitivities is None:
             sensitivities = self.jacobian(free, at, residual)
         effective = None if self.batch.noise is None else self.batch.noise.sample_size
-        return Fit(free, at, residual, sensitivities, chi2, effective)
+        return Fit(free, at, residual, sensitivities, chi2, effective, settled)
+
+    def _improved(
+        self, free: Sequence[Coordinate], at: Array, chi2: float, ways: Iterator[Array]
+    ) -> tuple[Array, Array, float] | None:
+        """Return where the first step leads that lessens the loss, the residual and loss there."""
+        low, high = np.array([c.bounds for c in free]).reshape(-1, 2).T
+        for step in ways:
+            trial = np.clip(at + step, low, high)
+            found = next(self.within(free, [trial], chi2))
+            if found is not None and found[1] < chi2:
+                return trial, *found
+        return None
 
     def _memory(self, coordinates: Sequence[Coordinate], at: Array | Sequence[float]) -> Point:
         return self.predictor.model.memory(coordinates, at)

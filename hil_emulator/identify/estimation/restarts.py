@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter, prior_rows
+from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, TOLERATED, Fit, Fitter, prior_rows
 
 NUDGES = (0.7, 1.4)
 """Factors of an effect's size at which a refit is begun once more (assumed)."""
@@ -13,10 +13,16 @@ LEAST_SEEN = 2
 """Directions along which what is believed decides."""
 
 
-def nudged(fitter: Fitter, fit: Fit, i: int) -> Fit:
+def nudged(fitter: Fitter, fit: Fit, i: int, enough: float = LEAST_GAIN) -> Fit:
     """Push one effect over the kinks that a delay has at every sample, a lap at every edge.
 
     Ordinary parameters that have gone far with it start as configured.
+
+    Args:
+        fitter: with frozen experiments.
+        fit: that may have stopped at a kink.
+        i: index of the effect.
+        enough: gain in chi-square that is no better fit.
 
     Returns:
         a better fit, or the same.
@@ -31,7 +37,9 @@ def nudged(fitter: Fitter, fit: Fit, i: int) -> Fit:
         at[i] *= factor
         if low <= at[i] <= high:
             near = None if any(far) else fit.jacobian
-            other = fitter.fit(fit.coordinates, at, 3, jacobian=near)
+            other = fitter.fit(
+                fit.coordinates, at, 3, jacobian=near, enough=enough, known=best.chi2
+            )
             best = min(best, other, key=lambda f: f.chi2)
     return best
 

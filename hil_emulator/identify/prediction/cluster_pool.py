@@ -1,5 +1,6 @@
 """The pool of a Dask cluster: frozen experiments stay on the worker that made them."""
 
+import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -85,8 +86,8 @@ class ClusterBatch:
         kept = _mapped(self._client, _shared, self._kept, self._predictor, noise)
         return ClusterBatch(self._client, self._predictor, kept, self._points, noise)
 
-    def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
-        """Yield the residual at each point, flat, of all experiments in their order."""
+    def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
+        """Yield the residual at each point, flat and whole, of all experiments in their order."""
         parts = [points[i : i + self._points] for i in range(0, len(points), self._points)]
         waiting = [
             _mapped(self._client, _residuals, self._kept, self._predictor, sent)

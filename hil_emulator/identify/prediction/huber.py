@@ -14,8 +14,10 @@ WORST = 100.0
 
 def tamed(innovations: Array) -> Array:
     """Return residuals whose squares are Huber's loss of innovations, flat."""
-    flat = innovations.ravel()
-    bounded = np.clip(np.nan_to_num(flat, nan=WORST, posinf=WORST, neginf=-WORST), -WORST, WORST)
-    size = np.abs(bounded)
-    rooted = np.sqrt(np.maximum(2.0 * OUTLIER * size - OUTLIER**2, 0.0))
-    return np.asarray(np.where(size > OUTLIER, np.sign(bounded) * rooted, bounded))
+    bounded = np.clip(innovations.ravel(), -WORST, WORST)
+    # few are large: the others need no root
+    large = np.flatnonzero(~(np.abs(bounded) <= OUTLIER))
+    size = np.nan_to_num(bounded[large], nan=WORST)
+    rooted = np.sqrt(2.0 * OUTLIER * np.abs(size) - OUTLIER**2)
+    bounded[large] = np.copysign(rooted, size)
+    return np.asarray(bounded)

@@ -1,6 +1,7 @@
 """Where the experiments of a campaign are predicted: here on threads, or on a cluster."""
 
 import copy
+import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -34,8 +35,11 @@ class Batch(Protocol):
     def sharing(self, noise: Noise) -> "Batch":
         """Return the same, weighed by another noise."""
 
-    def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
-        """Yield the residual at each point, flat, of all experiments in their order."""
+    def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
+        """Yield the residual at each point, flat, of all experiments in their order.
+
+        One whose sum of squares exceeds `most` may lack the last experiments.
+        """
 
 
 class Pool(Protocol):
@@ -88,16 +92,22 @@ class LocalBatch:
         frozen = [sharing(self.predictor, f, noise) for f in self.frozen]
         return replace(self, frozen=frozen, noise=noise)
 
-    def residuals(self, points: Sequence[Point]) -> Iterator[Array]:
-        """Yield the residual at each point."""
+    def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
+        """Yield the residual at each point, as far as its sum of squares is wanted."""
         if len(points) == 1:
-            yield self._residual(points[0], self.jobs)
+            yield self._residual(points[0], most, self.jobs)
         else:
-            yield from _side_by_side(self._residual, points, self.jobs)
+            yield from _side_by_side(lambda p: self._residual(p, most), points, self.jobs)
 
-    def _residual(self, point: Point, jobs: int = 1) -> Array:
-        parts = _side_by_side(lambda f: residual(self.predictor, f, point), self.frozen, jobs)
-        return np.concatenate(list(parts))
+    def _residual(self, point: Point, most: float, jobs: int = 1) -> Array:
+        parts: list[Array] = []
+        power = 0.0
+        for part in _side_by_side(lambda f: residual(self.predictor, f, point), self.frozen, jobs):
+            parts.append(part)
+            power += float(part @ part)
+            if power > most:
+                break
+        return np.concatenate(parts)
 
 
 def _side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterator[R]:

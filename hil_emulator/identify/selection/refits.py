@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from hil_emulator.identify.estimation.finite_difference import Derivative
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fit, Fitter
 from hil_emulator.identify.estimation.restarts import nudged
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
@@ -37,6 +37,9 @@ MOST_CONTINUATIONS = 4
 
 WORTHWHILE_PART = 0.01
 """Part of the gain so far that these iterations must have added for it to go on (assumed)."""
+
+LITTLE_PART = 1e-3
+"""Part of the gain so far that an iteration must add for another one (assumed)."""
 
 PROMISING = 0.2
 """Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
@@ -110,18 +113,25 @@ class CandidateRefits:
         return self._converged(Fit(free, at, fit.residual, jacobian, fit.chi2))
 
     def _pushed(self, fit: Fit) -> Fit:
-        other = nudged(self._fitter, fit, len(fit.at) - 1)
+        other = nudged(self._fitter, fit, len(fit.at) - 1, self._enough(fit))
         return fit if other is fit else self._converged(other)
 
     def _converged(self, fit: Fit) -> Fit:
         for _ in range(MOST_CONTINUATIONS):
+            if fit.settled:  # it would try the same steps once more
+                break
             before = fit.chi2
             fit = self._fitter.fit(
-                fit.coordinates, fit.at, ITERATIONS_AT_ONCE, jacobian=fit.jacobian
-            )
+                fit.coordinates, fit.at, ITERATIONS_AT_ONCE, jacobian=fit.jacobian,
+                enough=self._enough(fit),
+            )  # fmt: skip
             if before - fit.chi2 < WORTHWHILE_PART * max(self._base.chi2 - fit.chi2, self._needed):
                 break
         return fit
+
+    def _enough(self, fit: Fit) -> float:
+        """Return the gain in chi-square of an iteration below which it was the last one."""
+        return max(LEAST_GAIN, LITTLE_PART * (self._base.chi2 - fit.chi2))
 
     def _weighed(self, score: Score, fit: Fit) -> Trial:
         wald, deviation, hac_variance_factor = self._certainty(score.coordinate.name, fit)
@@ -184,7 +194,7 @@ class Lookahead:
 
         """
         for pair in pairs:
-            if self._delta_chi2(pair) < GREATER_PART * pair.delta_chi2:
+            if not self._holds(pair):
                 continue
             first, second = pair.scores
             trials = [self._beside(first, second), self._beside(second, first)]
@@ -194,13 +204,14 @@ class Lookahead:
                 return replace(best, fit=best.fit.without([best.beside]))
         return None
 
-    def _delta_chi2(self, pair: Pair) -> float:
-        """Return what the model itself gains where the linear one puts a pair."""
+    def _holds(self, pair: Pair) -> bool:
+        """Tell whether the model gains most of what its linearisation promises of a pair."""
         base = self._base
         free = [*base.coordinates, *(s.coordinate for s in pair.scores)]
         moved = sum(x * s.response for x, s in zip(pair.sizes, pair.scores, strict=True))
         at = np.append(base.at + moved, pair.sizes)
-        return base.chi2 - self._fitter.loss(free, at, self._fitter.residual(free, at))
+        most = base.chi2 - GREATER_PART * pair.delta_chi2
+        return next(self._fitter.within(free, [at], most)) is not None
 
     def _beside(self, first: Score, second: Score) -> Trial:
         """Judge a candidate in a model that has another one already."""

@@ -5,6 +5,7 @@ nowhere: it is tried at several sizes, and with the parameters back where they w
 """
 
 import heapq
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -34,6 +35,10 @@ TRIED_SIZES = (0.1, 0.3, 1.0, 3.0)
 DEAR = 3.0
 """How much longer than usual a prediction may take for an effect to be tried at any size but its
 typical one: a coupling that hardly gives is stiff, and does nothing (assumed)."""
+
+HOPELESS = 2.0
+"""Times the loss of a fit that an effect of some size may make: where it makes more, its secant
+tells nothing of the sizes that explain anything (assumed)."""
 
 TAKEOVER_ITERATIONS = 3
 """Iterations of that refit."""
@@ -112,7 +117,7 @@ class Confirmation:
             values = dict(zip([c.name for c in free], np.append(self._fit.at, 0.0), strict=True))
             values |= zip([c.name for c in ended.coordinates], ended.at, strict=True)
             at = np.array([values[c.name] for c in free])
-            delta_chi2 = next(self._deltas_at(free, [at]))
+            delta_chi2 = next(self._deltas_at(free, [at], self._fit.chi2))
             known = found[name].statistic if name in found else WORTHLESS
             if name in of and delta_chi2 > known:
                 found[name] = replace(
@@ -140,22 +145,26 @@ class Confirmation:
 
     def _holds(self, score: Score) -> bool:
         """Tell whether the model gains most of what its linearisation promises."""
-        return self._deltas([score])[0] >= GREATER_PART * score.statistic
+        return self._deltas([score], GREATER_PART * score.statistic)[0] > -math.inf
 
-    def _deltas(self, scores: Sequence[Score]) -> list[float]:
-        """Return what the model itself gains where scores of one candidate put its estimate."""
+    def _deltas(self, scores: Sequence[Score], least: float = 0.0) -> list[float]:
+        """Return what the model itself gains where scores of one candidate put its estimate.
+
+        A gain below the least is minus infinity.
+        """
         fit, fitter = self._fit, self._fitter
         free = [*fit.coordinates, scores[0].coordinate]
         points = [np.append(fit.at + s.estimate * s.response, s.estimate) for s in scores]
         dear = [abs(p[-1]) < TRIED_SIZES[1] and fitter.cost(free, p) > DEAR for p in points]
         tried = [p for p, costs in zip(points, dear, strict=True) if not costs]
-        deltas = self._deltas_at(free, tried)
-        return [float("-inf") if costs else next(deltas) for costs in dear]
+        deltas = self._deltas_at(free, tried, fit.chi2 - least)
+        return [-math.inf if costs else next(deltas) for costs in dear]
 
-    def _deltas_at(self, free: Sequence[Coordinate], points: Sequence[Array]) -> Iterator[float]:
-        residuals = self._fitter.residuals(free, points)
-        for at, residual in zip(points, residuals, strict=True):
-            yield self._fit.chi2 - self._fitter.loss(free, at, residual)
+    def _deltas_at(
+        self, free: Sequence[Coordinate], points: Sequence[Array], most: float
+    ) -> Iterator[float]:
+        for found in self._fitter.within(free, points, most):
+            yield -math.inf if found is None else self._fit.chi2 - found[1]
 
     def _sounding(self, score: Score) -> list[Score]:
         """Return starts at several sizes, and where the most promising secants to them lead.
@@ -168,11 +177,13 @@ class Confirmation:
         sizes = (score.estimate, *(sense * k for k in TRIED_SIZES))
         tries = list(tries_of(self._fitter, score, fit, sizes))
         starts, secants = [], []
-        for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
-            delta_chi2 = fit.chi2 - self._fitter.loss(free, at, residual)
+        found = self._fitter.within(free, tries, HOPELESS * fit.chi2)
+        for at, there in zip(tries, found, strict=True):
+            delta_chi2 = -math.inf if there is None else fit.chi2 - there[1]
             starts.append(replace(score, statistic=delta_chi2, estimate=float(at[-1]), start=at))
-            secant = (residual - fit.residual) / at[-1]
-            secants.append(score_of(score.coordinate, secant, self._project))
+            if there is not None:
+                secant = (there[0] - fit.residual) / at[-1]
+                secants.append(score_of(score.coordinate, secant, self._project))
         secants = sorted(secants, key=lambda s: -s.statistic)[:SECANTS]
         deltas = self._deltas(secants) if secants else []
         return starts + [replace(s, statistic=d) for s, d in zip(secants, deltas, strict=True)]
@@ -209,15 +220,15 @@ class Takeover:
         tries = list(
             tries_of(self._fitter, score, there, (*TRIED_SIZES, *(-k for k in TRIED_SIZES)))
         )
-        losses = [(self._fitter.loss(free, at, r), at, r)
-                  for at, r in zip(tries, self._fitter.residuals(free, tries), strict=True)
-                  ]  # fmt: skip
-        loss, at, residual = min(losses, key=lambda t: t[0], default=(np.inf, there.at, None))
-        if residual is None or there.chi2 - loss < GREATER_PART * (there.chi2 - self._fit.chi2):
+        most = there.chi2 - GREATER_PART * (there.chi2 - self._fit.chi2)
+        found = zip(tries, self._fitter.within(free, tries, most), strict=True)
+        losses = [(t[1], at, t[0]) for at, t in found if t is not None]
+        if not losses:
             return []
+        _, at, residual = min(losses, key=lambda t: t[0])
         jacobian = np.column_stack([there.jacobian, (residual - there.residual) / at[-1]])
-        found = self._fitter.fit(free, at, TAKEOVER_ITERATIONS, jacobian=jacobian)
-        values = {c.name: a for c, a in zip(free, found.at, strict=True)}
+        taken = self._fitter.fit(free, at, TAKEOVER_ITERATIONS, jacobian=jacobian)
+        values = {c.name: a for c, a in zip(free, taken.at, strict=True)}
         whole = [*self._fit.coordinates, score.coordinate]
         start = np.array([values.get(c.name, 0.0) for c in whole])
         fit = self._fitter.fit(whole, start, TAKEOVER_ITERATIONS)

@@ -1,0 +1,94 @@
+"""Which steps of a fit are tried, and which residuals computed to the end."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.levenberg_marquardt import (
+    DAMPINGS,
+    LEAST_MENDED,
+    LEAST_PROMISED,
+    steps,
+)
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.huber import OUTLIER, WORST, tamed
+from hil_emulator.identify.prediction.observer import Observer
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+
+WEIGHTS = np.ones(2)
+PARALLEL = np.array([[1.0, 1.0], [0.0, 1e-3], [0.0, 0.0]])
+"""Jacobian of two coordinates that nearly make up for each other."""
+
+
+def offered(jacobian: np.ndarray, size: float) -> list[np.ndarray]:
+    """Return every step from a residual of some size along the first column."""
+    residual = size * jacobian[:, 0]
+    return list(steps(jacobian, residual, WEIGHTS, np.zeros(2), first=False))
+
+
+def test_the_first_step_is_the_minimum_of_the_linear_model() -> None:
+    """It solves the normal equations, priors included."""
+    residual = np.array([3.0, 0.5, -1.0])
+    first = next(steps(PARALLEL, residual, WEIGHTS, np.zeros(2), first=False))
+    stacked = np.vstack([PARALLEL, np.eye(2)])
+    wanted = np.linalg.lstsq(stacked, -np.append(residual, [0.0, 0.0]), rcond=None)[0]
+    assert first == pytest.approx(wanted, rel=1e-6)
+
+
+def test_no_step_is_tried_that_promises_nothing() -> None:
+    """A fit that begins at its minimum ends there; a failed step needs a larger promise."""
+    # along one column c with a prior of one, the gain of r = s c is s^2 |c|^4 / (|c|^2 + 1)
+    column = np.eye(3)[:, :2]
+    assert offered(column, np.sqrt(1.9 * LEAST_PROMISED)) == []
+    assert len(offered(column, np.sqrt(2.1 * LEAST_PROMISED))) == 1
+    assert len(offered(column, np.sqrt(4.0 * LEAST_MENDED))) > 1
+
+
+def test_a_damped_step_is_tried_only_where_it_differs_from_the_one_that_failed() -> None:
+    """Well-conditioned, damping by a thousandth changes nothing; along a valley it does."""
+    residual = np.array([100.0, 0.0, 30.0])
+    plain = list(steps(np.eye(3)[:, :2], residual, WEIGHTS, np.zeros(2), first=False))
+    assert len(plain) < len(DAMPINGS)
+    lengths = [float(np.linalg.norm(s)) for s in plain]
+    assert lengths == sorted(lengths, reverse=True)
+    valley = np.array([[1e4, 1e4], [0.0, 10.0], [0.0, 0.0]])
+    along = list(steps(valley, np.array([0.0, 900.0, 0.0]), WEIGHTS, np.zeros(2), first=False))
+    assert len(along) == len(DAMPINGS)
+
+
+def test_a_residual_is_whole_or_beyond_what_is_asked_for() -> None:
+    """Within its own loss it is the one that is computed alone, and its priors count."""
+    data = [recorded({}, kind, 5, 0.3) for kind in ("multisine", "steps")]
+    fitter = Fitter(Observer(knee_model(), INSTRUMENTS), data)
+    free = parameters.ordinary(knee_model())[:2]
+    fitter.freeze(free, np.zeros(2))
+    at = [np.zeros(2), np.array([3.0, -3.0])]
+    residuals = [fitter.residual(free, a) for a in at]
+    losses = [fitter.loss(free, a, r) for a, r in zip(at, residuals, strict=True)]
+    assert losses[0] < losses[1]
+    found = list(fitter.within(free, at, losses[0]))
+    assert found[0] is not None
+    np.testing.assert_array_equal(found[0][0], residuals[0])
+    assert found[0][1] == pytest.approx(losses[0])
+    assert found[1] is None
+    assert None not in list(fitter.within(free, at, losses[1] * (1.0 + 1e-9)))
+
+
+def test_a_fit_at_its_minimum_says_that_nothing_leads_further() -> None:
+    """Begun there with its own Jacobian, another fit stays to the last bit."""
+    fitter = Fitter(Observer(knee_model(), INSTRUMENTS), [recorded({}, "multisine", 5, 0.5)])
+    free = parameters.ordinary(knee_model())[:2]
+    fitter.freeze(free, np.zeros(2))
+    fit = fitter.fit(free, np.zeros(2), 8)
+    again = fitter.fit(free, fit.at, 8, jacobian=fit.jacobian)
+    assert again.settled
+    assert again.chi2 == pytest.approx(fit.chi2, abs=LEAST_MENDED)
+
+
+def test_a_loss_is_huber_s_whatever_has_run_away() -> None:
+    """Half the square up to three, linear beyond, and bounded where nothing is a number."""
+    plain = np.array([[0.5, -2.9], [4.0, -7.0], [np.nan, -np.inf]])
+    sizes = np.array([0.5, 2.9, 4.0, 7.0, WORST, WORST])
+    huber = np.where(sizes <= OUTLIER, sizes**2, 2.0 * OUTLIER * sizes - OUTLIER**2)
+    assert tamed(plain) ** 2 == pytest.approx(huber)
+    assert list(np.sign(tamed(plain))) == [1.0, -1.0, 1.0, -1.0, 1.0, -1.0]
