@@ -174,12 +174,17 @@ class Fitter:
         """Return the derivative of the residual by one coordinate."""
         return next(self.columns([Derivative(coordinates, at, i)], base))
 
-    def columns(self, wanted: Sequence[Derivative], base: Array) -> Iterator[Array]:
-        """Yield derivatives of the residual, which is `base` where each is taken."""
+    def columns(
+        self, wanted: Sequence[Derivative], base: Array, roughly: bool = False
+    ) -> Iterator[Array]:
+        """Yield derivatives of the residual, which is `base` where each is taken.
+
+        Roughly, sensors of one point read the same run: where pressures bend the flow through an
+        edge, such a column may be a tenth off.
+        """
         steps = [self._steps.of(w) for w in wanted]
-        points = [self._memory(w.coordinates, w.moved(step))
-                  for w, step in zip(wanted, steps, strict=True) if step]  # fmt: skip
-        residuals = self.batch.residuals(points)
+        moves = [(w, s) for w, s in zip(wanted, steps, strict=True) if s]
+        residuals = self._roughly(moves) if roughly else self._moved(moves)
         # far from a fit a long step leads on; only where noise is left would it hold that
         only_noise = base @ base <= len(base)
         for one, step in zip(wanted, steps, strict=True):
@@ -193,6 +198,24 @@ class Fitter:
                 sensitivity = np.asarray((near - base) / shorter)
                 self._steps.learn(one, sensitivity)
             yield sensitivity
+
+    def _moved(self, moves: Sequence[tuple[Derivative, float]]) -> Iterator[Array]:
+        """Yield the residual a step away from where each derivative is taken."""
+        yield from self.batch.residuals([self._memory(w.coordinates, w.moved(s)) for w, s in moves])
+
+    def _roughly(self, moves: Sequence[tuple[Derivative, float]]) -> Iterator[Array]:
+        """Yield the same, of sensors along the run at the first one's point."""
+        bases = [self._memory(w.coordinates, w.at) for w, _ in moves if w.coordinate.channel]
+        if not bases:
+            yield from self._moved(moves)
+            return
+        points = [self._memory(w.coordinates, w.moved(s)) for w, s in moves]
+        sensors = [p for p, (w, _) in zip(points, moves, strict=True) if w.coordinate.channel]
+        read = self.batch.with_other_sensors(bases[0], sensors)
+        others = [m for m in moves if not m[0].coordinate.channel]
+        moved = self._moved(others)
+        for one, _ in moves:
+            yield next(read if one.coordinate.channel else moved)
 
     def jacobian(self, coordinates: Sequence[Coordinate], at: Array, base: Array) -> Array:
         """Return the derivative of the residual, shape (residuals, coordinates)."""

@@ -16,6 +16,7 @@ from hil_emulator.identify.prediction.pool import (
     Point,
     frozen_at,
     noise_of_all,
+    other_sensors,
     residual,
     sharing,
 )
@@ -88,9 +89,19 @@ class ClusterBatch:
 
     def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
         """Yield the residual at each point, flat and whole, of all experiments in their order."""
+        yield from self._in_parts(points, _residuals)
+
+    def with_other_sensors(self, base: Point, points: Sequence[Point]) -> Iterator[Array]:
+        """Yield the residual at points with the plant of another one, linearised along that."""
+        yield from self._in_parts(points, _other_sensors, base)
+
+    def _in_parts(
+        self, points: Sequence[Point], task: Callable[..., Any], *same: Any
+    ) -> Iterator[Array]:
+        """Yield what tasks return of each point, of all experiments in their order."""
         parts = [points[i : i + self._points] for i in range(0, len(points), self._points)]
         waiting = [
-            _mapped(self._client, _residuals, self._kept, self._predictor, sent)
+            _mapped(self._client, task, self._kept, self._predictor, sent, *same)
             for sent in _sent(self._client, parts)
         ]
         for part in parts:
@@ -148,3 +159,10 @@ def _shared(kept: _Kept, predictor: Serialised, noise: Noise) -> _Kept:
 def _residuals(kept: _Kept, predictor: Serialised, points: Sequence[Point]) -> Array:
     built = deserialised(predictor)
     return np.stack([residual(built, kept.frozen, point) for point in points])
+
+
+def _other_sensors(
+    kept: _Kept, predictor: Serialised, points: Sequence[Point], base: Point
+) -> Array:
+    built = deserialised(predictor)
+    return np.stack([other_sensors(built, kept.frozen, base, point) for point in points])

@@ -87,6 +87,12 @@ class FlowBench:
         residual = np.where(frozen.present, frozen.measured[:, 0] - path[:, self._flow], 0.0)
         return residual[:, None] * frozen.weights, path
 
+    def with_other_sensors(
+        self, frozen: MeasuredStates, par: Array, chan: Array, other: Array
+    ) -> Array:
+        """Return the residuals with other sensors: nothing corrects the states."""
+        return self.innovations(frozen, par, other)[0]
+
     def _path(self, frozen: MeasuredStates, par: Array) -> Array:
         """Return the model's signals along the recorded current and pressures."""
         model, e = self.model, frozen.experiment

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.records import Data, Entries, Gains, Jacobians, Start
+from hil_emulator.identify.prediction.records import Data, Entries, Gains, Jacobians, Seen, Start
 
 
 @dataclass
@@ -24,6 +24,8 @@ class Frozen:
         probed: what the probes do, see `probing.probe`; None as long as nobody has asked.
         latest: the point at which it was last predicted, and the whitened innovations there: a fit
             often begins where the last one ended.
+        seen: a point, what the sensors met there, and the whitened innovations: many sensors are
+            asked for at one.
 
     """
 
@@ -41,3 +43,4 @@ class Frozen:
     probed: Entries | None = None
     # not an argument: with other data or gains, what was predicted before would not hold
     latest: tuple[bytes, Array] | None = field(default=None, init=False)
+    seen: tuple[bytes, Seen, Array] | None = field(default=None, init=False)

@@ -26,6 +26,7 @@ from hil_emulator.identify.prediction import (
     probing,
     quasi_static,
     run,
+    sensing,
     smoothing,
     static_forces,
 )
@@ -40,6 +41,7 @@ from hil_emulator.identify.prediction.records import (
     ParametrisedModel,
     Places,
     Restarts,
+    Seen,
     Start,
     Sweep,
     Tuning,
@@ -69,11 +71,12 @@ _INNER: tuple[Callable[..., object], ...] = (
 )
 _LOOPS: tuple[Callable[..., object], ...] = (
     predictor.predict, extended_kalman_filter.linearise, probing.probe, probing.propagate,
+    sensing.watch, sensing.reread,
     static_forces.forces, free_loops.run_freely, free_loops.carry, smoothing.smooth,
     quasi_static.sweep,
 )  # fmt: skip
 
-_RECORDS = (run.Run, run.Instruments, Gains, Jacobians, Entries, Errors)
+_RECORDS = (run.Run, run.Instruments, Gains, Jacobians, Entries, Errors, Seen)
 """Named tuples that the loops make."""
 
 
@@ -86,6 +89,8 @@ class Loops:
         linearise: see `extended_kalman_filter.linearise`.
         probe: see `probing.probe`.
         propagate: see `probing.propagate`.
+        watch: see `sensing.watch`.
+        reread: see `sensing.reread`.
         forces: see `static_forces.forces`.
         run_freely: see `free_loops.run_freely`.
         carry: see `free_loops.carry`.
@@ -98,6 +103,8 @@ class Loops:
     linearise: Callable[[ParametrisedModel, Data, Start, Tuning, Array], tuple[Gains, Jacobians]]
     probe: Callable[[ParametrisedModel, Data, Start, Gains, Index, Array], Entries]
     propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Array], None]
+    watch: Callable[[ParametrisedModel, Data, Start, Gains, Index], Seen]
+    reread: Callable[[ParametrisedModel, Data, Seen, Array], None]
     forces: Callable[[ParametrisedModel, Moments, Places, float, Array], Array]
     run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]
     carry: Callable[[Gains, Jacobians, Array, Array, Array, Restarts, Array, Array], None]

@@ -9,13 +9,21 @@ from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
-from hil_emulator.identify.prediction.records import Data, Entries, ParametrisedModel, Start
+from hil_emulator.identify.prediction.records import Data, Entries, ParametrisedModel, Seen, Start
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.tuning import decay, tuning
+from hil_emulator.model.sensors import wiring
 
-LARGEST_STEP = 2.5e-4
-"""Integration step of a prediction [s]; half of it moves no estimate by more than 1 %, and twice as
-much takes longer, as the integrator divides steps that bend."""
+LARGEST_STEP = 1e-3 / 3.0
+"""Integration step of a prediction [s]; less moves no estimate by a hundredth of its interval, and
+half a millisecond loses the contact with an end stop."""
+
+FINER_STEP = 2.5e-4
+"""Step where something is faster than that follows [s]."""
+
+ONE_SIGN = 1.25
+"""Step times largest eigenvalue up to which the four slopes of a classical Runge-Kutta step towards
+rest have one sign (1.29): beyond, a loop, which takes each of them for a way, loses its width."""
 
 SMALLEST_STEP = 1e-5
 """Integration step below which no effect is followed [s]."""
@@ -63,7 +71,9 @@ class Observer:
         key, last = par.tobytes(), self._last
         if key != last[0]:
             fastest = max(self.model.fastest(par), 1.0)
-            last = key, min(self.largest_step, max(SMALLEST_STEP, STABLE / fastest))
+            bent = self.largest_step * fastest > ONE_SIGN
+            largest = min(self.largest_step, FINER_STEP) if bent else self.largest_step
+            last = key, min(largest, max(SMALLEST_STEP, STABLE / fastest))
             # as a whole: other threads predict as well
             self._last = last
         return last[1]
@@ -128,6 +138,35 @@ class Observer:
         frozen.latest = point, residual
         return residual * frozen.weights, path
 
+    def with_other_sensors(self, frozen: Frozen, par: Array, chan: Array, other: Array) -> Array:
+        """Return the weighted innovations of a plant with other sensors, linearised along its run.
+
+        Each set of sensors reads the run itself; how their readings move it is linear.
+        """
+        seen, base = self._seen(frozen, par, chan)
+        data, count = frozen.data, len(frozen.data.measured)
+        change, column = np.empty_like(data.measured), np.empty_like(data.measured)
+        self.model.loops.reread(self.at(par, other, data), data, seen, change)
+        z = frozen.start.z
+        none = Entries(np.zeros((count, len(z), 0)), np.zeros((count, len(self.chosen), 0)))
+        self.model.loops.propagate(
+            frozen.gains, frozen.jacobians, none, np.zeros((count, 0)), change, column
+        )
+        return (base + self._counted(frozen, column)) * frozen.weights
+
+    def _seen(self, frozen: Frozen, par: Array, chan: Array) -> tuple[Seen, Array]:
+        """Return what the sensors met at a point, and the whitened innovations there."""
+        kept, point = frozen.seen, par.tobytes() + chan.tobytes()
+        if kept is None or kept[0] != point:
+            model, data = self.at(par, chan, frozen.data), frozen.data
+            watched = np.unique(wiring(self.model.signal_names)[:, [0, 2]]).astype(np.int64)
+            seen = self.model.loops.watch(model, data, frozen.start, frozen.gains, watched)
+            error = np.nan_to_num(data.measured - seen.reading)
+            residual = np.einsum("kji,kj->ki", frozen.gains.whitening, error)
+            # as a whole: other threads predict as well
+            kept = frozen.seen = point, seen, self._counted(frozen, residual)
+        return kept[1], kept[2]
+
     def _start(self, par: Array, measured: Array) -> Array:
         """Return the state at rest with what was measured at first put in."""
         first = {c: float(np.nanmean(measured[:10, i])) for i, c in enumerate(self.channels)
@@ -170,9 +209,13 @@ class Observer:
             inputs = term[:, None].copy()
         column = np.empty((count, m))
         self.model.loops.propagate(frozen.gains, frozen.jacobians, entries, inputs, outputs, column)
-        column[~np.isfinite(data.measured)] = 0.0
-        column[data.settling] = 0.0
-        return np.asarray((column * frozen.weights).ravel())
+        return np.asarray((self._counted(frozen, column) * frozen.weights).ravel())
+
+    def _counted(self, frozen: Frozen, column: Array) -> Array:
+        """Return a column without what counts for nothing, in its place."""
+        column[~np.isfinite(frozen.data.measured)] = 0.0
+        column[frozen.data.settling] = 0.0
+        return column
 
     def weigh(self, frozen: Frozen, par: Array, chan: Array) -> None:
         """Give each channel's innovations a standard deviation of one where nothing is missing.

@@ -41,6 +41,9 @@ class Batch(Protocol):
         One whose sum of squares exceeds `most` may lack the last experiments.
         """
 
+    def with_other_sensors(self, base: Point, points: Sequence[Point]) -> Iterator[Array]:
+        """Yield the residual at points with the plant of another one, linearised along that."""
+
 
 class Pool(Protocol):
     """Freezes experiments, and keeps them where they are predicted."""
@@ -99,6 +102,15 @@ class LocalBatch:
         else:
             yield from _side_by_side(lambda p: self._residual(p, most), points, self.jobs)
 
+    def with_other_sensors(self, base: Point, points: Sequence[Point]) -> Iterator[Array]:
+        """Yield the residual at each point."""
+
+        def seen(point: Point) -> Array:
+            parts = [other_sensors(self.predictor, f, base, point) for f in self.frozen]
+            return np.concatenate(parts)
+
+        return _side_by_side(seen, points, self.jobs)
+
     def _residual(self, point: Point, most: float, jobs: int = 1) -> Array:
         parts: list[Array] = []
         power = 0.0
@@ -142,3 +154,8 @@ def frozen_at(predictor: Predictor, experiment: Experiment, point: Point) -> obj
 def residual(predictor: Predictor, frozen: object, point: Point) -> Array:
     """Return the residual of one experiment at a point, flat."""
     return tamed(predictor.innovations(frozen, *point)[0])
+
+
+def other_sensors(predictor: Predictor, frozen: object, base: Point, point: Point) -> Array:
+    """Return the residual of one experiment at a point with the plant of another one, flat."""
+    return tamed(predictor.with_other_sensors(frozen, *base, point[1]))

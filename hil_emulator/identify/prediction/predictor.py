@@ -48,6 +48,9 @@ class Predictor(Protocol):
     ) -> tuple[Array, Array]:
         """Return the residuals, shape (samples, channels), and the model's signals."""
 
+    def with_other_sensors(self, frozen: Any, par: Array, chan: Array, other: Array) -> Array:
+        """Return the residuals with other sensors; it may be linearised along those at a point."""
+
     def regressors(self, frozen: Any, path: Array) -> Regressors:
         """Return what a term may depend on."""
 

@@ -137,6 +137,23 @@ class Entries(NamedTuple):
     feeds: Array
 
 
+class Seen(NamedTuple):
+    """What the sensors met along one run.
+
+    Attributes:
+        watched: indices of the signals that any sensor looks at.
+        signals: these signals at each sample, shape (samples, watched).
+        path: what their elements met since the last sample, shape (samples, steps, channels).
+        reading: what they showed, shape (samples, chosen).
+
+    """
+
+    watched: Index
+    signals: Array
+    path: Array
+    reading: Array
+
+
 class Restarts(NamedTuple):
     """When a free run starts anew from the filtered state.
 

@@ -132,6 +132,12 @@ class StaticObserver:
         residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
         return residual[:, None] * frozen.weights, path
 
+    def with_other_sensors(
+        self, frozen: MeasuredStates, par: Array, chan: Array, other: Array
+    ) -> Array:
+        """Return the residuals with other sensors: nothing corrects the states."""
+        return self.innovations(frozen, par, other)[0]
+
     def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
         """Weigh residuals by the noise of this experiment, until it shares that of others."""
         frozen.weights = np.ones(1)

@@ -151,6 +151,12 @@ class SweepBench:
         residual = np.nan_to_num(frozen.measured - predicted)
         return residual * frozen.weights, path
 
+    def with_other_sensors(
+        self, frozen: SweepStates, par: Array, chan: Array, other: Array
+    ) -> Array:
+        """Return the residuals with other sensors: nothing corrects the states."""
+        return self.innovations(frozen, par, other)[0]
+
     def _predicted(self, data: Sweep, par: Array, chan: Array) -> tuple[Array, Array]:
         """Return what each channel should show, shape (samples, channels), and the signals."""
         model = self.model

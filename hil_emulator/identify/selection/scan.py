@@ -18,6 +18,9 @@ SEEN = 9.0
 NOTHING = 1e-9
 """Gain in chi-square at its typical size up to which an effect does nothing: rounding."""
 
+NEXT_TO_NOTHING = 0.1
+"""Part of what the best candidate explains below which a sensor is looked at roughly (assumed)."""
+
 FURTHER = 1.25
 """Times what the best candidate and its best partner explain that a pair must explain (assumed)."""
 
@@ -116,16 +119,25 @@ class Projection:
 
 
 def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Score]:
-    """Return the candidates' scores, best first."""
+    """Return the candidates' scores, best first.
+
+    Sensors are first looked at roughly. What explains next to nothing of what the best does is no
+    likely candidate, and cannot be mistaken for one; the others are predicted.
+    """
     project = Projection(fit)
     at, last = np.append(fit.at, 0.0), len(fit.at)
-    wanted = [Derivative([*fit.coordinates, c], at, last) for c in candidates]
-    sensitivities = fitter.columns(wanted, fit.residual)
-    scores = [
-        score_of(c, sensitivity.astype(np.float32), project)
-        for c, sensitivity in zip(candidates, sensitivities, strict=True)
-    ]
-    return sorted(scores, key=lambda s: -s.statistic)
+
+    def scored(some: Sequence[Coordinate], roughly: bool) -> dict[str, Score]:
+        wanted = [Derivative([*fit.coordinates, c], at, last) for c in some]
+        columns = fitter.columns(wanted, fit.residual, roughly)
+        return {c.name: score_of(c, column.astype(np.float32), project)
+                for c, column in zip(some, columns, strict=True)}  # fmt: skip
+
+    scores = scored(candidates, roughly=True)
+    least = max((NEXT_TO_NOTHING * s.statistic for s in scores.values()), default=0.0)
+    likely = [c for c in candidates if c.channel and scores[c.name].statistic > least]
+    scores |= scored(likely, roughly=False)
+    return sorted(scores.values(), key=lambda s: -s.statistic)
 
 
 def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> Score:

@@ -1,0 +1,83 @@
+"""What other sensors would have shown along one and the same run of the model.
+
+A transducer's parameter leaves the plant as it is: only through the corrections of the filter does
+another reading move the states. So a run is recorded once; each set of sensors reads it again, and
+the maps of the filter's linearisation carry what their readings change.
+"""
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array, Index
+from hil_emulator.identify.prediction.records import (
+    Data,
+    Gains,
+    ParametrisedModel,
+    Seen,
+    Start,
+)
+from hil_emulator.identify.prediction.run import (
+    Sense,
+    Tick,
+    begin,
+    elapse,
+    install,
+)
+
+
+def watch(
+    tick: Tick, sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    watched: Index,
+) -> Seen:  # fmt: skip
+    """Run the frozen predictor, and keep what its sensors look at.
+
+    Arguments as in `filter.predict`, and:
+        watched: indices of the signals that any sensor looks at.
+
+    """
+    current, measured, chosen = data.current, data.measured, data.chosen
+    count, m = len(current), len(chosen)
+    run = begin(tick, model, start, current[0])
+    instruments = install(model, run.signals, run.path, data.period)
+    z, kalman, signals, path = run.z, gains.kalman, run.signals, run.path
+    seen = Seen(
+        watched, np.empty((count, len(watched))), np.empty((count, path.shape[0], path.shape[1])),
+        np.empty((count, m)),
+    )  # fmt: skip
+    for k in range(count):
+        for i in range(len(watched)):
+            seen.signals[k, i] = signals[watched[i]]
+        seen.path[k] = path
+        sense(*instruments)
+        for i in range(m):
+            seen.reading[k, i] = instruments.reading[chosen[i]]
+        for i in range(m):
+            error = measured[k, i] - seen.reading[k, i]
+            if np.isfinite(error):
+                for j in range(len(z)):
+                    z[j] += kalman[k, j, i] * error
+        elapse(tick, run, current[k], model.steps)
+    return seen
+
+
+def reread(
+    sense: Sense, model: ParametrisedModel, data: Data, seen: Seen, change: Array
+) -> None:  # fmt: skip
+    """Fill in how far the readings of a recorded run change with the sensors of a model.
+
+    Args:
+        sense: the kernel's sensor chain.
+        model: whose sensors read it.
+        data: the experiment.
+        seen: the recorded run.
+        change: of the readings, shape (samples, chosen); overwritten.
+
+    """
+    signals, path = np.zeros(model.signals), seen.path[0].copy()
+    instruments = install(model, signals, path, data.period)
+    for k in range(len(change)):
+        for i in range(len(seen.watched)):
+            signals[seen.watched[i]] = seen.signals[k, i]
+        path[:, :] = seen.path[k]
+        sense(*instruments)
+        for i in range(change.shape[1]):
+            change[k, i] = instruments.reading[data.chosen[i]] - seen.reading[k, i]

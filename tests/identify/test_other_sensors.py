@@ -1,0 +1,67 @@
+"""What another sensor would have shown, carried along the run, against the prediction itself."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.finite_difference import FINITE
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.scan import scan
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+
+UNSEEN = 1e-4
+"""Change of the residuals that no fit sees, in standard deviations of the noise."""
+
+SMALL = 1e-2
+"""Part of the size at which a sensor is screened, where its effect is linear."""
+
+ORDINARY = parameters.ordinary(knee_model())
+SENSORS = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS) if c.channel}
+
+
+@cache
+def fitter() -> Fitter:
+    """Return a machine that nothing hits, with a gap in a channel."""
+    data = recorded({}, "multisine", 3, 0.5)
+    data.readings["load_force"][100:120] = np.nan
+    found = Fitter(Observer(knee_model(), INSTRUMENTS), [data])
+    found.freeze(ORDINARY, np.zeros(len(ORDINARY)))
+    return found
+
+
+def changes(sensor: Coordinate) -> tuple[np.ndarray, np.ndarray]:
+    """Return how a small effect of a sensor changes the residuals: carried along, and predicted."""
+    free = [*ORDINARY, sensor]
+    base, moved = np.zeros(len(free)), np.zeros(len(free))
+    moved[-1] = np.clip(SMALL * (1.0 if sensor.inverse else FINITE), *sensor.bounds)
+    points = [knee_model().memory(free, at) for at in (base, moved)]
+    healthy = fitter().residual(free, base)
+    carried = next(fitter().batch.with_other_sensors(points[0], points[1:]))
+    return carried - healthy, fitter().residual(free, moved) - healthy
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_another_sensor_does_what_the_prediction_says(name: str) -> None:
+    """Every effect of a sensor, along a run with missing data."""
+    carried, predicted = changes(SENSORS[name])
+    assert np.linalg.norm(carried - predicted) <= max(0.05 * np.linalg.norm(predicted), UNSEEN)
+
+
+def test_what_explains_much_is_predicted() -> None:
+    """A sensor that is off by its typical size has the score of the prediction itself."""
+    offset, bias = SENSORS["pressure_a.offset"], SENSORS["load_force.offset"]
+    data = recorded({}, "multisine", 3, 0.5)
+    data.readings["pressure_a"] += offset.scale
+    seen = Fitter(Observer(knee_model(), INSTRUMENTS), [data])
+    free = ORDINARY[:2]
+    seen.freeze(free, np.zeros(2))
+    base = seen.fit(free, np.zeros(2), 2)
+    found = scan(seen, base, [bias, offset])
+    alone = seen.column([*free, offset], np.append(base.at, 0.0), base.residual, 2)
+    assert found[0].coordinate is offset
+    np.testing.assert_array_equal(found[0].sensitivity, alone.astype(np.float32))
+    assert len(found) == 2
