@@ -65,12 +65,12 @@ class Memory:
         found = self.of(asked, lambda: _OWN["innovations"](own, frozen, par, chan, track), size)
         return found[0].copy(), found[1].copy()
 
-    def through(self, own: Observer, frozen: Any, balance: Balance, term: Array) -> Array:
-        """Return what a term does to the innovations of an experiment."""
+    def through(self, own: Observer, frozen: Any, balance: Balance, terms: Array) -> Array:
+        """Return what terms do to the innovations of an experiment."""
         asked = ("through", *frozen.asked, frozen.weights.tobytes(), balance.name,
-                 hash(np.ascontiguousarray(term).tobytes()))  # fmt: skip
-        size = frozen.data.measured.nbytes
-        return self.of(asked, lambda: _OWN["through"](own, frozen, balance, term), size).copy()  # type: ignore[no-any-return]
+                 hash(np.ascontiguousarray(terms).tobytes()))  # fmt: skip
+        size = frozen.data.measured.nbytes * terms.shape[1]
+        return self.of(asked, lambda: _OWN["through"](own, frozen, balance, terms), size).copy()  # type: ignore[no-any-return]
 
 
 @contextmanager

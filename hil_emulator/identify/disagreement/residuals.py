@@ -11,11 +11,10 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import SUPPLY, Balance
+from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.records import Entries
 from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.prediction.static import MeasuredStates
@@ -97,13 +96,13 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
     """
     residual, _ = predictor.innovations(frozen, par, chan)
     if isinstance(frozen, MeasuredStates):
-        made = predictor.through(frozen, what, np.ones(len(residual))).reshape(residual.shape)
+        made = predictor.through(frozen, what, np.ones((len(residual), 1))).reshape(residual.shape)
         size = np.sum(made**2, axis=1)
         seen = frozen.present & (size > 0.0)
         return np.where(seen, -np.sum(residual * made, axis=1) / np.where(seen, size, 1.0), np.nan)
     assert isinstance(frozen, Frozen)
     assert isinstance(predictor, Observer)
-    drives, feeds = _entries(predictor, frozen, what)
+    drives, feeds = predictor.entry(frozen, what)
     entries = Entries(drives, np.where(np.isfinite(frozen.data.measured), feeds, 0.0))
     decay = float(np.exp(-frozen.experiment.period / TERM_CORRELATION_TIME))
     size = TERM_STRENGTH * _largest(predictor, frozen, par, what)
@@ -114,17 +113,6 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
         frozen.gains, frozen.jacobians, entries, frozen.weights, residual, decay, size**2, term
     )
     return term
-
-
-def _entries(observer: Observer, frozen: Frozen, what: Balance) -> Entries:
-    """Return what a term in a balance adds to the next z and the next reading."""
-    if what is SUPPLY:
-        return Entries(*(np.ascontiguousarray(j[:, :, -1]) for j in frozen.jacobians))
-    weights = np.zeros(len(PROBES))
-    for name, weight in what.probes:
-        weights[[p.name for p in PROBES].index(name)] = weight
-    drives, feeds = observer.probed(frozen)
-    return Entries(np.asarray(drives @ weights), np.asarray(feeds @ weights))
 
 
 def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> float:

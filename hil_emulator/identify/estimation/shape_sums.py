@@ -151,8 +151,7 @@ class ShapeSums:
     def _columns(self, frozen: object, along: Regressors, shape: FreeShape) -> Array:
         """Return what each hat of a shape does to one experiment, shape (hats, rows)."""
         terms = hats(along[shape.regressor], shape.knots) * shape.balance.scale
-        through = self._fitter.predictor.through
-        return np.stack([through(frozen, shape.balance, t).astype(np.float32) for t in terms.T])
+        return self._fitter.predictor.through(frozen, shape.balance, terms).astype(np.float32)
 
 
 def inverse(matrix: Array, ridge: float = 0.0) -> Array:

@@ -165,4 +165,4 @@ def _other_sensors(
     kept: _Kept, predictor: Serialised, points: Sequence[Point], base: Point
 ) -> Array:
     built = deserialised(predictor)
-    return np.stack([other_sensors(built, kept.frozen, base, point) for point in points])
+    return other_sensors(built, kept.frozen, base, points)

@@ -88,10 +88,10 @@ class FlowBench:
         return residual[:, None] * frozen.weights, path
 
     def with_other_sensors(
-        self, frozen: MeasuredStates, par: Array, chan: Array, other: Array
+        self, frozen: MeasuredStates, par: Array, chan: Array, others: Sequence[Array]
     ) -> Array:
         """Return the residuals with other sensors: nothing corrects the states."""
-        return self.innovations(frozen, par, other)[0]
+        return np.stack([self.innovations(frozen, par, other)[0] for other in others])
 
     def _path(self, frozen: MeasuredStates, par: Array) -> Array:
         """Return the model's signals along the recorded current and pressures."""
@@ -132,9 +132,9 @@ class FlowBench:
         """Return what a term may depend on."""
         return regressors(path, self.model.signal_names, frozen.experiment.period)
 
-    def through(self, frozen: MeasuredStates, balance: Balance, term: Array) -> Array:
-        """Return the change of the residual that a term makes."""
-        return np.asarray(np.where(frozen.present, -term, 0.0) * frozen.weights[0])
+    def through(self, frozen: MeasuredStates, balance: Balance, terms: Array) -> Array:
+        """Return the change of the residual that terms make."""
+        return np.asarray(np.where(frozen.present, -terms.T, 0.0) * frozen.weights[0])
 
 
 def flow_bench(

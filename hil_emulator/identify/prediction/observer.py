@@ -1,5 +1,7 @@
 """Experiments seen through one model: gains frozen once, innovations for any parameters."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, BetweenRows, Experiment, Mask
@@ -14,16 +16,9 @@ from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.tuning import decay, tuning
 from hil_emulator.model.sensors import wiring
 
-LARGEST_STEP = 1e-3 / 3.0
-"""Integration step of a prediction [s]; less moves no estimate by a hundredth of its interval, and
-half a millisecond loses the contact with an end stop."""
-
-FINER_STEP = 2.5e-4
-"""Step where something is faster than that follows [s]."""
-
-ONE_SIGN = 1.25
-"""Step times largest eigenvalue up to which the four slopes of a classical Runge-Kutta step towards
-rest have one sign (1.29): beyond, a loop, which takes each of them for a way, loses its width."""
+LARGEST_STEP = 2.5e-4
+"""Integration step of a prediction [s]; half of it moves no estimate by more than 1 %, and a third
+of a millisecond loses what hits an end of the stroke, and half the width of a loop."""
 
 SMALLEST_STEP = 1e-5
 """Integration step below which no effect is followed [s]."""
@@ -71,9 +66,7 @@ class Observer:
         key, last = par.tobytes(), self._last
         if key != last[0]:
             fastest = max(self.model.fastest(par), 1.0)
-            bent = self.largest_step * fastest > ONE_SIGN
-            largest = min(self.largest_step, FINER_STEP) if bent else self.largest_step
-            last = key, min(largest, max(SMALLEST_STEP, STABLE / fastest))
+            last = key, min(self.largest_step, max(SMALLEST_STEP, STABLE / fastest))
             # as a whole: other threads predict as well
             self._last = last
         return last[1]
@@ -138,21 +131,23 @@ class Observer:
         frozen.latest = point, residual
         return residual * frozen.weights, path
 
-    def with_other_sensors(self, frozen: Frozen, par: Array, chan: Array, other: Array) -> Array:
+    def with_other_sensors(
+        self, frozen: Frozen, par: Array, chan: Array, others: Sequence[Array]
+    ) -> Array:
         """Return the weighted innovations of a plant with other sensors, linearised along its run.
 
         Each set of sensors reads the run itself; how their readings move it is linear.
         """
         seen, base = self._seen(frozen, par, chan)
-        data, count = frozen.data, len(frozen.data.measured)
-        change, column = np.empty_like(data.measured), np.empty_like(data.measured)
-        self.model.loops.reread(self.at(par, other, data), data, seen, change)
-        z = frozen.start.z
-        none = Entries(np.zeros((count, len(z), 0)), np.zeros((count, len(self.chosen), 0)))
-        self.model.loops.propagate(
-            frozen.gains, frozen.jacobians, none, np.zeros((count, 0)), change, column
-        )
-        return (base + self._counted(frozen, column)) * frozen.weights
+        data = frozen.data
+        changes = np.empty((*data.measured.shape, len(others)))
+        change = np.empty_like(data.measured)
+        for i, other in enumerate(others):
+            self.model.loops.reread(self.at(par, other, data), data, seen, change)
+            changes[:, :, i] = change
+        none = Entries(np.zeros((0, 0)), np.zeros((0, 0)))
+        columns = self._propagated(frozen, none, np.zeros((0, len(others))), changes)
+        return np.asarray((base + columns) * frozen.weights)
 
     def _seen(self, frozen: Frozen, par: Array, chan: Array) -> tuple[Seen, Array]:
         """Return what the sensors met at a point, and the whitened innovations there."""
@@ -194,22 +189,36 @@ class Observer:
         """Return what a term may depend on."""
         return regressors(path, self.model.signal_names, frozen.experiment.period)
 
-    def through(self, frozen: Frozen, balance: Balance, term: Array) -> Array:
-        """Return the change of the weighted innovations that a term along the track makes."""
-        data, entries = frozen.data, self.probed(frozen)
-        count, m = data.measured.shape
-        inputs = np.zeros((count, len(PROBES)))
-        outputs = np.zeros((count, m))
-        for probe, weight in balance.probes:
-            inputs[:, _INDEX[probe]] = weight * term
-        if balance.channel:
-            outputs[:, frozen.channels.index(balance.channel)] = term
+    def entry(self, frozen: Frozen, balance: Balance) -> Entries:
+        """Return what a term in a balance adds to the next z and the next reading."""
         if balance is SUPPLY:
-            entries = Entries(*(np.ascontiguousarray(j[:, :, -1:]) for j in frozen.jacobians))
-            inputs = term[:, None].copy()
-        column = np.empty((count, m))
-        self.model.loops.propagate(frozen.gains, frozen.jacobians, entries, inputs, outputs, column)
-        return np.asarray((self._counted(frozen, column) * frozen.weights).ravel())
+            return Entries(*(np.ascontiguousarray(j[:, :, -1]) for j in frozen.jacobians))
+        weights = np.zeros(len(PROBES))
+        for probe, weight in balance.probes:
+            weights[_INDEX[probe]] = weight
+        drives, feeds = self.probed(frozen)
+        return Entries(np.asarray(drives @ weights), np.asarray(feeds @ weights))
+
+    def through(self, frozen: Frozen, balance: Balance, terms: Array) -> Array:
+        """Return the change of the weighted innovations that terms along the track make."""
+        count, m = frozen.data.measured.shape
+        outputs = np.zeros((0, m, terms.shape[1]))
+        if balance.channel:
+            outputs = np.zeros((count, m, terms.shape[1]))
+            outputs[:, frozen.channels.index(balance.channel)] = terms
+        entry = self.entry(frozen, balance)
+        columns = self._propagated(frozen, entry, terms[: 0 if balance.channel else count], outputs)
+        return np.asarray((columns * frozen.weights).reshape(terms.shape[1], -1))
+
+    def _propagated(self, frozen: Frozen, entry: Entries, inputs: Array, outputs: Array) -> Array:
+        """Return what terms make of the whitened innovations, shape (terms, samples, channels)."""
+        columns = np.empty((outputs.shape[2], *frozen.data.measured.shape))
+        self.model.loops.propagate(
+            frozen.gains, frozen.jacobians, entry, np.ascontiguousarray(inputs), outputs, columns
+        )
+        for column in columns:
+            self._counted(frozen, column)
+        return columns
 
     def _counted(self, frozen: Frozen, column: Array) -> Array:
         """Return a column without what counts for nothing, in its place."""

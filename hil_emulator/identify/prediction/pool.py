@@ -21,6 +21,10 @@ Point = tuple[Array, Array]
 """The plant's and the sensors' parameters; see `PlantModel.memory`."""
 
 
+TOGETHER = 8
+"""Sets of sensors that are carried along a run together."""
+
+
 class Batch(Protocol):
     """Experiments that were frozen together."""
 
@@ -105,11 +109,13 @@ class LocalBatch:
     def with_other_sensors(self, base: Point, points: Sequence[Point]) -> Iterator[Array]:
         """Yield the residual at each point."""
 
-        def seen(point: Point) -> Array:
-            parts = [other_sensors(self.predictor, f, base, point) for f in self.frozen]
-            return np.concatenate(parts)
+        def seen(some: Sequence[Point]) -> Array:
+            parts = [other_sensors(self.predictor, f, base, some) for f in self.frozen]
+            return np.concatenate(parts, axis=1)
 
-        return _side_by_side(seen, points, self.jobs)
+        groups = [points[i : i + TOGETHER] for i in range(0, len(points), TOGETHER)]
+        for group in _side_by_side(seen, groups, self.jobs):
+            yield from group
 
     def _residual(self, point: Point, most: float, jobs: int = 1) -> Array:
         parts: list[Array] = []
@@ -156,6 +162,9 @@ def residual(predictor: Predictor, frozen: object, point: Point) -> Array:
     return tamed(predictor.innovations(frozen, *point)[0])
 
 
-def other_sensors(predictor: Predictor, frozen: object, base: Point, point: Point) -> Array:
-    """Return the residual of one experiment at a point with the plant of another one, flat."""
-    return tamed(predictor.with_other_sensors(frozen, *base, point[1]))
+def other_sensors(
+    predictor: Predictor, frozen: object, base: Point, points: Sequence[Point]
+) -> Array:
+    """Return the residual of one experiment at points with the plant of another one, each flat."""
+    found = predictor.with_other_sensors(frozen, *base, [chan for _, chan in points])
+    return tamed(found).reshape(len(points), -1)

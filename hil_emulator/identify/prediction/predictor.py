@@ -1,5 +1,6 @@
 """What a search needs of whatever predicts: the whole actuator, or the force balance alone."""
 
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
@@ -48,11 +49,26 @@ class Predictor(Protocol):
     ) -> tuple[Array, Array]:
         """Return the residuals, shape (samples, channels), and the model's signals."""
 
-    def with_other_sensors(self, frozen: Any, par: Array, chan: Array, other: Array) -> Array:
-        """Return the residuals with other sensors; it may be linearised along those at a point."""
+    def with_other_sensors(
+        self, frozen: Any, par: Array, chan: Array, others: Sequence[Array]
+    ) -> Array:
+        """Return the residuals with each of other sensors, shape (others, samples, channels).
+
+        They may be linearised along those at the point.
+        """
 
     def regressors(self, frozen: Any, path: Array) -> Regressors:
         """Return what a term may depend on."""
 
-    def through(self, frozen: Any, balance: Balance, term: Array) -> Array:
-        """Return the change of the residual that a term makes."""
+    def through(self, frozen: Any, balance: Balance, terms: Array) -> Array:
+        """Return the change of the residual that terms make.
+
+        Args:
+            frozen: an experiment.
+            balance: in which they are.
+            terms: along it, shape (samples, terms).
+
+        Returns:
+            One row per term, flat, shape (terms, samples * channels).
+
+        """

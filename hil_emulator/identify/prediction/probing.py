@@ -64,51 +64,58 @@ def probe(
 
 
 def propagate(
-    gains: Gains, jacobians: Jacobians, entries: Entries, inputs: Array, outputs: Array,
-    column: Array,
+    gains: Gains, jacobians: Jacobians, entry: Entries, inputs: Array, outputs: Array,
+    columns: Array,
 ) -> None:  # fmt: skip
-    """Fill a residual's derivative by a small term that acts along the base trajectory.
+    """Fill a residual's derivatives by small terms that act along the base trajectory.
+
+    All of them at once: a processor multiplies several numbers by one as fast as a single one.
 
     Args:
         gains: the frozen gains.
         jacobians: along the base trajectory.
-        entries: where the term can enter.
-        inputs: what the term adds to each entry, shape (samples, entries).
-        outputs: what it adds to each reading, shape (samples, chosen).
-        column: derivative of the whitened innovations, shape (samples, chosen); overwritten.
+        entry: where the terms enter.
+        inputs: what each adds there, shape (samples, terms); without rows, nothing.
+        outputs: what each adds to the readings, shape (samples, chosen, terms); without rows,
+            nothing.
+        columns: derivatives of the whitened innovations, shape (terms, samples, chosen);
+            overwritten.
 
     """
-    kalman, whitening, maps, senses = (
-        gains.kalman,
-        gains.whitening,
-        jacobians.maps,
-        jacobians.senses,
-    )
-    drives, feeds = entries.drives, entries.feeds
-    n, m = kalman.shape[1], kalman.shape[2]
-    dz = np.zeros(n)
-    after = np.zeros(n)
-    dy = np.zeros(m)
-    for k in range(len(column)):
+    kalman, whitening = gains.kalman, gains.whitening
+    maps, senses = jacobians.maps, jacobians.senses
+    drives, feeds = entry.drives, entry.feeds
+    n, m, terms = kalman.shape[1], kalman.shape[2], columns.shape[0]
+    dz, after, dy = np.zeros((n, terms)), np.zeros((n, terms)), np.zeros((m, terms))
+    for k in range(columns.shape[1]):
+        if len(outputs) > 0:
+            for i in range(m):
+                for t in range(terms):
+                    dy[i, t] += outputs[k, i, t]
         for i in range(m):
-            dy[i] += outputs[k, i]
-        for i in range(m):
-            column[k, i] = 0.0
+            for t in range(terms):
+                columns[t, k, i] = 0.0
             for j in range(m):
-                column[k, i] -= whitening[k, j, i] * dy[j]
+                for t in range(terms):
+                    columns[t, k, i] -= whitening[k, j, i] * dy[j, t]
         for i in range(n):
             for j in range(m):
-                dz[i] -= kalman[k, i, j] * dy[j]
-        after[:] = 0.0
+                for t in range(terms):
+                    dz[i, t] -= kalman[k, i, j] * dy[j, t]
+        after[:, :] = 0.0
+        dy[:, :] = 0.0
         for i in range(n):
             for j in range(n):
-                after[i] += maps[k, i, j] * dz[j]
-            for j in range(inputs.shape[1]):
-                after[i] += drives[k, i, j] * inputs[k, j]
+                for t in range(terms):
+                    after[i, t] += maps[k, i, j] * dz[j, t]
         for i in range(m):
-            dy[i] = 0.0
             for j in range(n):
-                dy[i] += senses[k, i, j] * dz[j]
-            for j in range(inputs.shape[1]):
-                dy[i] += feeds[k, i, j] * inputs[k, j]
-        dz[:] = after
+                for t in range(terms):
+                    dy[i, t] += senses[k, i, j] * dz[j, t]
+        if len(inputs) > 0:
+            for t in range(terms):
+                for i in range(n):
+                    after[i, t] += drives[k, i] * inputs[k, t]
+                for i in range(m):
+                    dy[i, t] += feeds[k, i] * inputs[k, t]
+        dz[:, :] = after

@@ -5,6 +5,7 @@ measured state, sample by sample. A chamber that was not measured is at tank pre
 that something else drives, the force is that of the drive: it moves the load against friction.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,10 +134,10 @@ class StaticObserver:
         return residual[:, None] * frozen.weights, path
 
     def with_other_sensors(
-        self, frozen: MeasuredStates, par: Array, chan: Array, other: Array
+        self, frozen: MeasuredStates, par: Array, chan: Array, others: Sequence[Array]
     ) -> Array:
         """Return the residuals with other sensors: nothing corrects the states."""
-        return self.innovations(frozen, par, other)[0]
+        return np.stack([self.innovations(frozen, par, other)[0] for other in others])
 
     def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
         """Weigh residuals by the noise of this experiment, until it shares that of others."""
@@ -160,10 +161,10 @@ class StaticObserver:
         """Return what a term may depend on."""
         return regressors(path, self.model.signal_names, frozen.experiment.period)
 
-    def through(self, frozen: MeasuredStates, balance: Balance, term: Array) -> Array:
-        """Return the change of the residual that a term makes."""
+    def through(self, frozen: MeasuredStates, balance: Balance, terms: Array) -> Array:
+        """Return the change of the residual that terms make."""
         sign = 1.0 if balance is PISTON and not self.driven else -1.0
-        return np.asarray(np.where(frozen.present, sign * term, 0.0) * frozen.weights[0])
+        return np.asarray(np.where(frozen.present, sign * terms.T, 0.0) * frozen.weights[0])
 
 
 def _sliding(position: Array, velocity: Array, bend: float) -> Mask:

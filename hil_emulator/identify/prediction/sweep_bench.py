@@ -152,10 +152,10 @@ class SweepBench:
         return residual * frozen.weights, path
 
     def with_other_sensors(
-        self, frozen: SweepStates, par: Array, chan: Array, other: Array
+        self, frozen: SweepStates, par: Array, chan: Array, others: Sequence[Array]
     ) -> Array:
         """Return the residuals with other sensors: nothing corrects the states."""
-        return self.innovations(frozen, par, other)[0]
+        return np.stack([self.innovations(frozen, par, other)[0] for other in others])
 
     def _predicted(self, data: Sweep, par: Array, chan: Array) -> tuple[Array, Array]:
         """Return what each channel should show, shape (samples, channels), and the signals."""
@@ -203,8 +203,11 @@ class SweepBench:
         """Return the channels that show a flow as it is."""
         return [i for i, n in enumerate(self.channels) if n in METERED.get(balance, ())]
 
-    def through(self, frozen: SweepStates, balance: Balance, term: Array) -> Array:
-        """Return the change of the residuals that a term makes."""
+    def through(self, frozen: SweepStates, balance: Balance, terms: Array) -> Array:
+        """Return the change of the residuals that terms make."""
+        return np.stack([self._through(frozen, balance, term) for term in terms.T])
+
+    def _through(self, frozen: SweepStates, balance: Balance, term: Array) -> Array:
         column = np.zeros(frozen.measured.shape)
         direct = self._columns_of(balance)
         if direct:

@@ -99,8 +99,11 @@ def score_terms(
         along = [hats(v[regressor], knots) for v in values]
         rows = len(project.residual) - len(coordinates)
         columns: Array = np.empty((rows, len(knots)), dtype=np.float32)
-        for i in range(len(knots)):
-            columns[:, i] = _column(fitter, balance, along, i)
+        end = 0
+        for frozen, terms in zip(fitter.frozen, along, strict=True):
+            made = predictor.through(frozen, balance, terms * balance.scale)
+            begin, end = end, end + made.shape[1]
+            columns[begin:end] = made.T
         found.append(
             _score(balance, regressor, knots, columns, project, seed, fitter.correlation_length)
         )
@@ -118,14 +121,6 @@ def _slim(found: Sequence[DiscrepancyTerm]) -> list[DiscrepancyTerm]:
     best = min((t for t in found if not t.balance.channel), key=_short, default=None)
     return [t if t.significant or t is best or not t.columns.size
             else replace(t, columns=t.columns[:, :0].copy()) for t in found]  # fmt: skip
-
-
-def _column(fitter: Fitter, balance: Balance, along: Sequence[Array], hat: int) -> Array:
-    parts = [
-        fitter.predictor.through(frozen, balance, values[:, hat] * balance.scale)
-        for frozen, values in zip(fitter.frozen, along, strict=True)
-    ]
-    return np.concatenate(parts)
 
 
 def _score(
