@@ -17,6 +17,11 @@ LITTLE = 0.03
 filter does not notice (assumed)."""
 
 
+UNNOTICED = 0.1
+"""Change in the same units since gains were computed for which they are not computed anew (assumed:
+what they are worth changes with its square)."""
+
+
 def converge(
     fitter: Fitter, free: Sequence[Coordinate], start: Array,
     effects: Sequence[Coordinate] = (), passes: int = 8,
@@ -35,12 +40,15 @@ def converge(
 
     """
     nudging, jacobian, at = bool(effects), None, start
+    frozen, spread = np.full(len(start), np.inf), np.ones(len(start))
     for _ in range(passes):
-        fitter.freeze(free, at)
+        if _moved(frozen, at, spread) > UNNOTICED or not len(free):
+            fitter.freeze(free, at)
+            frozen = at
         fit = fitter.fit(free, at, 2, jacobian=jacobian)
         priors = np.array([c.prior if np.isfinite(c.prior) else 0.0 for c in free])
         spread = np.sqrt(np.diag(fit.covariance()) + (LITTLE * priors) ** 2 + 1e-30)
-        converged = float(np.max(np.abs(fit.at - at) / spread, initial=0.0)) < CONVERGED
+        converged = _moved(at, fit.at, spread) < CONVERGED
         at = fit.at
         if converged and jacobian is None and not nudging:
             break
@@ -52,3 +60,8 @@ def converge(
         else:
             jacobian = None if converged else fit.jacobian
     return relaxed(fitter, fit)
+
+
+def _moved(one: Array, other: Array, spread: Array) -> float:
+    """Return how far two estimates are apart, in their standard deviations."""
+    return float(np.max(np.abs(other - one) / spread, initial=0.0))

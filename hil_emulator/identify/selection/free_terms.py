@@ -128,12 +128,7 @@ def _score(
     correlation_length: int,
 ) -> DiscrepancyTerm:  # fmt: skip
     residual = project.residual
-    projected = np.empty((len(residual), columns.shape[1]))
-    responses = []
-    for i, column in enumerate(columns.T):
-        exact = column.astype(np.float64)
-        responses.append(project.response(exact))
-        projected[:, i] = project(exact, responses[i])
+    projected, responses = project.together(columns.astype(np.float64))
     if not np.isfinite(projected).all():  # along it the model has no course
         projected[:] = 0.0
     values, vectors = np.linalg.eigh(projected.T @ projected)
@@ -145,7 +140,7 @@ def _score(
     # what the term explains is no measure of chance
     usual, limit = chance(basis, residual - basis @ components, seed, 2 * correlation_length)
     strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
-    uncertainty = np.sqrt(strength * np.sum(np.square(responses), axis=0))
+    uncertainty = np.sqrt(strength * np.sum(np.square(responses), axis=1))
     return DiscrepancyTerm(
         balance, regressor, statistic, limit, knots, curve, columns, uncertainty, usual
     )

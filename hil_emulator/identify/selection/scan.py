@@ -107,10 +107,18 @@ class Projection:
         self.residual = np.concatenate([fit.residual, self._weights * fit.at])
 
     def response(self, column: Array) -> Array:
-        """Return what the free parameters do to compensate a unit of the column."""
-        return np.asarray(
-            -self._scale * (self._inverse @ (self._scale * (self._jacobian.T @ column)))
-        )
+        """Return what the free parameters do to compensate a unit of the column, or of several."""
+        scale = self._scale.reshape(-1, *[1] * (column.ndim - 1))
+        return np.asarray(-scale * (self._inverse @ (scale * (self._jacobian.T @ column))))
+
+    def together(self, columns: Array) -> tuple[Array, Array]:
+        """Return several projected columns side by side, and the response to each."""
+        rows, moved = len(columns), self.response(columns)
+        projected = np.empty((len(self.residual), columns.shape[1]))
+        np.matmul(self._jacobian, moved, out=projected[:rows])
+        projected[:rows] += columns
+        projected[rows:] = self._weights[:, None] * moved
+        return projected, moved
 
     def __call__(self, column: Array, response: Array | None = None) -> Array:
         """Return the projected column, with its part in the prior rows at the end."""
