@@ -16,6 +16,9 @@ HEAVY_DAMPINGS = (10.0, 100.0)
 that lead out of what anyone believes."""
 
 
+ROWS_AT_ONCE = 4096
+"""Rows of a Jacobian that are corrected at once."""
+
 LEAST_PROMISED = 1e-3
 """Gain in chi-square below which a step is not tried: it moves no estimate by more than 3 % of its
 standard deviation."""
@@ -66,6 +69,8 @@ def _length(scaled: Array, step: Array) -> float:
 def learn(jacobian: Array, moved: Array, changed: Array) -> None:
     """Correct a Jacobian by what a step has shown (Broyden 1965)."""
     surprise = changed - jacobian @ moved
-    # column by column: the outer product of a long recording is large
-    for j, part in enumerate(moved / max(float(moved @ moved), 1e-12)):
-        jacobian[:, j] += part * surprise
+    parts = moved / max(float(moved @ moved), 1e-12)
+    # some rows at a time: the outer product of a long recording is large
+    for first in range(0, len(jacobian), ROWS_AT_ONCE):
+        rows = slice(first, first + ROWS_AT_ONCE)
+        jacobian[rows] += surprise[rows, None] * parts

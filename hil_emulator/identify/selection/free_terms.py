@@ -128,7 +128,7 @@ def _score(
     correlation_length: int,
 ) -> DiscrepancyTerm:  # fmt: skip
     residual = project.residual
-    projected, responses = project.together(columns.astype(np.float64))
+    projected, responses = project.together(columns)
     if not np.isfinite(projected).all():  # along it the model has no course
         projected[:] = 0.0
     values, vectors = np.linalg.eigh(projected.T @ projected)

@@ -27,6 +27,9 @@ FURTHER = 1.25
 COLLINEAR = 0.95
 """Squared cosine between the sensitivities of two candidates above which they are one (assumed)."""
 
+ROWS_AT_ONCE = 4096
+"""Rows of the candidates' columns whose products are added up at once."""
+
 MOST_PAIRS = 4
 """Most pairs that are tried in the model."""
 
@@ -200,9 +203,14 @@ def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
     able = [s for s in scores if s.visible]
     if len(able) < 2:
         return []
-    columns = np.stack([s.column for s in able])
-    normal = (columns @ columns.T).astype(np.float64)
-    gradient = -(columns @ Projection(fit).residual.astype(np.float32)).astype(np.float64)
+    residual = Projection(fit).residual
+    normal, gradient = np.zeros((len(able), len(able))), np.zeros(len(able))
+    # some rows at a time: all columns of a long recording once more would be large
+    for first in range(0, len(residual), ROWS_AT_ONCE):
+        rows = slice(first, first + ROWS_AT_ONCE)
+        columns = np.stack([s.column[rows] for s in able])
+        normal += columns @ columns.T
+        gradient -= columns @ residual[rows]
     sizes, deltas = _jointly(normal, gradient)
     ends = np.array([s.coordinate.bounds for s in able])
     inside = (sizes >= ends[:, :1]) & (sizes <= ends[:, 1:])
