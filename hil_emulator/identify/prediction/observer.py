@@ -208,7 +208,8 @@ class Observer:
             outputs[:, frozen.channels.index(balance.channel)] = terms
         entry = self.entry(frozen, balance)
         columns = self._propagated(frozen, entry, terms[: 0 if balance.channel else count], outputs)
-        return np.asarray((columns * frozen.weights).reshape(terms.shape[1], -1))
+        columns *= frozen.weights
+        return columns.reshape(terms.shape[1], -1)
 
     def _propagated(self, frozen: Frozen, entry: Entries, inputs: Array, outputs: Array) -> Array:
         """Return what terms make of the whitened innovations, shape (terms, samples, channels)."""
