@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.estimation import outer_iteration
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
@@ -57,3 +58,28 @@ def test_a_prediction_that_is_remembered_is_that_of_its_point_and_data(
     memory = knee_model().memory(free, np.zeros(2))
     other = fitter.predictor.innovations(halved, *memory)[0]
     assert not np.array_equal(here, other.ravel())
+
+
+def converged(free: list[Coordinate], monkeypatch: pytest.MonkeyPatch) -> tuple[Fit, int]:
+    """Return an estimate from some way off, and how many times it has asked for gains."""
+    own = Fitter(Observer(knee_model(), INSTRUMENTS), [recorded({}, "multisine", 5, 0.5)])
+    asked, freeze = [0], own.freeze
+
+    def counted(coordinates: list[Coordinate], at: np.ndarray) -> None:
+        asked[0] += 1
+        freeze(coordinates, at)
+
+    monkeypatch.setattr(own, "freeze", counted)
+    return outer_iteration.converge(own, free, np.full(2, 0.8)), asked[0]
+
+
+def test_gains_stay_where_the_estimate_hardly_moves(
+    free: list[Coordinate], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Computed anew in every pass, they lead to the same estimate."""
+    fit, few = converged(free, monkeypatch)
+    monkeypatch.setattr(outer_iteration, "UNNOTICED", -1.0)
+    exact, many = converged(free, monkeypatch)
+    assert few < many
+    apart = np.abs(fit.at - exact.at) / np.sqrt(np.diag(exact.covariance()))
+    assert np.max(apart) < 0.02
