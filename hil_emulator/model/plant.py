@@ -1,7 +1,8 @@
 """The actuator and its sensors as objects with memory: what the loop steps and reads."""
 
+import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,7 @@ class Supply:
         self.signals = zeros(kernel.signals, count)
         self._path = np.empty((0, count * len(CHANNELS)))
         self.paths = [NOT_FOLLOWED] * count
+        self._tick: Callable[[], bool]
         self._steps = -1
 
     def step(self, steps: int) -> bool:
@@ -77,6 +79,14 @@ class Supply:
             for own, met in zip(self.paths, self._parts, strict=True):
                 own[:] = met
         return finite
+
+    def mover(self, steps: int) -> Callable[[], bool]:
+        """Return what does as `step` for so many steps, until that is called for others."""
+        if self.built_in and self.kernel.actuators == 1:
+            if steps != self._steps:
+                self._prepare(steps)
+            return self._tick
+        return functools.partial(self.step, steps)
 
     def _prepare(self, steps: int) -> None:
         """Make room for what the channels meet in so many steps."""

@@ -54,7 +54,8 @@ def quick_tick(rig: Ordinary, node: Node, steps: int) -> Callable[[], bool]:
     inputs, place = rig.plant.input_vector, rig.plant.input_places
     # what is looked up once is not looked up in every tick
     receive, hear = bus.receive, node.receive
-    move, sample, repeat, send = rig.plant.supply.step, sensors.again, node.repeat, bus.send
+    sample, repeat, send = sensors.again, node.repeat, bus.send
+    move = rig.plant.supply.mover(steps)
 
     def tick() -> bool:
         now_ns = rig.now_ns
@@ -66,7 +67,7 @@ def quick_tick(rig: Ordinary, node: Node, steps: int) -> Callable[[], bool]:
             recorder.bus(now_ns, frames, sent=False)
         for name, value in hear(now_ns, frames).items():
             inputs[place[name]] = value
-        if not move(steps):
+        if not move():
             rig.tell(False)
             return True
         at_an_end = sample(now_ns // NS_PER_US)
