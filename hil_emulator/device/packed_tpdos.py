@@ -99,7 +99,7 @@ class PackedTpdos:
         self._place = self.passed = self.now_ns = 0
 
     def move_to(self, place: int) -> None:
-        """Take the data from another place in the record on."""
+        """Take the data from another place in the record from now on."""
         self._place = place
         self._due.clear()
 

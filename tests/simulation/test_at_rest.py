@@ -1,5 +1,6 @@
 """Nodes at rest send what their services would: the same frames, the same objects."""
 
+import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from unittest.mock import patch
 
@@ -105,6 +106,40 @@ def test_a_master_goes_through_all_services() -> None:
     }  # fmt: skip
     seen = compare(script, 560)
     assert seen.rested > 300
+
+
+def two_nodes() -> tuple[list[Frame], int]:
+    """Return what two nodes of a rig send, one of them remapped and reset, and how often both rest.
+
+    The second produces a heartbeat that the first consumes, and its third TPDO comes on request.
+    """
+    first = reference().nodes[0]
+    second = dataclasses.replace(first, id=6, commands={"valve_current": 0.0})
+    events = {
+        20: [Frame(0x605, bytes.fromhex("23161001 2c010600"))],  # consumes what node 6 produces
+        **{60 + 2 * i: [frame] for i, frame in enumerate(remapped(1, [POSITION, COUNTER]))},
+        90: [Frame(0x385 + 1, remote=True)],
+        110: [Frame(0x000, bytes([129, 6]))],
+        130: [Frame(0x000, bytes([1, 6]))],
+        150: [Frame(0x606, bytes.fromhex("2b171000 00000000"))],  # falls silent
+    }
+    rested = 0
+    with bench(dataclasses.replace(reference(), nodes=(first, second))) as b:
+        b.ticks(2)
+        b.tick(Frame(0x000, bytes([1, 0])))
+        for tick in range(500):
+            b.tick(*events.get(tick, ()), SYNC)
+            rested += all(node.rest.on for node in b.rig.nodes)
+        return b.heard, rested
+
+
+def test_each_of_several_nodes_rests_by_itself() -> None:
+    """A node that is remapped moves its neighbour's part of the record, and nothing else."""
+    heard, rested = two_nodes()
+    with patch.object(RestingNodes, "settle", lambda self: None):
+        assert two_nodes() == (heard, 0)
+    assert rested > 250
+    assert {0x185, 0x186, 0x286, 0x386, 0x486, 0x706, 0x085} <= {frame.can_id for frame in heard}
 
 
 def actions() -> Iterator[st.SearchStrategy[Action]]:
