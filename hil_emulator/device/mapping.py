@@ -46,7 +46,7 @@ class Mapping:
     Attributes:
         entries: the same.
         size: length of the frame's data in bytes.
-        unpack: returns one value per entry from frame data of at least `size` bytes.
+        unpacker: does as `unpack`, without a step in between where there need be none.
 
     Raises:
         SdoAbort: 0604 0042, more than 64 bits.
@@ -62,8 +62,8 @@ class Mapping:
         codes = [entry.type.struct_code for entry in entries]
         # One struct does the whole frame, unless a type has no struct format (24 bits, BOOLEAN).
         self._struct = struct.Struct("<" + "".join(codes)) if all(codes) else None
-        self.unpack: Callable[[bytes], Sequence[Any]] = (
-            self._unpack if self._struct is None else self._struct.unpack_from
+        self.unpacker: Callable[[bytes], Sequence[Any]] = (
+            self.unpack if self._struct is None else self._struct.unpack_from
         )
 
     def placed(self) -> Iterator[tuple[int, Entry]]:
@@ -85,7 +85,10 @@ class Mapping:
             offset += entry.type.bits
         return word.to_bytes(self.size, "little")
 
-    def _unpack(self, data: bytes) -> Sequence[Any]:
+    def unpack(self, data: bytes) -> Sequence[Any]:
+        """Return one value per entry from frame data of at least `size` bytes."""
+        if self._struct is not None:
+            return self._struct.unpack_from(data)
         word = int.from_bytes(data, "little")
         values = []
         for entry in self.entries:

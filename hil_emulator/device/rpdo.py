@@ -82,7 +82,7 @@ class Rpdo:
                 value alone.
 
         """
-        size, timeout_ns, unpack = self._size, self._timeout_ns, self._mapping.unpack
+        size, timeout_ns, unpack = self._size, self._timeout_ns, self._mapping.unpacker
         if self._synchronous or len(self._targets) != 1:
             return otherwise
         ((entry, low, high),) = self._targets

@@ -91,11 +91,18 @@ def rate(state, rates, par, inputs, signals):
 
 
 @entry
-def sense(
+def sense(signals, path, par, memory, past, normal, period, reading, overrange):
+    """Sample: `sensors.sample` on views of flat memory."""
+    chain = Transducers(view(par, CHANNEL), view(memory, MEMORY), view(past, CHANNEL_PAST))
+    sample(signals, path, WIRING, chain, normal, period, reading, overrange)
+
+
+@entry
+def report(
     par, memory, past, normals, period, reading, overrange, words, record, signals, path, row,
     count, time
 ):
-    """Sample, with a row of the normal numbers: `sensors.sample` on views of flat memory."""
+    """Sample with a row of the normal numbers, and pack what digital instruments show of it."""
     chain = Transducers(view(par, CHANNEL), view(memory, MEMORY), view(past, CHANNEL_PAST))
     sample(signals, path, WIRING, chain, normals[row], period, reading, overrange)
     pack(reading, count, time, words, record)

@@ -43,7 +43,9 @@ class Kernel:
             actuators on a supply, see `integrator.integrate`, with the set points' delay; returns
             whether the states are finite.
         rate: `rate(state, rates, par, inputs, signals)`, see `exchange.evaluate`.
-        sense: `sense(par, memory, past, normals, period, reading, overrange, words, record,
+        sense: `sense(signals, path, par, memory, past, normal, period, reading, overrange)`,
+            see `sensors.sample`.
+        report: `report(par, memory, past, normals, period, reading, overrange, words, record,
             signals, path, row, count, time)`, see `sensors.sample` and `digits.pack`; returns
             `digits.range_code`.
         parameters: the plant's parameters.
@@ -63,7 +65,8 @@ class Kernel:
 
     tick: Callable[..., bool]
     rate: Callable[..., None]
-    sense: Callable[..., int]
+    sense: Callable[..., None]
+    report: Callable[..., int]
     parameters: np.dtype[Any]
     state: np.dtype[Any]
     past: np.dtype[Any]
@@ -181,6 +184,7 @@ def build(
         tick=module.tick,
         rate=module.rate,
         sense=module.sense,
+        report=module.report,
         effects=tuple(effects),
         actuators=actuators,
         source=source,

@@ -337,7 +337,7 @@ class Sensors:
     def _bind(self, signals: Vector, path: Matrix) -> None:
         self._signals, self._path = signals, path
         self._sense = bound(
-            self._kernel.sense, self.parameters, self._memory, self._past, self._normals,
+            self._kernel.report, self.parameters, self._memory, self._past, self._normals,
             self._period, self.reading, self.overrange, self._words, self._bytes, signals, path,
             left=(0, 0, 0),
         )  # fmt: skip

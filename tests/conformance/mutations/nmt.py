@@ -119,7 +119,9 @@ def stopped_takes_sdo(route: Call, node: Node) -> None:
     """STOPPED has no SDO: a download is obeyed, though not answered."""
     route(node)
     if node.state is State.STOPPED:
-        node._sdo.add_routes(node._routes)
+        routes: dict[int, list[Any]] = {}
+        node._sdo.add_routes(routes)
+        node._routes |= {can_id: handlers[0] for can_id, handlers in routes.items()}
 
 
 @mutant(PUBLISH)
@@ -161,7 +163,9 @@ def stopped_takes_rpdos(route: Call, node: Node) -> None:
     """STOPPED has no PDO: RPDOs are taken."""
     route(node)
     if node.state is State.STOPPED:
-        node._pdos.add_routes(node._routes, {})
+        routes: dict[int, list[Any]] = {}
+        node._pdos.add_routes(routes, {})
+        node._routes |= {can_id: handlers[0] for can_id, handlers in routes.items()}
 
 
 @mutant(ROUTE)
@@ -169,7 +173,9 @@ def pre_operational_takes_rpdos(route: Call, node: Node) -> None:
     """PRE-OPERATIONAL has no PDO: RPDOs are taken."""
     route(node)
     if node.state is State.PRE_OPERATIONAL:
-        node._pdos.add_routes(node._routes, {})
+        routes: dict[int, list[Any]] = {}
+        node._pdos.add_routes(routes, {})
+        node._routes |= {can_id: handlers[0] for can_id, handlers in routes.items()}
 
 
 @mutant(PUBLISH)

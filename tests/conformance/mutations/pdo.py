@@ -185,7 +185,7 @@ def tpdo_remote_frame_unanswered(request: Call, tpdo: Tpdo) -> None:
 @mutant((Tpdo, "request"))
 def tpdo_remote_frame_answered_always(request: Call, tpdo: Tpdo) -> None:
     """Bit 30 of the COB-ID forbids remote frames: they are answered."""
-    tpdo._requests += 1
+    tpdo.requests += 1
     tpdo.wakes_ns = 0
 
 
