@@ -150,6 +150,12 @@ class Fitter:
         chosen = self.batch if batch is None else batch
         return next(chosen.residuals([self._memory(coordinates, at)]))
 
+    def residuals(
+        self, coordinates: Sequence[Coordinate], points: Sequence[Array]
+    ) -> Iterator[Array]:
+        """Yield the residual at each of several points."""
+        yield from self.batch.residuals([self._memory(coordinates, at) for at in points])
+
     def within(
         self, coordinates: Sequence[Coordinate], points: Sequence[Array], most: float
     ) -> Iterator[tuple[Array, float] | None]:

@@ -36,10 +36,6 @@ DEAR = 3.0
 """How much longer than usual a prediction may take for an effect to be tried at any size but its
 typical one: a coupling that hardly gives is stiff, and does nothing (assumed)."""
 
-HOPELESS = 2.0
-"""Times the loss of a fit that an effect of some size may make: where it makes more, its secant
-tells nothing of the sizes that explain anything (assumed)."""
-
 TAKEOVER_ITERATIONS = 3
 """Iterations of that refit."""
 
@@ -177,13 +173,11 @@ class Confirmation:
         sizes = (score.estimate, *(sense * k for k in TRIED_SIZES))
         tries = list(tries_of(self._fitter, score, fit, sizes))
         starts, secants = [], []
-        found = self._fitter.within(free, tries, HOPELESS * fit.chi2)
-        for at, there in zip(tries, found, strict=True):
-            delta_chi2 = -math.inf if there is None else fit.chi2 - there[1]
+        for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
+            delta_chi2 = fit.chi2 - self._fitter.loss(free, at, residual)
             starts.append(replace(score, statistic=delta_chi2, estimate=float(at[-1]), start=at))
-            if there is not None:
-                secant = (there[0] - fit.residual) / at[-1]
-                secants.append(score_of(score.coordinate, secant, self._project))
+            secant = (residual - fit.residual) / at[-1]
+            secants.append(score_of(score.coordinate, secant, self._project))
         secants = sorted(secants, key=lambda s: -s.statistic)[:SECANTS]
         deltas = self._deltas(secants) if secants else []
         return starts + [replace(s, statistic=d) for s, d in zip(secants, deltas, strict=True)]
