@@ -69,7 +69,6 @@ class Searcher:
         self.nuisances = list(nuisances)
         self.tell = tell
         self._search = Search(self.nuisances)
-        self._held: tuple[bytes, Batch] | None = None
 
     def stopped(self) -> Search:
         """Return a search that was interrupted, with the effects that were accepted and fitted."""
@@ -110,7 +109,6 @@ class Searcher:
             named, found.scores, found.trials, self.fitter.correlation_length
         )
         search.add(named)
-        self._held = None
         found.thin(KEPT_TERMS if found is search.rounds[0] else 0)
 
     def look(self) -> Search:
@@ -240,11 +238,5 @@ class Searcher:
     def _held_out(self, base: Fit, best: Fit | None = None) -> Batch | None:
         if not self.validation:
             return None
-        # the same asked for once more: nothing is computed anew
-        point = " ".join(c.name for c in base.coordinates).encode() + base.at.tobytes()
-        if self._held is None or self._held[0] != point:
-            self._held = None
-            held = self.fitter.frozen_at(self.validation, base.coordinates, base.at)
-            self._held = point, held
-        held = self._held[1]
+        held = self.fitter.frozen_at(self.validation, base.coordinates, base.at)
         return held if best is None else held_out(self.fitter, held, best)
