@@ -13,9 +13,10 @@ from hil_emulator.config.load import Configuration, load
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.recording.memory import MemoryRecorder
+from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import Clock, LockStep
 from hil_emulator.simulation.loop import Timing, run
-from hil_emulator.simulation.rig import Rig, assemble
+from hil_emulator.simulation.rig import Rig
 
 NODE = 5
 START = Frame(0x000, bytes([1, NODE]))

@@ -16,7 +16,7 @@ from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.pages.palette import BLUE, VERMILION
 from hil_emulator.platform.paths import cache_folder
-from hil_emulator.simulation.rig import compiled
+from hil_emulator.simulation.assembly import compiled
 
 KNEE = hil.load("hyq_knee").config
 

@@ -17,7 +17,7 @@ from hil_emulator.model.linearise import Linearisation, rest, steady_motion
 from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE, GREEN, VERMILION
 from hil_emulator.platform.paths import cache_folder
-from hil_emulator.simulation.rig import compiled
+from hil_emulator.simulation.assembly import compiled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

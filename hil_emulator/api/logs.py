@@ -17,7 +17,7 @@ from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
 from hil_emulator.identify.measured.reading import MeasuredFile, digest_of, read, recording
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.recording import SUFFIX, journal
-from hil_emulator.simulation.rig import nodes
+from hil_emulator.simulation.node_factory import nodes
 
 ENDINGS = (*formats.ENDINGS, SUFFIX, *capture.SUFFIXES)
 """Endings of files that can be examined."""

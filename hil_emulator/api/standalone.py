@@ -8,8 +8,8 @@ from hil_emulator.model.plant import Sensors
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.signals.columns import columns, fill_row
 from hil_emulator.simulation.active_effects import acting
+from hil_emulator.simulation.assembly import compiled, plants_of
 from hil_emulator.simulation.not_finite import NotFiniteError
-from hil_emulator.simulation.rig import compiled, plants_of
 
 
 class StandAlone:

@@ -10,7 +10,7 @@ from hil_emulator.model.declare import Effect, is_on
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.stages import SAMPLED
-from hil_emulator.simulation.rig import compiled
+from hil_emulator.simulation.assembly import compiled
 
 _STEPS = 1_000  # integration steps timed at once: short, so that some are undisturbed
 _REPEATS = 100  # the best is kept: everything else on the machine can only slow it down

@@ -17,7 +17,7 @@ from hil_emulator.device.node import Node
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import shipped
 from hil_emulator.simulation.machine import Machine, assemble_machine
-from hil_emulator.simulation.rig import FrameDoor
+from hil_emulator.simulation.wire_door import FrameDoor
 
 QUADRUPED = 8
 _PER_BUS = 2  # two actuators of four nodes: eight PDOs of up to eight bytes a millisecond

@@ -23,9 +23,10 @@ from hil_emulator.model.plant import Plant, on_one_supply
 from hil_emulator.model.stages import SAMPLED
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.active_effects import acting
+from hil_emulator.simulation.assembly import assemble, compiled
 from hil_emulator.simulation.clock import LockStep, WallClock
 from hil_emulator.simulation.loop import Timing, run
-from hil_emulator.simulation.rig import Rig, assemble, compiled
+from hil_emulator.simulation.rig import Rig
 
 _CHANNEL = "hil-emulator bench"
 _STEPS = 100_000  # integration steps timed at once

@@ -10,9 +10,10 @@ from pathlib import Path
 from hil_emulator.bench.cyclictest import lateness_p99_us
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
+from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import WallClock
 from hil_emulator.simulation.loop import Timing, run
-from hil_emulator.simulation.rig import Rig, assemble
+from hil_emulator.simulation.rig import Rig
 
 RATES = (1_000, 2_000, 4_000, 5_000)
 """Ticks per second that are tried, in this order."""

@@ -23,8 +23,9 @@ from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stability import Bound, required_step, step_bound
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.simulation.active_effects import acting_together
+from hil_emulator.simulation.assembly import compiled
 from hil_emulator.simulation.machine import by_supply
-from hil_emulator.simulation.rig import compiled, nodes
+from hil_emulator.simulation.node_factory import nodes
 from hil_emulator.units import show
 
 

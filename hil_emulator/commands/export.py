@@ -15,7 +15,7 @@ from hil_emulator.export.can_database import dbc
 from hil_emulator.export.electronic_data_sheet import dcf, eds
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.platform.paths import near
-from hil_emulator.simulation.rig import nodes
+from hil_emulator.simulation.node_factory import nodes
 
 
 def export(files: Sequence[Path], folder: Path) -> None:

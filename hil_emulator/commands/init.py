@@ -28,7 +28,7 @@ from hil_emulator.machines.writing import BULK_MODULUS, configuration
 from hil_emulator.model.stability import required_step
 from hil_emulator.platform.paths import cache_folder, near, shipped
 from hil_emulator.simulation.active_effects import acting
-from hil_emulator.simulation.rig import compiled
+from hil_emulator.simulation.assembly import compiled
 
 SCHEMA = "hil-emulator.schema.json"
 """Name of the JSON Schema beside a configuration."""

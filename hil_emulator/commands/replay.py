@@ -25,7 +25,8 @@ from hil_emulator.recording.journal import Recording
 from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.recording.messages import describe, from_json
 from hil_emulator.signals.columns import columns
-from hil_emulator.simulation.rig import Rig, assemble
+from hil_emulator.simulation.assembly import assemble
+from hil_emulator.simulation.rig import Rig
 
 LONGEST_NS = 86_400 * 10**9
 """Of a log that is replayed: a day [ns] (assumed)."""

@@ -29,11 +29,12 @@ from hil_emulator.recording.several import Recorders
 from hil_emulator.remote.control_server import ControlServer
 from hil_emulator.signals import condition
 from hil_emulator.simulation import realtime
+from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.simulation.loop import Timing
 from hil_emulator.simulation.machine import prepare
 from hil_emulator.simulation.not_finite import PlantFailedError
-from hil_emulator.simulation.rig import Rig, assemble
+from hil_emulator.simulation.rig import Rig
 from hil_emulator.wire.wire import TimedWire
 
 

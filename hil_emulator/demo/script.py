@@ -14,10 +14,10 @@ from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording
 from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.signals.columns import MODEL
+from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import LockStep
 from hil_emulator.simulation.loop import Timing, run
 from hil_emulator.simulation.reference_controller import Controller
-from hil_emulator.simulation.rig import assemble
 
 Signal = NDArray[np.float64]
 

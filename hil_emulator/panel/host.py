@@ -15,7 +15,8 @@ from hil_emulator.panel.ring import RingWriter
 from hil_emulator.panel.tap import PanelTap, WatchedTiming, watched_columns
 from hil_emulator.recording.header import header
 from hil_emulator.remote.control_server import ControlServer
-from hil_emulator.simulation.rig import FrameDoor, Rig
+from hil_emulator.simulation.rig import Rig
+from hil_emulator.simulation.wire_door import FrameDoor
 
 PORT = 29538
 """Where the panel is if that port is free: the next one after the remote control's (assumed)."""

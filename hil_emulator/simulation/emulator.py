@@ -19,7 +19,7 @@ from hil_emulator.recording.memory import MemoryRecorder
 from hil_emulator.signals import condition
 from hil_emulator.signals.columns import MODEL, columns
 from hil_emulator.signals.inputs import setting
-from hil_emulator.simulation.rig import assemble
+from hil_emulator.simulation.assembly import assemble
 from hil_emulator.units import to_si
 
 _numbers = itertools.count()

@@ -10,8 +10,9 @@ from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Sensors, Supply, on_one_supply
 from hil_emulator.simulation.active_effects import acting_together
+from hil_emulator.simulation.assembly import assemble_together, compiled
 from hil_emulator.simulation.not_finite import NotFiniteError
-from hil_emulator.simulation.rig import Rig, assemble_together, compiled
+from hil_emulator.simulation.rig import Rig
 from hil_emulator.simulation.wire_door import FrameDoor, WireDoor
 from hil_emulator.wire.wire import TimedWire
 

@@ -10,7 +10,7 @@ from hil_emulator.config.machine import MachineSettings, load_machine
 from hil_emulator.device.node import Node
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.platform.paths import shipped
-from hil_emulator.simulation.rig import nodes
+from hil_emulator.simulation.node_factory import nodes
 
 COMBINED = ("configs/hyq_knee.toml",)
 SEPARATE = ("configs/hyq_knee.toml", "configs/hyq_knee_separate.toml")

@@ -10,7 +10,7 @@ from hil_emulator.model import quantities
 from hil_emulator.model.equilibrium import Model
 from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.simulation.active_effects import acting
-from hil_emulator.simulation.rig import compiled
+from hil_emulator.simulation.assembly import compiled
 from tests.fmi.instance import Run
 
 Matrix = NDArray[np.float64]

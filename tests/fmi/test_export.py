@@ -15,7 +15,7 @@ from hil_emulator.fmi.exporting.archive import contents
 from hil_emulator.model.plant import Plant
 from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.simulation.active_effects import acting
-from hil_emulator.simulation.rig import compiled
+from hil_emulator.simulation.assembly import compiled
 from tests.fmi.instance import Run
 
 fmpy = pytest.importorskip("fmpy")

@@ -10,7 +10,7 @@ from hil_emulator.device import packed_tpdos
 from hil_emulator.model import digits
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.platform.paths import cache_folder, shipped
-from hil_emulator.simulation.rig import compiled
+from hil_emulator.simulation.assembly import compiled
 
 
 @pytest.mark.parametrize(

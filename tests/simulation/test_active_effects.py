@@ -12,7 +12,7 @@ from hil_emulator.model import kernel
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.simulation.active_effects import acting
-from hil_emulator.simulation.rig import compiled
+from hil_emulator.simulation.assembly import compiled
 
 
 def driven(config: Configuration, changes: dict[str, float]) -> np.ndarray:

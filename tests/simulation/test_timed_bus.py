@@ -18,10 +18,10 @@ from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.memory import MemoryRecorder
+from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.simulation.emulator import Emulator
 from hil_emulator.simulation.loop import Timing, run
-from hil_emulator.simulation.rig import assemble
 from hil_emulator.wire.frame_length import length
 
 MS = 1_000_000

@@ -1,0 +1,83 @@
+"""From a configuration to a rig: the model compiled, plant, sensors and nodes put on a bus."""
+
+import functools
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hil_emulator.config.load import Configuration
+from hil_emulator.errors import UserError
+from hil_emulator.fmi.importing.supply import FmuSupply
+from hil_emulator.model import kernel
+from hil_emulator.model.declare import Effect
+from hil_emulator.model.plant import Plant, Sensors, on_one_supply
+from hil_emulator.recording.memory import Recorder
+from hil_emulator.simulation.active_effects import acting_together
+from hil_emulator.simulation.node_factory import nodes
+from hil_emulator.simulation.rig import Rig
+from hil_emulator.simulation.wire_door import FrameDoor, WireDoor
+
+
+@functools.cache
+def compiled(effects: tuple[Effect, ...], cache: Path | None, actuators: int = 1) -> kernel.Kernel:
+    """Return the compiled model of a catalogue, once in a process."""
+    return kernel.build(effects, cache, actuators=actuators)
+
+
+def assemble(
+    config: Configuration,
+    bus: FrameDoor,
+    cache: Path | None = None,
+    recorder: Recorder | None = None,
+) -> Rig:
+    """Make the rig that a configuration describes; compiles the model and runs it once.
+
+    The model knows the effects that can act, see `acting`.
+
+    Args:
+        config: the rig's description.
+        bus: carries its frames.
+        cache: folder that keeps the compiled model for the next start.
+        recorder: takes down every tick, where there is one.
+
+    Raises:
+        UserError: if a node cannot be made from its EDS.
+
+    """
+    (rig,) = assemble_together([config], [bus], cache)
+    rig.recorder = recorder
+    return rig
+
+
+def assemble_together(
+    configs: Sequence[Configuration], buses: Sequence[FrameDoor], cache: Path | None = None
+) -> list[Rig]:
+    """Make the rigs of one supply, see `assemble`; the bus of each may be the same."""
+    configs = acting_together(configs)
+    model = compiled(configs[0].effects, cache, len(configs))
+    plants = plants_of(model, configs)
+    rigs = [_rig(*parts) for parts in zip(configs, plants, buses, strict=True)]
+    for rig in rigs:
+        rig.supply_mates = [mate for mate in rigs if mate is not rig]
+    return rigs
+
+
+def plants_of(model: kernel.Kernel, configs: Sequence[Configuration]) -> list[Plant]:
+    """Return the plants of one supply: the built-in one, or a single FMU."""
+    first = configs[0]
+    if not any(config.fmu for config in configs):
+        return on_one_supply(model, [config.plant for config in configs], first.step)
+    if len(configs) > 1 or first.fmu is None:
+        raise UserError("an FMU has a supply of its own: it shares none with other actuators")
+    supply = FmuSupply(model, first.step, first.steps, first.fmu)
+    return [Plant(model, first.plant, first.step, supply)]
+
+
+def _rig(config: Configuration, plant: Plant, bus: FrameDoor) -> Rig:
+    random = np.random.default_rng(config.seed)
+    sensors = Sensors(plant.kernel, config.sensors, config.tick_ns * 1e-9, random)
+    made = nodes(config, sensors.names)
+    if config.wire.modelled and not isinstance(bus, WireDoor):
+        bus = WireDoor(bus, config.wire)
+    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, None, config.not_finite)
