@@ -13,7 +13,6 @@ from hil_emulator.config.actuators import ActuatorSettings
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.config.load import load
 from hil_emulator.config.machine import MachineSettings
-from hil_emulator.device.node import Node
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import shipped
 from hil_emulator.simulation.machine import Machine, assemble_machine
@@ -23,9 +22,9 @@ QUADRUPED = 8
 _PER_BUS = 2  # two actuators of four nodes: eight PDOs of up to eight bytes a millisecond
 TICKS = 1_000  # lock-step ticks timed at once
 _REPEATS = 5
-_COMBINED = 32
+COMBINED = 32
 _PER_FULL_BUS = 8  # TPDOs of eight bytes a millisecond: 1 Mbit/s
-_SYNC = Frame(0x080)
+SYNC = Frame(0x080)
 _START_ALL = Frame(0x000, bytes([1, 0]))
 
 
@@ -62,12 +61,10 @@ def measure_fleet(cache: Path) -> FleetSpeed:
 
 def measure_combined(cache: Path) -> FleetSpeed:
     """Run as many nodes of one actuator each as fill four buses of 1 Mbit/s with a TPDO each."""
-    settings = combined(_COMBINED)
+    settings = combined(COMBINED)
     with operational(settings, cache) as (machine, peers):
-        for rig in machine.rigs.values():
-            for node in rig.nodes:
-                _let_one_remain(node)
-        return _measured(machine, settings, peers, [_SYNC])
+        leave_one_tpdo(machine)
+        return _measured(machine, settings, peers, [SYNC])
 
 
 def _measured(
@@ -120,10 +117,11 @@ def combined(count: int) -> MachineSettings:
     return MachineSettings(tuple(actuators), buses, dict.fromkeys(names, WireSettings()))
 
 
-def _let_one_remain(node: Node) -> None:
-    """Take all TPDOs but the first out of service (CiA 301 7.5.2.37, bit 31)."""
-    for index in range(0x1801, 0x1804):
-        node.dictionary.write(index, 1, node.dictionary.read(index, 1) | 1 << 31)
+def leave_one_tpdo(machine: Machine) -> None:
+    """Take all TPDOs but the first of each node out of service (CiA 301 7.5.2.37, bit 31)."""
+    dictionaries = [node.dictionary for rig in machine.rigs.values() for node in rig.nodes]
+    for dictionary, index in itertools.product(dictionaries, range(0x1801, 0x1804)):
+        dictionary.write(index, 1, dictionary.read(index, 1) | 1 << 31)
 
 
 @contextmanager
@@ -145,7 +143,7 @@ def commands(settings: MachineSettings) -> list[Frame]:
     """Return SYNC, and the set points of both valves on a bus: active, a tenth of the range."""
     data = struct.pack("<Hh", 0x0F, 1638)
     valves = [a.config.nodes[0].id for a in settings.actuators[:_PER_BUS]]
-    return [_SYNC, *(Frame(0x200 + valve, data) for valve in valves)]
+    return [SYNC, *(Frame(0x200 + valve, data) for valve in valves)]
 
 
 def exchange(peers: list[Bus], frames: list[Frame]) -> int:

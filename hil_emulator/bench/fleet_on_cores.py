@@ -8,11 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from hil_emulator.bench.fleet import (
+    COMBINED,
     QUADRUPED,
+    SYNC,
     TICKS,
+    combined,
     commands,
     exchange,
     fleet,
+    leave_one_tpdo,
     operational,
     timed_ticks,
 )
@@ -33,6 +37,7 @@ class FleetOnCores:
     Attributes:
         processes: how many there were.
         lockstep_x: emulated over elapsed time of eight actuators, that of the slowest process.
+        combined_x: the same of as many nodes of one actuator each as fill four buses.
         held: actuators under the wall clock.
         lateness_us: p99 of how late their ticks began, in the process that was latest.
         execution_us: p99 of how long they took there, likewise.
@@ -43,6 +48,7 @@ class FleetOnCores:
 
     processes: int
     lockstep_x: float
+    combined_x: float
     held: int
     lateness_us: float
     execution_us: float
@@ -51,15 +57,14 @@ class FleetOnCores:
 
 
 def measure_on_cores(cache: Path, duration: float) -> FleetOnCores:
-    """Run eight actuators in lock-step, and sixteen under the wall clock for `duration` [s]."""
+    """Run machines in lock-step, and sixteen actuators under the wall clock for `duration` [s]."""
     cores = usable_cores()
     quadruped, doubled = fleet(QUADRUPED), fleet(2 * QUADRUPED)
-    tick_s = quadruped.actuators[0].config.tick_ns * 1e-9
-    seconds = min(max(_at_once(quadruped, cores, _timed, cache)) for _ in range(_REPEATS))
     held: list[Timing] = _at_once(doubled, cores, partial(_kept, duration), cache)
     return FleetOnCores(
         processes=len(parts(quadruped, cores)),
-        lockstep_x=TICKS * tick_s / seconds,
+        lockstep_x=_lockstep_x(quadruped, _timed, cache),
+        combined_x=_lockstep_x(combined(COMBINED), _timed_combined, cache),
         held=len(doubled.actuators),
         lateness_us=max(t.lateness.percentile_us(0.99) for t in held),
         execution_us=max(t.execution.percentile_us(0.99) for t in held),
@@ -70,6 +75,15 @@ def measure_on_cores(cache: Path, duration: float) -> FleetOnCores:
 
 Work = Callable[[MachineSettings, Path, Callable[[], None]], Any]
 """What is done with a part of the machine; it calls something when it is about to begin."""
+
+
+def _lockstep_x(settings: MachineSettings, work: Work, cache: Path) -> float:
+    """Return the best emulated over elapsed time of several runs, that of the slowest process."""
+    tick_s = settings.actuators[0].config.tick_ns * 1e-9
+    cores = usable_cores()
+    return (
+        TICKS * tick_s / min(max(_at_once(settings, cores, work, cache)) for _ in range(_REPEATS))
+    )
 
 
 def _at_once(settings: MachineSettings, cores: int, work: Work, cache: Path) -> list[Any]:
@@ -101,6 +115,14 @@ def _timed(part: MachineSettings, cache: Path, begin: Callable[[], None]) -> flo
     with operational(part, cache) as (machine, peers):
         begin()
         return timed_ticks(machine, peers, commands(part))[0]
+
+
+def _timed_combined(part: MachineSettings, cache: Path, begin: Callable[[], None]) -> float:
+    """Return the same of nodes with a TPDO each, at every SYNC."""
+    with operational(part, cache) as (machine, peers):
+        leave_one_tpdo(machine)
+        begin()
+        return timed_ticks(machine, peers, [SYNC])[0]
 
 
 def _kept(duration: float, part: MachineSettings, cache: Path, begin: Callable[[], None]) -> Timing:

@@ -152,7 +152,10 @@ def _table(s: Speeds, duration: float) -> str:
             "frames/ms: lock-step",
             f"{s.full_buses.lockstep_x:.1f}",
         ),
-        (f"the {s.fleet.nodes} nodes in {cores.processes} processes", f"{cores.lockstep_x:.1f}"),
+        (
+            f"both in {cores.processes} processes",
+            f"{cores.lockstep_x:.1f}, {cores.combined_x:.1f}",
+        ),
         (
             f"{cores.held} actuators under the wall clock, p99 [us]",
             f"tick {cores.execution_us:.0f}, lateness {cores.lateness_us:.0f}; "
