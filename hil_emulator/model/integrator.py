@@ -45,6 +45,14 @@ def sum_slopes(
     """Sum the four slopes of a classical Runge-Kutta step.
 
     The first is that of the states: there the sensors' elements meet what the last step came to.
+
+    Args:
+        work: memory of the integration, with the states.
+        par, held, y: as of `integrate`.
+        path: takes what they meet.
+        done: number of steps that have been taken; 0 in the midst of one, and of the first.
+        step: width of this one [s].
+
     """
     state, trial, slope = numbers(work.states), numbers(work.trial), numbers(work.slopes)
     mean, bend = numbers(work.mean), numbers(work.bend)
@@ -118,7 +126,7 @@ def integrate(
     pieces = 0
     while done < steps:
         width = step if pieces == 0 else step / PIECES
-        sum_slopes(work, par, held, y, path, done, width)
+        sum_slopes(work, par, held, y, path, done if pieces == 0 else 0, width)
         if pieces == 0 and unsure(work.bend, step):
             pieces = PIECES
             continue

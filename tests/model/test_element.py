@@ -122,3 +122,23 @@ def test_the_path_ends_at_the_signals(model: Kernel) -> None:
         assert plant.path.shape == (steps, 7)
         assert plant.path[-1].tolist() == [float(plant.signals[name]) for name in names]
         assert np.all(np.diff(plant.path[:, names.index("spool_position")]) > 0.0)
+
+
+def test_every_row_of_the_path_is_that_of_its_step(model: Kernel) -> None:
+    """Also where the rod hits its end: a row is what the signals are after so many steps.
+
+    There a step is taken in pieces, and what lies between them is nobody's row.
+    """
+    near = machine(initial_position=0.0795)
+    whole, single = (Plant(model, near, 2e-5) for _ in range(2))
+    names = Sensors(model, {}, PERIOD, np.random.default_rng(1)).names
+    for _ in range(6):
+        for plant in (whole, single):
+            plant.inputs.valve_current = 8e-3
+        whole.step(STEPS)
+        rows = []
+        for _ in range(STEPS):
+            single.step(1)
+            rows.append([float(single.signals[name]) for name in names])
+        np.testing.assert_allclose(whole.path, rows, rtol=1e-6, atol=1e-9)
+    assert whole.signals.stop_force != 0.0
