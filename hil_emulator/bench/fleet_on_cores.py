@@ -79,11 +79,9 @@ Work = Callable[[MachineSettings, Path, Callable[[], None]], Any]
 
 def _lockstep_x(settings: MachineSettings, work: Work, cache: Path) -> float:
     """Return the best emulated over elapsed time of several runs, that of the slowest process."""
-    tick_s = settings.actuators[0].config.tick_ns * 1e-9
     cores = usable_cores()
-    return (
-        TICKS * tick_s / min(max(_at_once(settings, cores, work, cache)) for _ in range(_REPEATS))
-    )
+    runs: list[list[float]] = [_at_once(settings, cores, work, cache) for _ in range(_REPEATS)]
+    return TICKS * settings.actuators[0].config.tick_ns * 1e-9 / min(max(run) for run in runs)
 
 
 def _at_once(settings: MachineSettings, cores: int, work: Work, cache: Path) -> list[Any]:

@@ -48,7 +48,9 @@ def sum_slopes(
 
     Args:
         work: memory of the integration, with the states.
-        par, held, y: as of `integrate`.
+        par: as of `integrate`.
+        held: as of `integrate`.
+        y: as of `integrate`.
         path: takes what they meet.
         done: number of steps that have been taken; 0 in the midst of one, and of the first.
         step: width of this one [s].
