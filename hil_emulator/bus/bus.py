@@ -59,12 +59,14 @@ class Bus(AbstractContextManager["Bus"]):
 
     def receive(self) -> list[Frame]:
         """Return what has arrived, oldest first, at most `RECEIVE_LIMIT` frames; never wait."""
-        if self._kept is None and self._carrier is not None:
-            arrived = self._carrier.receive_frames(RECEIVE_LIMIT)
-            self.received += len(arrived)
-            if self._carrier.messages:
-                self.error_frames += len(self._carrier.messages)
-                self._carrier.messages.clear()
+        carrier = self._carrier
+        if carrier is not None and self._kept is None:
+            arrived = carrier.receive_frames(RECEIVE_LIMIT)
+            if arrived:
+                self.received += len(arrived)
+            if carrier.messages:
+                self.error_frames += len(carrier.messages)
+                carrier.messages.clear()
             return arrived
         frames = [] if self._kept is None else [self._kept]
         self._kept = None
@@ -95,9 +97,10 @@ class Bus(AbstractContextManager["Bus"]):
         if self._carrier is not None:
             given: Any = frames if type(frames) in _AS_THEY_ARE else list(frames)
             count = len(given)
-            taken = self._carrier.send_frames(given)
-            self.sent += taken
-            self.dropped += count - taken
+            refused = self._carrier.send_frames(given)
+            self.sent += count - refused
+            if refused:
+                self.dropped += refused
             return
         for can_id, data, remote, extended in frames:
             try:

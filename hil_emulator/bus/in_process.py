@@ -56,19 +56,32 @@ class InProcessBus(virtual.VirtualBus):
         """
         if not self._open:
             self._check_if_open()
-        arrived, self._unread = self._unread, []
-        waiting = self.queue.qsize()  # nobody else takes from it
-        take = self.queue.get_nowait
-        while waiting and len(arrived) < limit:
-            waiting -= 1
-            item = take()
+        inbox = self.queue
+        waiting: int = inbox.qsize()  # nobody else takes from it
+        if self._unread or waiting > limit:
+            return self._take(waiting, limit)
+        arrived: list[Frame] = []
+        for _ in range(waiting):
+            item = inbox.get_nowait()
             if type(item) is Frame:
                 arrived.append(item)
             else:
                 arrived += self._frames(item)
-        if len(arrived) > limit:
-            arrived, self._unread = arrived[:limit], arrived[limit:]
-        return arrived
+        return self._within(arrived, limit) if len(arrived) > limit else arrived
+
+    def _take(self, waiting: int, limit: int) -> list[Frame]:
+        """Return what was left over the last time, and so much of what waits as is allowed."""
+        arrived, self._unread = self._unread, []
+        while waiting and len(arrived) < limit:
+            waiting -= 1
+            item = self.queue.get_nowait()
+            arrived += (item,) if type(item) is Frame else self._frames(item)
+        return self._within(arrived, limit)
+
+    def _within(self, arrived: list[Frame], limit: int) -> list[Frame]:
+        """Return what is allowed of what has arrived, and keep the rest."""
+        self._unread = arrived[limit:]
+        return arrived[:limit]
 
     def _frames(self, item: Burst | can.Message) -> Iterable[Frame]:
         """Return the frames of what is not one."""
@@ -80,20 +93,21 @@ class InProcessBus(virtual.VirtualBus):
         return (as_frame(item),)
 
     def send_frames(self, frames: Sequence[Frame]) -> int:
-        """Send frames; return how many were taken by everybody."""
+        """Send frames; return how many somebody did not take."""
         if not self._open:
             self._check_if_open()
         if self.channel != self._present:
             self._look_round()
+        whole = type(frames) is Burst
         for put in self._alike:
-            if type(frames) is Burst:
+            if whole:
                 put(frames)
                 continue
             for frame in frames:
                 put(frame)
         if not self._others:
-            return len(frames)
-        return sum(self._told(frame, self._others) for frame in frames)
+            return 0
+        return sum(not self._told(frame, self._others) for frame in frames)
 
     def _look_round(self) -> None:
         """Note who is on the bus: who takes frames as they are, and who does not."""
@@ -107,7 +121,7 @@ class InProcessBus(virtual.VirtualBus):
         if self._stock or msg.is_error_frame or msg.is_fd:
             super().send(msg, timeout)
             return
-        if not self.send_frames([as_frame(msg)]):
+        if self.send_frames([as_frame(msg)]):
             raise can.CanOperationError("somebody's queue is full")
 
     def _told(self, frame: Frame, stock: Iterable[Any]) -> bool:

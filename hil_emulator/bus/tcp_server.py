@@ -13,7 +13,7 @@ import socket
 import sys
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import cast
 
 import can
@@ -117,10 +117,10 @@ class SocketcandServerBus(can.BusABC):
             self._write(line, 1, self._clients)
             return
         frame = Frame(msg.arbitration_id, bytes(msg.data), msg.is_remote_frame, msg.is_extended_id)
-        taken = 0 if msg.is_fd else self.send_frames([frame])
+        lost = 0 if msg.is_fd else self.send_frames([frame])
         if msg.is_remote_frame or msg.is_fd:
             raise can.CanOperationError("socketcand carries classical data frames only")
-        if not taken:
+        if lost:
             raise can.CanOperationError("a client that does not read has lost this frame")
 
     def receive_frames(self, limit: int) -> list[Frame]:
@@ -143,8 +143,8 @@ class SocketcandServerBus(can.BusABC):
                     self._watch(client)
         return [self._inbox.popleft() for _ in range(min(limit, len(self._inbox)))]
 
-    def send_frames(self, frames: Iterable[Frame]) -> int:
-        """Send frames to all clients in one write for each; return how many were taken by all."""
+    def send_frames(self, frames: Collection[Frame]) -> int:
+        """Send frames to all clients in one write for each; return how many some did not get."""
         carried = []
         for frame in frames:
             if frame.remote:
@@ -153,7 +153,8 @@ class SocketcandServerBus(can.BusABC):
             if frame.data:
                 self._own.add(frame.identifier)
             carried.append(frame)
-        return len(carried) if carried and self._tell(carried, self._clients) else 0
+        told = not carried or self._tell(carried, self._clients)
+        return len(frames) - (len(carried) if told else 0)
 
     def shutdown(self) -> None:
         """Close the port and all connections; harmless when repeated."""

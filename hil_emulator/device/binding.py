@@ -259,14 +259,18 @@ class SetPoints:
             commands[name] = obeyed.value * obeyed.factor
         self.commands = commands
 
-    def obey(self, entry: Entry, value: float) -> None:
-        """Put a value into an object, as an RPDO does in OPERATIONAL."""
-        entry.value = value
+    def obeying(self, entry: Entry) -> Callable[[float], None]:
+        """Return what puts a value into an object, as an RPDO does in OPERATIONAL."""
         name = self._names.get(entry)
-        if name is None or self._safe or self.stale:
-            self.written((entry,))
-        else:
-            self.commands[name] = value * entry.factor
+
+        def obey(value: float) -> None:
+            entry.value = value
+            if name is None or self._safe or self.stale:
+                self.written((entry,))
+            else:
+                self.commands[name] = value * entry.factor
+
+        return obey
 
     def check(self, entry: Entry, value: Any) -> None:
         """Accept any value within the object's limits."""

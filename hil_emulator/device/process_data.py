@@ -89,7 +89,7 @@ class ProcessData:
 
         """
         return {
-            identifier: rpdo.shortcut(self._set_points.obey, otherwise[identifier])
+            identifier: rpdo.shortcut(self._set_points.obeying, otherwise[identifier])
             for rpdo in self._active_rpdos
             if (identifier := rpdo.parameters.identifier) in otherwise
         }

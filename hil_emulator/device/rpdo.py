@@ -72,11 +72,13 @@ class Rpdo:
         self._store(data)
         return True
 
-    def shortcut(self, obey: Callable[[Entry, Any], None], otherwise: Handler) -> Handler:
+    def shortcut(
+        self, obeying: Callable[[Entry], Callable[[Any], None]], otherwise: Handler
+    ) -> Handler:
         """Return what takes a frame as `receive` does, while no error is active.
 
         Args:
-            obey: puts a value into an object.
+            obeying: returns what puts a value into an object.
             otherwise: takes frames with which there is more to do: those of a wrong length, the
                 first one, values beyond the limits, and all that wait for SYNC or have not one
                 value alone.
@@ -86,6 +88,7 @@ class Rpdo:
         if self._synchronous or len(self._targets) != 1:
             return otherwise
         ((entry, low, high),) = self._targets
+        obey = obeying(entry)
 
         def take(now_ns: int, data: bytes) -> None:
             if len(data) == size and (not timeout_ns or self.deadline_ns != NEVER):
@@ -93,7 +96,7 @@ class Rpdo:
                 if low <= value <= high:
                     if timeout_ns:
                         self.deadline_ns = now_ns + timeout_ns
-                    obey(entry, value)
+                    obey(value)
                     return
             otherwise(now_ns, data)
 
