@@ -11,15 +11,20 @@ from typing import Any
 import numba
 
 
-def bound(function: Any, *held: Any, left: Sequence[Any] = ()) -> Callable[..., Any]:
+def bound(
+    function: Any, *held: Any, left: Sequence[Any] = (), lent: Sequence[Any] = ()
+) -> Callable[..., Any]:
     """Return a function of the arguments that are left.
 
     Args:
         function: a compiled function, or a plain one.
         held: its first arguments, for all calls.
         left: one example for the type of each of the others.
+        lent: what the arguments only tell the address of: it lives as long as the result.
 
     """
     if hasattr(function, "compile"):
         function = function.compile(tuple(map(numba.typeof, (*held, *left))))
-    return functools.partial(function, *held)
+    call = functools.partial(function, *held)
+    vars(call)["lent"] = lent
+    return call

@@ -24,8 +24,9 @@ from hil_emulator.model.constants import (
     ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, GRAVITY, LEAST_OPENING, LIGHTEST_ROD, PIECES,
     SLIDING_BEND, VELOCITY_DOUBT,
 )
-from hil_emulator.model.digits import COUNT
+from hil_emulator.model.digits import COUNT, NOT_FINITE, WORD_LENGTH
 from hil_emulator.model.integrator import Work
+from hil_emulator.model.lent_memory import BYTE, FLOAT, WHOLE
 from hil_emulator.model.sensors import Transducers
 '''
 
@@ -58,8 +59,8 @@ def delay_all(parameters, past, held, period):
         )
 
 
-@entry
-def tick(memory, past, par, inputs, signals, path, step, steps):
+@compiled
+def pass_tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick, the set points delayed; tell whether the states are finite."""
     parameters, held = room(ACTUATORS, PARAMETERS), room(ACTUATORS, HELD)
     y = room(ACTUATORS, SIGNALS)
@@ -83,6 +84,12 @@ def tick(memory, past, par, inputs, signals, path, step, steps):
 
 
 @entry
+def tick(memory, past, par, inputs, signals, path, step, steps):
+    """Integrate one tick: see `pass_tick`."""
+    return pass_tick(memory, past, par, inputs, signals, path, step, steps)
+
+
+@entry
 def rate(state, rates, par, inputs, signals):
     """Evaluate every balance and every signal of all actuators on a supply."""
     states, parameters, held = view(state, STATE), view(par, PARAMETERS), room(ACTUATORS, HELD)
@@ -97,16 +104,55 @@ def sense(signals, path, par, memory, past, normal, period, reading, overrange):
     sample(signals, path, WIRING, chain, normal, period, reading, overrange)
 
 
+@compiled
+def read_all(
+    par, memory, past, normal, period, reading, overrange, words, record, signals, path, count, time
+):
+    """Sample, and pack what digital instruments show of it."""
+    chain = Transducers(view(par, CHANNEL), view(memory, MEMORY), view(past, CHANNEL_PAST))
+    sample(signals, path, WIRING, chain, normal, period, reading, overrange)
+    pack(reading, count, time, words, record)
+    return range_code(overrange)
+
+
 @entry
 def report(
     par, memory, past, normals, period, reading, overrange, words, record, signals, path, row,
     count, time
 ):
-    """Sample with a row of the normal numbers, and pack what digital instruments show of it."""
-    chain = Transducers(view(par, CHANNEL), view(memory, MEMORY), view(past, CHANNEL_PAST))
-    sample(signals, path, WIRING, chain, normals[row], period, reading, overrange)
-    pack(reading, count, time, words, record)
-    return range_code(overrange)
+    """Sample with a row of the normal numbers: see `read_all`."""
+    return read_all(
+        par, memory, past, normals[row], period, reading, overrange, words, record, signals, path,
+        count, time,
+    )
+
+
+@compiled
+def lent_numbers(places, k):
+    """Return the numbers whose address and count are given in a row of places."""
+    return lent(places[k, 0], (places[k, 1],), FLOAT)
+
+
+@entry
+def tick_and_report(plant, instruments, step, steps, period, row, count, time):
+    """Integrate one tick, and sample the only actuator with a row of the normal numbers."""
+    signals = lent_numbers(plant, 4)
+    path = lent(plant[5, 0], (steps, ACTUATORS * CHANNEL_COUNT), FLOAT)
+    sound = pass_tick(
+        lent_numbers(plant, 0), lent_numbers(plant, 1), lent_numbers(plant, 2),
+        lent_numbers(plant, 3), signals, path, step, steps,
+    )
+    if not sound:
+        return NOT_FINITE
+    if row < 0:
+        return 0
+    return read_all(
+        lent_numbers(instruments, 0), lent_numbers(instruments, 1), lent_numbers(instruments, 2),
+        lent(instruments[3, 0], (instruments[3, 1], CHANNEL_COUNT), FLOAT)[row], period,
+        lent_numbers(instruments, 4), lent(instruments[5, 0], (CHANNEL_COUNT,), WHOLE),
+        lent(instruments[6, 0], (instruments[6, 1], WORD_LENGTH), FLOAT),
+        lent(instruments[7, 0], (instruments[7, 1],), BYTE), signals, path, count, time,
+    )
 '''
 
 

@@ -5,6 +5,12 @@ from typing import Any
 COUNT, TIME = -1, -2
 """In place of a channel: the number of the sample, and its time."""
 
+WORD_LENGTH = 6
+"""Numbers that say what a word of a record is, see `pack`."""
+
+NOT_FINITE = 1 << 40
+"""In place of a range code: there was nothing to sample. No number of channels has such a code."""
+
 
 def digitise(value: float, low: float, high: float) -> int:
     """Return a number of digits, halves to even, within bounds; what is no number is the lowest."""

@@ -24,8 +24,9 @@ from hil_emulator.model.compose import function_name, module_source, record_name
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.layout import Vector, layouts, length, named, zeros
+from hil_emulator.model.lent_memory import lent, lent_in_python
 from hil_emulator.model.record_view import view
-from hil_emulator.model.sensors import wiring
+from hil_emulator.model.sensors import CHANNELS, wiring
 from hil_emulator.model.stack_records import numbers, room
 
 __all__ = ["Kernel", "Vector", "build", "keep", "named", "sources_digest", "zeros"]
@@ -48,6 +49,10 @@ class Kernel:
         report: `report(par, memory, past, normals, period, reading, overrange, words, record,
             signals, path, row, count, time)`, see `sensors.sample` and `digits.pack`; returns
             `digits.range_code`.
+        tick_and_report: `tick_and_report(plant, instruments, step, steps, period, row, count,
+            time)`: both in one call, where the arrays of `tick`, and those of `report` up to
+            `record`, are given as `lent_memory.addresses`. There is no report, and 0 is returned,
+            where `row` is negative, and none where a state is not finite: `digits.NOT_FINITE`.
         parameters: the plant's parameters.
         state: what the plant integrates.
         past: what the plant remembers from tick to tick.
@@ -67,6 +72,7 @@ class Kernel:
     rate: Callable[..., None]
     sense: Callable[..., None]
     report: Callable[..., int]
+    tick_and_report: Callable[..., int]
     parameters: np.dtype[Any]
     state: np.dtype[Any]
     past: np.dtype[Any]
@@ -126,6 +132,7 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
             "view": np.ndarray.view,
             "room": np.zeros,
             "numbers": _as_numbers,
+            "lent": lent_in_python,
         }
     # numpy's error model: a division by zero gives inf as in C, without a branch;
     # inlined, a fifth of a step is saved: much of it is the counting of references to arrays;
@@ -141,6 +148,7 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
         "view": view,
         "room": room,
         "numbers": numbers,
+        "lent": lent,
     }
 
 
@@ -178,6 +186,7 @@ def build(
             module.__dict__.update({record_name(effect, record): record for record in records})
     module.__dict__.update({name.upper(): layout for name, layout in types.items()})
     module.__dict__.update({f"{n.upper()}_LENGTH": length(layout) for n, layout in types.items()})
+    module.__dict__["CHANNEL_COUNT"] = len(CHANNELS)
     module.__dict__["WIRING"] = wiring(types["signals"].names or ())
     exec(compile(source, str(file or "<kernel>"), "exec"), module.__dict__)
     return Kernel(
@@ -185,6 +194,7 @@ def build(
         rate=module.rate,
         sense=module.sense,
         report=module.report,
+        tick_and_report=module.tick_and_report,
         effects=tuple(effects),
         actuators=actuators,
         source=source,

@@ -1,6 +1,5 @@
 """The actuator and its sensors as objects with memory: what the loop steps and reads."""
 
-import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -8,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.model.bound import bound
+from hil_emulator.model.digits import NOT_FINITE, WORD_LENGTH
 from hil_emulator.model.effects.history import HISTORY
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import Vector, fill, length, named, zeros
+from hil_emulator.model.lent_memory import addresses
 from hil_emulator.model.rest import STRETCHING, bearing_pressures, stretch_under, without_gas
 from hil_emulator.model.sensors import CHANNELS
 
@@ -18,13 +19,12 @@ __all__ = ["Plant", "Sensors", "Supply", "fill", "longest_delay", "on_one_supply
 
 Matrix = np.ndarray[Any, np.dtype[np.float64]]
 
+Memory = np.ndarray[Any, Any]
+
 NOT_FOLLOWED: Matrix = np.empty((0, len(CHANNELS)))
 """The path of quantities of which only the end is known."""
 
 NOTHING: Vector = np.empty(0)
-
-WORD_LENGTH = 6
-"""Numbers that say what a word of a record is, see `digits.pack`."""
 
 _HOLDINGS = 20
 """How often the joints of a leg are held in turn: each bears what the others leave (assumed)."""
@@ -60,7 +60,7 @@ class Supply:
         self.signals = zeros(kernel.signals, count)
         self._path = np.empty((0, count * len(CHANNELS)))
         self.paths = [NOT_FOLLOWED] * count
-        self._tick: Callable[[], bool]
+        self._tick: Callable[..., int]
         self._steps = -1
 
     def step(self, steps: int) -> bool:
@@ -74,19 +74,32 @@ class Supply:
         """
         if steps != self._steps:
             self._prepare(steps)
-        finite: bool = self._tick()
+        finite = self._tick(-1, 0, 0) != NOT_FINITE
         if len(self.paths) > 1:
             for own, met in zip(self.paths, self._parts, strict=True):
                 own[:] = met
         return finite
 
-    def mover(self, steps: int) -> Callable[[], bool]:
-        """Return what does as `step` for so many steps, until that is called for others."""
-        if self.built_in and self.kernel.actuators == 1:
-            if steps != self._steps:
-                self._prepare(steps)
-            return self._tick
-        return functools.partial(self.step, steps)
+    def step_and_report(
+        self, steps: int, instruments: Sequence[Memory], period: float
+    ) -> Callable[[int, int, int], int] | None:
+        """Return what does as `step` for so many steps and then as `Kernel.report`, in one call.
+
+        Args:
+            steps: integration steps.
+            instruments: the first arrays of `Kernel.report`.
+            period: time between samples [s].
+
+        Returns:
+            Takes the last arguments of `Kernel.report`; returns `NOT_FINITE` without a report, if
+            a state is not finite. None where one call cannot do both.
+
+        """
+        if not self.built_in or self.kernel.actuators > 1:
+            return None
+        if steps != self._steps:
+            self._prepare(steps)
+        return self._bind(steps, instruments, period)
 
     def _prepare(self, steps: int) -> None:
         """Make room for what the channels meet in so many steps."""
@@ -95,9 +108,16 @@ class Supply:
         self._steps = steps
         self._parts = np.split(self._path[:steps], self.kernel.actuators, axis=1)
         self.paths = [np.ascontiguousarray(part) for part in self._parts]
-        self._tick = bound(
-            self.kernel.tick, self.states, self.past, self.parameters, self.inputs, self.signals,
-            self._path, self.step_width, steps,
+        self._tick = self._bind(steps, (), 0.0)
+
+    def _bind(self, steps: int, instruments: Sequence[Memory], period: float) -> Callable[..., int]:
+        """Return a call of `tick_and_report`, see `kernel.Kernel`."""
+        memory = (
+            self.states, self.past, self.parameters, self.inputs, self.signals, self._path,
+        )  # fmt: skip
+        return bound(
+            self.kernel.tick_and_report, addresses(*memory), addresses(*instruments),
+            self.step_width, steps, period, left=(0, 0, 0), lent=(*memory, *instruments),
         )  # fmt: skip
 
     def close(self) -> None:
@@ -283,6 +303,7 @@ class Sensors:
         self.ranges: int = 0
         self.count = -1
         self._signals, self._path = NOTHING, NOT_FOLLOWED
+        self._after: tuple[Sequence[Matrix], int, Callable[[int], int]] | None = None
         self.lay_out([], 0)
 
     def lay_out(self, words: Sequence[Sequence[float]], length: int) -> None:
@@ -296,6 +317,7 @@ class Sensors:
         self.record = bytearray(length)
         self._words = np.array(words, np.float64).reshape(-1, WORD_LENGTH)
         self._bytes = np.frombuffer(self.record, np.uint8)
+        self._after = None
         if len(self._signals):
             self._bind(self._signals, self._path)
 
@@ -327,6 +349,44 @@ class Sensors:
         self.count += 1
         self.ranges = self._sense(row, self.count, time_us)
         return self.ranges
+
+    def after(self, supply: Supply, steps: int) -> Callable[[int], int]:
+        """Return what lets a supply pass so many steps, and then does as `again`.
+
+        It returns `NOT_FINITE` without a sample if a state is not finite. It is for one layout of
+        the record, and until the supply is moved by another number of steps.
+        """
+        # whoever asks again in the same circumstances, after each heartbeat, gets the same
+        if self._after is None or self._after[0] is not supply.paths or self._after[1] != steps:
+            made = self._passing(supply, steps)
+            self._after = supply.paths, steps, made
+        return self._after[2]
+
+    def _passing(self, supply: Supply, steps: int) -> Callable[[int], int]:
+        """Return what `after` returns."""
+        both = supply.step_and_report(steps, self._instruments, self._period)
+        if both is None:
+            return lambda time_us: self.again(time_us) if supply.step(steps) else NOT_FINITE
+
+        def pass_and_sample(time_us: int) -> int:
+            row = self._next
+            if row == _BLOCK:
+                row = self._next = self._draw()
+            ranges = both(row, self.count + 1, time_us)
+            if ranges != NOT_FINITE:
+                self._next = row + 1
+                self.count += 1
+                self.ranges = ranges
+            return ranges
+
+        return pass_and_sample
+
+    @property
+    def _instruments(self) -> tuple[Memory, ...]:
+        return (
+            self.parameters, self._memory, self._past, self._normals, self.reading, self.overrange,
+            self._words, self._bytes,
+        )  # fmt: skip
 
     def _draw(self) -> int:
         """Draw the normal numbers of the next samples; return the row of the first."""

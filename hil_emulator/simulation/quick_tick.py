@@ -12,6 +12,7 @@ from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
 from hil_emulator.faults.active import Faults
 from hil_emulator.frame import NO_FRAMES
+from hil_emulator.model.digits import NOT_FINITE
 from hil_emulator.model.plant import Plant, Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.simulation.wire_door import FrameDoor
@@ -54,8 +55,8 @@ def quick_tick(rig: Ordinary, node: Node, steps: int) -> Callable[[], bool]:
     inputs, place = rig.plant.input_vector, rig.plant.input_places
     # what is looked up once is not looked up in every tick
     receive, hear = bus.receive, node.receive
-    sample, repeat, send = sensors.again, node.repeat, bus.send
-    move = rig.plant.supply.mover(steps)
+    repeat, send = node.repeat, bus.send
+    pass_and_sample = sensors.after(rig.plant.supply, steps)
 
     def tick() -> bool:
         now_ns = rig.now_ns
@@ -67,12 +68,12 @@ def quick_tick(rig: Ordinary, node: Node, steps: int) -> Callable[[], bool]:
             recorder.bus(now_ns, frames, sent=False)
         for name, value in hear(now_ns, frames).items():
             inputs[place[name]] = value
-        if not move():
+        ranges = pass_and_sample(now_ns // NS_PER_US)
+        if ranges == NOT_FINITE:
             rig.tell(False)
             return True
-        at_an_end = sample(now_ns // NS_PER_US)
         rig.measured = None
-        if at_an_end or not rest.on:
+        if ranges or not rest.on:
             rig.conclude(True)
             return True
         said = repeat(now_ns, record)
