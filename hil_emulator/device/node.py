@@ -269,8 +269,8 @@ class Node:
             data = routes_at_rest(ordinary, self._shared, self._pdos, self._sync, self.attend)
             self._resting_routes = data, waking(asked, self.attend)
         self._routes, self._remote_routes = self._resting_routes
-        until_ns = min(self._consumer.due_ns, self._guarding.due_ns, self._heartbeat.due_ns)
-        self.rest.begin(packed, until_ns, sampled, self.attend)
+        until_ns = min(self._consumer.due_ns, self._guarding.due_ns)
+        self.rest.begin(packed, self._heartbeat, until_ns, sampled, self.attend)
         self.repeat = packed.publish
 
     def attend(self, *, renewed: bool = False) -> None:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from hil_emulator.device.entry import Entry
+from hil_emulator.device.error_control import Heartbeat
+from hil_emulator.device.nmt import State
 from hil_emulator.device.tpdo import Tpdo
 from hil_emulator.frame import NO_FRAMES, Burst, Frame
 
@@ -97,15 +99,17 @@ class PackedTpdos:
         self._due: dict[int, _Chosen] = {}
         self._timers: list[_Timer] = []
         self._place = self.passed = self.now_ns = 0
+        self._heartbeat: Heartbeat
 
     def move_to(self, place: int) -> None:
         """Take the data from another place in the record from now on."""
         self._place = place
         self._due.clear()
 
-    def begin(self) -> None:
-        """Take over the event timers."""
+    def begin(self, heartbeat: Heartbeat) -> None:
+        """Take over the event timers, and a heartbeat to be sent with the TPDOs."""
         self.passed = 0
+        self._heartbeat = heartbeat
         timers: dict[tuple[int, int], _Timer] = {}
         for i, tpdo in enumerate(self._tpdos):
             if tpdo.period_ns:
@@ -141,12 +145,21 @@ class PackedTpdos:
             if tpdo.requests:
                 due |= bit
                 if tpdo.requests > 1:
-                    return self._often(due, record)
+                    return self._often(now_ns, due, record)
                 tpdo.requests = 0
+        if now_ns >= self._heartbeat.due_ns:
+            return self._with_heartbeat(now_ns, due, record)
         if not due:
             return NO_FRAMES
         heads, parts = self._due.get(due) or self._choose(due)
         return Burst(heads, parts, bytes(record))
+
+    def _with_heartbeat(self, now_ns: int, due: int, record: bytearray) -> Sequence[Frame]:
+        """Return the frames of a tick in which a heartbeat is due: error control comes last."""
+        heads, parts = self._due.get(due) or self._choose(due)
+        frames = [*Burst(heads, parts, bytes(record))]
+        self._heartbeat.publish(now_ns, State.OPERATIONAL, frames)
+        return frames
 
     def _choose(self, due: int) -> _Chosen:
         """Return the identifiers of the TPDOs that are due, and what finds their data."""
@@ -159,7 +172,7 @@ class PackedTpdos:
         self._due[due] = found
         return found
 
-    def _often(self, due: int, record: bytearray) -> Sequence[Frame]:
+    def _often(self, now_ns: int, due: int, record: bytearray) -> Sequence[Frame]:
         """Return the frames of a tick in which SYNC came more than once."""
         for tpdo, bit in self._cyclic:
             due |= bit * (tpdo.requests > 0)
@@ -169,6 +182,7 @@ class PackedTpdos:
         for tpdo, frame in zip(tpdos, Burst(heads, parts, bytes(record)), strict=True):
             frames += [frame] * (tpdo.requests or 1)
             tpdo.requests = 0
+        self._heartbeat.publish(now_ns, State.OPERATIONAL, frames)
         return frames
 
 

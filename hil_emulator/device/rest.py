@@ -9,6 +9,7 @@ that comes, an access to one of those objects.
 from collections.abc import Callable, Set
 
 from hil_emulator.device.binding import SensorObjects
+from hil_emulator.device.error_control import Heartbeat
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.process_data import ProcessData
@@ -55,11 +56,19 @@ class Rest:
         """
         return self._pdos.packed(self._sensors, count)
 
-    def begin(self, packed: PackedTpdos, until_ns: int, sampled: Sampled, wake: Wake) -> None:
+    def begin(
+        self,
+        packed: PackedTpdos,
+        heartbeat: Heartbeat,
+        until_ns: int,
+        sampled: Sampled,
+        wake: Wake,
+    ) -> None:
         """Let the services sleep.
 
         Args:
             packed: sends the TPDOs meanwhile.
+            heartbeat: is sent with them, as it is due.
             until_ns: when one of them wakes by itself.
             sampled: returns the last sample.
             wake: wakes them.
@@ -67,7 +76,7 @@ class Rest:
         """
         self.on, self.until_ns = True, until_ns
         self._packed, self._sampled = packed, sampled
-        packed.begin()
+        packed.begin(heartbeat)
         self._sensors.lag(wake)
 
     def end(self, *, renewed: bool) -> None:

@@ -146,6 +146,12 @@ def tick_and_report(plant, instruments, step, steps, period, row, count, time):
         return NOT_FINITE
     if row < 0:
         return 0
+    return report_lent(instruments, signals, path, period, row, count, time)
+'''
+
+_REPORT_LENT = '''@compiled
+def report_lent(instruments, signals, path, period, row, count, time):
+    """Sample as `report`."""
     return read_all(
         lent_numbers(instruments, 0), lent_numbers(instruments, 1), lent_numbers(instruments, 2),
         lent(instruments[3, 0], (instruments[3, 1], CHANNEL_COUNT), FLOAT)[row], period,
@@ -153,6 +159,12 @@ def tick_and_report(plant, instruments, step, steps, period, row, count, time):
         lent(instruments[6, 0], (instruments[6, 1], WORD_LENGTH), FLOAT),
         lent(instruments[7, 0], (instruments[7, 1],), BYTE), signals, path, count, time,
     )
+'''
+
+_NO_REPORT = '''@compiled
+def report_lent(instruments, signals, path, period, row, count, time):
+    """Sample nothing: among the effects are none that sensors need."""
+    return 0
 '''
 
 
@@ -286,4 +298,5 @@ def module_source(effects: Sequence[Effect], constants: Mapping[str, float] | No
     parts += [f"@compiled\n{acts_source(a.stage, effects)}" for a in ACTS]
     parts += [f"@compiled\n{observe_source()}"]
     parts += [f"@compiled\n{inspect.getsource(f)}" for f in BALANCES]
-    return "\n\n".join([*parts, _ENTRIES])
+    senses = any(effect.name == "measuring_range" for effect in effects)
+    return "\n\n".join([*parts, _ENTRIES, _REPORT_LENT if senses else _NO_REPORT])

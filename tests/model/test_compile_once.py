@@ -11,7 +11,7 @@ from hil_emulator.model.kernel import build
 from hil_emulator.model.plant import Supply
 kernel = build((), Path(sys.argv[1]))
 Supply(kernel, 20e-6).step(0)
-print(sum(kernel.tick.stats.cache_misses.values()))
+print(sum(kernel.tick_and_report.stats.cache_misses.values()))
 """
 
 
