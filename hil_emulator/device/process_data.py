@@ -11,7 +11,7 @@ from hil_emulator.device.layout import checked_parameters
 from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.rpdo import NEVER, Handler, Rpdo
 from hil_emulator.device.sync import SyncConsumer
-from hil_emulator.device.tpdo import Tpdo
+from hil_emulator.device.tpdo import ALWAYS, Tpdo
 from hil_emulator.device.trigger import Trigger
 from hil_emulator.frame import Frame
 
@@ -104,6 +104,8 @@ class ProcessData:
         """
         if self._synchronous_rpdos:
             return otherwise
+        if not length and all(tpdo.every_sync for tpdo in self._synchronous):
+            return _each_asked(self._synchronous, otherwise)
         told = [tpdo.sync for tpdo in self._synchronous]
 
         def take(now_ns: int, data: bytes) -> None:
@@ -218,3 +220,20 @@ class ProcessData:
         self._synchronous_rpdos = [r for r in self._active_rpdos if r.parameters.synchronous]
         self._active = [tpdo for tpdo in self.tpdos if tpdo.parameters.active]
         self._synchronous = [tpdo for tpdo in self._active if tpdo.parameters.synchronous]
+
+
+def _each_asked(tpdos: Sequence[Tpdo], otherwise: Handler) -> Handler:
+    """Return what takes a SYNC without a counter, each of which triggers all TPDOs.
+
+    It is `Tpdo.sync` of them, without its questions: this is part of most ticks.
+    """
+
+    def take(now_ns: int, data: bytes) -> None:
+        if data:
+            otherwise(now_ns, data)
+            return
+        for tpdo in tpdos:
+            tpdo.requests += 1
+            tpdo.wakes_ns = ALWAYS
+
+    return take

@@ -107,6 +107,11 @@ class Tpdo:
             self.wakes_ns = ALWAYS
 
     @property
+    def every_sync(self) -> bool:
+        """Whether every SYNC without a counter triggers it."""
+        return self._type == 1
+
+    @property
     def repeats(self) -> bool:
         """Whether event timer or SYNC alone say when it is sent, and nothing waits."""
         if self._event or self.requests:

@@ -59,7 +59,7 @@ def delay_all(parameters, past, held, period):
         )
 
 
-@compiled
+@apart
 def pass_tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick, the set points delayed; tell whether the states are finite."""
     parameters, held = room(ACTUATORS, PARAMETERS), room(ACTUATORS, HELD)

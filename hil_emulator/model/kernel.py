@@ -128,6 +128,7 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
     if not compiled:
         return {
             "compiled": _as_it_is,
+            "apart": _as_it_is,
             "entry": _as_it_is,
             "view": np.ndarray.view,
             "room": np.zeros,
@@ -137,13 +138,11 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
     # numpy's error model: a division by zero gives inf as in C, without a branch;
     # inlined, a fifth of a step is saved: much of it is the counting of references to arrays;
     # without doors for Python and C, which only entries need, two fifths of the compilation
-    inner: dict[str, Any] = {
-        "forceinline": True,
-        "no_cpython_wrapper": True,
-        "no_cfunc_wrapper": True,
-    }
+    inner: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return {
-        "compiled": numba.njit(error_model="numpy", **inner),
+        "compiled": numba.njit(error_model="numpy", forceinline=True, **inner),
+        # what keeps its own registers
+        "apart": numba.njit(error_model="numpy", **inner),
         "entry": entry(file, error_model="numpy"),
         "view": view,
         "room": room,
