@@ -104,16 +104,8 @@ class Timing:
     def add(self, lateness_ns: int, execution_ns: int) -> None:
         """Count a tick."""
         self.ticks += 1
-        # as `Durations.add`, without its call: this is part of every tick
-        execution = self.execution
-        us = execution_ns // 1000
-        execution.counts[us if us < _FINE else _coarse_bin(us)] += 1
-        if execution_ns > execution.longest_ns:
-            execution.longest_ns = execution_ns
-        if lateness_ns:
-            self.lateness.add(lateness_ns)
-        else:  # in lock-step always
-            self.lateness.counts[0] += 1
+        self.execution.add(execution_ns)
+        self.lateness.add(lateness_ns)
 
 
 def run(
@@ -125,13 +117,22 @@ def run(
         UserError: for a tick that begins a whole period late, if `stop_when_late`.
 
     """
+    execution, on_time = timing.execution, timing.lateness.counts
     for _ in range(ticks):
         lateness = clock.wait_until(rig.now_ns)
         begin = _now()
         rig.step()
-        timing.add(lateness, _now() - begin)
-        if lateness and lateness >= rig.tick_ns:
-            _slip(rig, clock, lateness, timing, stop_when_late)
+        took = _now() - begin
+        if lateness or took >= execution.longest_ns:
+            timing.add(lateness, took)
+            if lateness >= rig.tick_ns:
+                _slip(rig, clock, lateness, timing, stop_when_late)
+            continue
+        # as `Timing.add`, without its calls: in lock-step this is part of every tick
+        timing.ticks += 1
+        us = took // 1000
+        execution.counts[us if us < _FINE else _coarse_bin(us)] += 1
+        on_time[0] += 1
 
 
 def _slip(rig: Ticking, clock: Clock, lateness: int, timing: Timing, stop: bool) -> None:

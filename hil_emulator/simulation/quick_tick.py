@@ -52,7 +52,9 @@ def quick_tick(rig: Ordinary, node: Node, steps: int) -> Callable[[], bool]:
     """
     rest, faults, sensors, bus = node.rest, rig.faults, rig.sensors, rig.bus
     record, tick_ns = sensors.record, rig.tick_ns
-    inputs, place = rig.plant.input_vector, rig.plant.input_places
+    # numpy takes longer to put a number into its place
+    inputs: memoryview[float] = rig.plant.input_vector.data.cast("B").cast("d")
+    place = rig.plant.input_places
     # what is looked up once is not looked up in every tick
     receive, hear = bus.receive, node.receive
     repeat, send = node.repeat, bus.send
