@@ -54,7 +54,7 @@ ROOMS = {
         "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",
     },
     "bench": {
-        "numpy", "websockets", "bus", "ccode", "config", "device", "identify",
+        "numpy", "websockets", "bus", "ccode", "config", "identify",
         "identify/conclusion", "identify/estimation", "identify/prediction", "identify/selection",
         "model", "platform", "recording", "simulation",
     },

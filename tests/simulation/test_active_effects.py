@@ -86,5 +86,5 @@ def test_a_configuration_is_compiled_once() -> None:
     for _ in range(2):
         model = kernel.build(lean.effects, cache_folder())
         Plant(model, lean.plant, lean.step).step(1)
-    assert sum(model.tick.stats.cache_hits.values()) == 1  # type: ignore[attr-defined]
-    assert not model.tick.stats.cache_misses  # type: ignore[attr-defined]
+    assert sum(model.tick_and_report.stats.cache_hits.values()) == 1  # type: ignore[attr-defined]
+    assert not model.tick_and_report.stats.cache_misses  # type: ignore[attr-defined]
