@@ -120,11 +120,13 @@ def _keys(model: type[StrictTable], names: Sequence[str]) -> list[str]:
 
 
 def _table(model: type[StrictTable], names: Sequence[str]) -> type[StrictTable]:
-    """Return the table at a path."""
+    """Return the table at a path; of tables with names of their own, that which all of them are."""
     current: type[StrictTable] = model
     for name in names:
-        annotation = current.model_fields[name].annotation
-        candidates = [annotation, *get_args(annotation)]
+        field = current.model_fields.get(name)
+        if field is None:  # the name of one of several
+            continue
+        candidates = [field.annotation, *get_args(field.annotation)]
         current = next(c for c in candidates if isinstance(c, type) and issubclass(c, StrictTable))
     return current
 
