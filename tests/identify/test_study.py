@@ -27,10 +27,15 @@ def test_an_effect_in_a_foreign_simulator_is_named() -> None:
 
 @pytest.mark.slow
 def test_a_law_between_two_is_said_to_be_either() -> None:
-    """Play of several elements is named as one threshold or one hysteresis, and not as both."""
+    """Play of several elements is named as one threshold or one hysteresis, and not as both.
+
+    Either is said to follow another law, or one name holds both: a second one explains less than a
+    hundredth of what the first does.
+    """
     outcome = asked("foreign", 4, SHORTEST)
     assert outcome.exact
-    assert outcome.flagged
+    (named,) = outcome.answer.named
+    assert outcome.flagged or {"threshold", "hysteresis"} <= named.members
 
 
 @pytest.mark.slow
