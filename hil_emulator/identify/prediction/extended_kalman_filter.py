@@ -17,6 +17,7 @@ from hil_emulator.identify.prediction.run import (
     advance,
     begin,
     beside,
+    correct,
     elapse,
     follow,
     install,
@@ -150,9 +151,7 @@ def linearise(
             error[i] = measured[k, i] - instruments.reading[chosen[i]] if present[i] else 0.0
         held = drift if data.settling[k] else -1
         update(cov, reading_slope, noise, present, held, kalman[k], gains.whitening[k])
-        for i in range(n):
-            for j in range(m):
-                z[i] += kalman[k, i, j] * error[j]
+        correct(run, instruments, kalman[k], error)
         follow(corrected, run)
         elapse(tick, run, current[k], model.steps)
         for j in range(n):  # Jacobian of the next state and reading

@@ -15,6 +15,7 @@ from hil_emulator.identify.prediction.run import (
     Sense,
     Tick,
     begin,
+    correct,
     elapse,
     install,
 )
@@ -42,7 +43,7 @@ def predict(
     """
     run = begin(tick, model, start, data.current[0])
     instruments = install(model, run.signals, run.path, data.period)
-    z, reading = run.z, instruments.reading
+    reading = instruments.reading
     current, measured, chosen = data.current, data.measured, data.chosen
     kalman, whitening = gains.kalman, gains.whitening
     m = len(chosen)
@@ -59,7 +60,5 @@ def predict(
                 residual[k, i] += whitening[k, j, i] * error[j]
         if len(track) > 1:
             track[k] = run.signals
-        for i in range(len(z)):
-            for j in range(m):
-                z[i] += kalman[k, i, j] * error[j]
+        correct(run, instruments, kalman[k], error)
         elapse(tick, run, current[k], model.steps)

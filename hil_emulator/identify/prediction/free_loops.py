@@ -17,6 +17,7 @@ from hil_emulator.identify.prediction.run import (
     Tick,
     begin,
     beside,
+    correct,
     elapse,
     follow,
     install,
@@ -44,7 +45,6 @@ def run_freely(
     instruments = install(model, run.signals, run.path, data.period)
     loose = beside(run)
     loose_instruments = install(model, loose.signals, loose.path, data.period)
-    z = run.z
     error = np.zeros(len(chosen))
     for k in range(len(current)):
         if k > first:
@@ -56,9 +56,7 @@ def run_freely(
         for i in range(len(chosen)):
             one[k, i] = measured[k, i] - instruments.reading[chosen[i]]
             error[i] = one[k, i] if np.isfinite(measured[k, i]) else 0.0
-        for i in range(len(z)):
-            for j in range(len(chosen)):
-                z[i] += kalman[k, i, j] * error[j]
+        correct(run, instruments, kalman[k], error)
         if k >= first and (k - first) % restarts.window == 0:
             follow(loose, run)
             loose_instruments.trace[:] = instruments.trace

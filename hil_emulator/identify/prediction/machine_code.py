@@ -61,6 +61,8 @@ _INNER: tuple[Callable[..., object], ...] = (
     run.begin,
     run.beside,
     run.install,
+    run.correct,
+    run.remember,
     extended_kalman_filter.root_of_inverse,
     extended_kalman_filter.multiply,
     extended_kalman_filter.congruence,

@@ -14,6 +14,7 @@ from hil_emulator.identify.measured.experiment import SPANS, Array
 from hil_emulator.identify.prediction.machine_code import bind
 from hil_emulator.identify.prediction.probes import DRIFT, PROBES
 from hil_emulator.identify.prediction.records import ParametrisedModel
+from hil_emulator.identify.prediction.remembered import remembered_positions
 from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.model import kernel, quantities
 from hil_emulator.model.declare import Effect, Param, is_on
@@ -157,12 +158,14 @@ class PlantModel:
         )
         self._par_at = {n: i for i, n in enumerate(self.kernel.parameters.names or ())}
         self._chan_at = {n: i for i, n in enumerate(self.kernel.channel.names or ())}
+        self._traced, self._histories = remembered_positions(self.kernel)
         moving = [e for e in self.kernel.effects if e.stage in CONTINUOUS]
         self._movers = [self._mover(e) for e in moving]
         self.signal_names = tuple(self.kernel.signals.names or ())
         self.sources = np.array([self.signal_names.index(c.signal) for c in CHANNELS])
         self.supply = self._par_at["supply_pressure"]
         self.bend = (self.kernel.state.names or ()).index("seal_bend")
+        self.position = (self.kernel.state.names or ()).index("position")
         self.drift = self._par_at[DRIFT.field_of(DRIFT.knob)]
         self.probes = np.array([self._par_at[p.field_of(p.knob)] for p in PROBES])
         self.probe_sizes = np.array([p.knob.typical for p in PROBES])
@@ -206,8 +209,11 @@ class PlantModel:
 
     def at(self, par: Array, chan: Array, step: float = 0.0, steps: int = 0) -> ParametrisedModel:
         """Return the model at given parameters for the loops, which make `steps` per sample [s]."""
+        recorded = [places for knob, places in self._histories if chan[knob] != 0.0]
         return ParametrisedModel(
-            par, chan, self.drift, self.supply, self.bend, self.sources, self.remembered,
+            par, chan, self.drift, self.supply, self.bend, self.position, self.sources,
+            self.remembered, self._traced,
+            np.concatenate(recorded) if recorded else np.zeros(0, np.int64),
             len(self.signal_names), step, steps,
         )  # fmt: skip
 

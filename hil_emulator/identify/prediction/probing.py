@@ -16,6 +16,7 @@ from hil_emulator.identify.prediction.run import (
     Tick,
     begin,
     beside,
+    correct,
     elapse,
     follow,
     install,
@@ -40,13 +41,14 @@ def probe(
     instruments = install(model, run.signals, run.path, data.period)
     corrected, moved = beside(run), beside(run)
     z, par = run.z, run.par
+    error = np.zeros(m)
     for k in range(count):
         sense(*instruments)
-        for j in range(m):
-            error = measured[k, j] - instruments.reading[chosen[j]]
-            if np.isfinite(error):
-                for i in range(n):
-                    z[i] += gains.kalman[k, i, j] * error
+        for i in range(m):
+            error[i] = measured[k, i] - instruments.reading[chosen[i]]
+            if not np.isfinite(measured[k, i]):
+                error[i] = 0.0
+        correct(run, instruments, gains.kalman[k], error)
         follow(corrected, run)
         elapse(tick, run, current[k], model.steps)
         for j in range(len(probes)):

@@ -18,8 +18,11 @@ class ParametrisedModel(NamedTuple):
         drift: index of the null's drift in `par`.
         supply: index of the supply pressure in `par`.
         bend: index of the bend of the seals in the state vector.
+        position: index of the position of the rod there.
         sources: index of each channel's signal.
         remembered: how many values the set point, the transducers, and their histories remember.
+        traced: which of those of the transducers are positions of the rod.
+        recorded: which of those of the histories are.
         signals: number of signals.
         step: integration step [s].
         steps: integration steps in each part of a sample period that has a current of its own.
@@ -31,8 +34,11 @@ class ParametrisedModel(NamedTuple):
     drift: int
     supply: int
     bend: int
+    position: int
     sources: Index
     remembered: Index
+    traced: Index
+    recorded: Index
     signals: int
     step: float
     steps: int
@@ -145,6 +151,7 @@ class Seen(NamedTuple):
         signals: these signals at each sample, shape (samples, watched).
         path: what their elements met since the last sample, shape (samples, steps, channels).
         reading: what they showed, shape (samples, chosen).
+        farther: by how much the position was corrected after it, shape (samples,) [m].
 
     """
 
@@ -152,6 +159,7 @@ class Seen(NamedTuple):
     signals: Array
     path: Array
     reading: Array
+    farther: Array
 
 
 class Restarts(NamedTuple):

@@ -38,6 +38,9 @@ class Run(NamedTuple):
         drift: index of the null's drift in `par`.
         supply: index of the supply pressure in `par`.
         bend: index in z of the bend of the seals, -1 where dry friction does not act.
+        position: index in z of the position of the rod.
+        traced: indices of positions among what the sensors remember.
+        recorded: indices of positions among the samples that they remember.
         nominal: supply pressure without its disturbance [Pa].
         null_decay: what remains of the null's drift after `advance`.
         supply_decay: what remains of the supply's deviation.
@@ -56,6 +59,9 @@ class Run(NamedTuple):
     drift: int
     supply: int
     bend: int
+    position: int
+    traced: Index
+    recorded: Index
     nominal: float
     null_decay: float
     supply_decay: float
@@ -92,15 +98,18 @@ class Instruments(NamedTuple):
 def begin(tick: Tick, model: ParametrisedModel, start: Start, currents: Array) -> Run:
     """Return a run at its start; the first of a period's currents acts until the first sample."""
     past = np.full(model.remembered[0], np.nan)
-    bend = -1
+    bend = position = -1
     for i in range(len(start.active)):
         if start.active[i] == model.bend:
             bend = i
+        if start.active[i] == model.position:
+            position = i
     run = Run(
         start.z.copy(), start.state.copy(), past, np.zeros(model.signals),
         np.zeros((len(currents) * model.steps, len(model.sources))), model.par.copy(),
         np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, bend,
-        model.par[model.supply], start.decay[0], start.decay[1], model.step,
+        position, model.traced, model.recorded, model.par[model.supply], start.decay[0],
+        start.decay[1], model.step,
     )  # fmt: skip
     advance(tick, run, run.path, currents[0], 0)
     # what it measures has been at rest
@@ -113,8 +122,8 @@ def beside(run: Run) -> Run:
     """Return a second run at the same state, with the same parameters."""
     return Run(
         run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(), run.path.copy(),
-        run.par, run.inputs, run.active, run.drift, run.supply, run.bend, run.nominal,
-        run.null_decay, run.supply_decay, run.step,
+        run.par, run.inputs, run.active, run.drift, run.supply, run.bend, run.position,
+        run.traced, run.recorded, run.nominal, run.null_decay, run.supply_decay, run.step,
     )  # fmt: skip
 
 
@@ -166,3 +175,33 @@ def install(model: ParametrisedModel, signals: Array, path: Array, period: float
         np.full(model.remembered[2], np.nan), np.zeros(count), period, np.zeros(count),
         np.zeros(count, np.int64),
     )  # fmt: skip
+
+
+def correct(run: Run, instruments: Instruments, gain: Array, error: Array) -> None:
+    """Correct z by what the readings show, and what the sensors remember of the position.
+
+    Within what a sensor looks back on, a rod hardly moves, so that one which is farther out than
+    was thought had been so before; a late reading would tell it again in every sample. Pressures
+    are others by then.
+
+    Args:
+        run: whose z is corrected.
+        instruments: its sensors.
+        gain: Kalman gain, shape (z, chosen).
+        error: measured less predicted, zero where nothing was measured, shape (chosen,).
+
+    """
+    z = run.z
+    before = z[run.position]
+    for i in range(len(z)):
+        for j in range(len(error)):
+            z[i] += gain[i, j] * error[j]
+    remember(instruments, run.traced, run.recorded, z[run.position] - before)
+
+
+def remember(instruments: Instruments, traced: Index, recorded: Index, farther: float) -> None:
+    """Move by a length [m] what sensors remember as positions of the rod."""
+    for i in traced:
+        instruments.trace[i] += farther
+    for i in recorded:
+        instruments.history[i] += farther

@@ -19,8 +19,10 @@ from hil_emulator.identify.prediction.run import (
     Sense,
     Tick,
     begin,
+    correct,
     elapse,
     install,
+    remember,
 )
 
 
@@ -38,11 +40,12 @@ def watch(
     count, m = len(current), len(chosen)
     run = begin(tick, model, start, current[0])
     instruments = install(model, run.signals, run.path, data.period)
-    z, kalman, signals, path = run.z, gains.kalman, run.signals, run.path
+    z, signals, path = run.z, run.signals, run.path
     seen = Seen(
         watched, np.empty((count, len(watched))), np.empty((count, path.shape[0], path.shape[1])),
-        np.empty((count, m)),
+        np.empty((count, m)), np.empty(count),
     )  # fmt: skip
+    error = np.zeros(m)
     for k in range(count):
         for i in range(len(watched)):
             seen.signals[k, i] = signals[watched[i]]
@@ -51,10 +54,12 @@ def watch(
         for i in range(m):
             seen.reading[k, i] = instruments.reading[chosen[i]]
         for i in range(m):
-            error = measured[k, i] - seen.reading[k, i]
-            if np.isfinite(error):
-                for j in range(len(z)):
-                    z[j] += kalman[k, j, i] * error
+            error[i] = measured[k, i] - seen.reading[k, i]
+            if not np.isfinite(measured[k, i]):
+                error[i] = 0.0
+        before = z[run.position]
+        correct(run, instruments, gains.kalman[k], error)
+        seen.farther[k] = z[run.position] - before
         elapse(tick, run, current[k], model.steps)
     return seen
 
@@ -81,3 +86,4 @@ def reread(
         sense(*instruments)
         for i in range(change.shape[1]):
             change[k, i] = instruments.reading[data.chosen[i]] - seen.reading[k, i]
+        remember(instruments, model.traced, model.recorded, seen.farther[k])

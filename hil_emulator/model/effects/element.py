@@ -41,7 +41,7 @@ def lag(
     element,
     knob=Param("cut_off", "Hz", "frequency at which 3 dB are lost", 200.0, 0.1, math.inf,
                off=math.inf),
-    states=(_BEFORE, _OUTPUT, Quantity("slope", "span", "rate of change of the output [span/s]")),
+    states=(_BEFORE, _OUTPUT, Quantity("slope", "span/s", "rate of change of the output")),
     source="Butterworth low-pass of second order ahead of a converter; cut-off assumed",
     signature="the channel trails, and fast motion is missing from it",
     not_modelled="behind an estimator of velocity: the positions are filtered that it is formed "
