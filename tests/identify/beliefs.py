@@ -25,10 +25,7 @@ from tests.identify.generator.cases import Case, campaign
 from tests.identify.rig_data import CACHE
 from tests.identify.rules import changed
 
-PROBABILITIES = ("OTHER_LAW", "UNKNOWN", "RIPPLE")
-"""What is tried at a tenth, and at nine tenths."""
-
-SIZES = ("OWN_SIZES", "SHARES", "SMOOTH", "DIFFERENT", "NOTICEABLE")
+SIZES = ("OWN_SIZES", "SHARES", "SMOOTH", "INEXACT", "NOTICEABLE")
 """What is tried a tenth and ten times as large."""
 
 AS_IT_IS = "as it is"
@@ -37,10 +34,6 @@ AS_IT_IS = "as it is"
 def variations() -> dict[str, dict[str, Any]]:
     """Return what is tried: values of constants, by a name."""
     found: dict[str, dict[str, Any]] = {AS_IT_IS: {}}
-    for name in PROBABILITIES:
-        own = getattr(discrepancies, name)
-        for word, value in (("a tenth of ", 0.1 * own), ("nine tenths for ", 0.9)):
-            found[word + name] = {f"discrepancies.{name}": value}
     for name in SIZES:
         for word, factor in (("a tenth of ", 0.1), ("ten times ", 10.0)):
             found[word + name] = {f"discrepancies.{name}": _times(name, factor)}

@@ -72,71 +72,60 @@ class Always:
 
 RULES: dict[str, Rule] = {
     # whether a candidate explains enough
-    "chance": Rule("a name for chance, or for correlated noise", {"evidence.FALSE_ALARM": 1.0}),
+    "chance": Rule("a name for chance, or for correlated noise",
+                   {"levels.FALSE_ALARM": 1.0}),
     "held-out gain": Rule("a law that bends to its data",
-                          {"evidence.SMALLEST_HELD_OUT": -ALL}),
+                          {"evidence.LEAST_HELD_OUT": -ALL}),
     "held-out size": Rule("an effect of another size elsewhere",
-                          {"evidence.CONFIRMED": -ALL}),
-    "surpassed": Rule("a way out for ordinary parameters", {"evidence.SURPASSED": ALL}),
+                          {"evidence.Evidence.confirmed": True}),
+    "surpassed": Rule("a way out for ordinary parameters",
+                      {"evidence.Evidence.surpassing": False}),
     "not beside a hundredfold": Rule("naming what an inexact law leaves",
                                      {"law_form.INEXACT": -ALL}),
-    "outshone": Rule("a catalogue's name for an unknown effect", {"law_form.OUTSHONE": ALL}),
-    "less noise": Rule("noise that is the gap itself", {"search.quietest": Always(None)},
-                       ("refits.SETTLED",)),
+    "outshone": Rule("a catalogue's name for an unknown effect",
+                     {"law_form.outshone": Always(False)}),
+    "less noise": Rule("noise that is the gap itself", {"search.quietest": Always(None)}),
     # which candidate comes first
-    "held-out order": Rule("the law that bends best", {"evidence.CONTENDERS": 1.0}),
-    "modesty": Rule("the law with more assumed shapes", {"evidence.AS_GOOD": ALL}),
+    "held-out order": Rule("the law that bends best", {"evidence.NEARLY_ALL": 1.0}),
+    "modesty": Rule("the law with more assumed shapes", {"evidence.SMALL_PART": -ALL}),
     "pairs": Rule("a third effect for two that hide each other",
-                  {"search.Lookahead.leader": Always(None)},
-                  ("scan.FURTHER", "scan.COLLINEAR")),
+                  {"search.Lookahead.leader": Always(None)}),
     "confirmation": Rule("a linearisation that leads nowhere",
                          {"starts.Confirmation._holds": Always(True)}),
-    "same effect": Rule("trying one effect twice", {"starts.SAME_EFFECT": ALL}),
     "kin": Rule("missing one of two that do the same",
                 {"starts.Confirmation._kin": Always([])}),
     "returning": Rule("losing what the last round found",
                       {"starts.Confirmation.returning": _likely}),
     "takeover": Rule("parameters that hide an effect",
-                     {"starts.Takeover.starts": Always([])},
-                     ("starts.TRIED_SIZES",)),
-    "sensible": Rule("an absurd size of what hardly shows", {"scan.Score.sensible": True},
-                     ("scan.SEEN",)),
+                     {"starts.Takeover.starts": Always([])}),
+    "sensible": Rule("an absurd size of what hardly shows", {"scan.Score.sensible": True}),
     "pushed": Rule("a refit that stopped at a kink",
                    {"refits.CandidateRefits._pushed": _as_it_is}),
     # what belongs to the law of an effect in the model
     "completing": Rule("a second name for one law", {"law_form.completions": Always({})}),
     "overshadowed": Rule("a further name for what a law leaves",
-                         {"law_form.overshadowed": Always(False)},
-                         ("law_form.PARSIMONIOUS",)),
+                         {"law_form.overshadowed": Always(False)}),
     "one sensor": Rule("two errors of one sensor for one",
                        {"law_form._of_one_sensor": Always(False)}),
     "stands beside": Rule("silence about a further effect beside a foreign law",
-                          {"law_form.stands_beside": lambda *_: False},
-                          ("law_form.LEFT",)),
-    "in its place": Rule("a law's remainder taken for unknown",
-                         {"law_form.REPRODUCED_IN_PLACE": 0.6}, ("law_form.REPRODUCED",)),
+                          {"law_form.stands_beside": lambda *_: False}),
     # whether the law of what was named fits, and what remains
     "other law": Rule("a foreign law passed off as the catalogue's",
-                      {"discrepancies.DIFFERENT": ALL},
-                      ("discrepancies.OTHER_LAW", "discrepancies.OWN_SIZES")),
-    "between": Rule("one of two laws for what lies between", {"search.between": Always({})},
-                    ("law_between.RIVAL_SHARE",)),
+                      {"discrepancies.INEXACT": ALL}, ("discrepancies.OWN_SIZES",)),
+    "between": Rule("one of two laws for what lies between", {"search.between": Always({})}),
     "noticeable": Rule("a word on ripple that every machine has",
                        {"progress.NOTICEABLE": 0.0, "discrepancies.NOTICEABLE": 0.0},
-                       ("discrepancies.UNKNOWN", "discrepancies.SHARES", "discrepancies.RIPPLE",
-                        "discrepancies.SMOOTH")),
+                       ("discrepancies.SHARES", "discrepancies.SMOOTH")),
     # what is taken back
-    "faint": Rule("a name for ripple", {"search.faint": Always([])}, ("certainty.FAINT",)),
+    "faint": Rule("a name for ripple", {"search.faint": Always([])}),
     "re-examined": Rule("an early name that a later one explains",
                         {"search.re_examine": _nothing}),
     # what data cannot tell apart
-    "alike": Rule("one name where data show a class", {"search.rivals_of": Always(([], None))},
-                  ("rivals.INSEPARABLE",)),
+    "alike": Rule("one name where data show a class", {"search.rivals_of": Always(([], None))}),
     "alike in the end": Rule("a class that the whole model separates",
                              {"conclusion.conclude.confirmed": _all_of_them}),
     "near rivals": Rule("the wrong one of two laws that both miss",
-                        {"conclusion.conclude.near_rivals": Always({})},
-                        ("rivals.MOST_TOLD",)),
+                        {"conclusion.conclude.near_rivals": Always({})}),
 }  # fmt: skip
 """Every rule by its name, in the order in which a search meets them."""
 
@@ -150,13 +139,19 @@ EFFORT = (
     "rivals.TRIED", "rivals.PASSES", "rivals.STAND_IN_ITERATIONS",
     "refits.NOISE_PASSES", "refits.NOISE_ITERATIONS",
     "search.REFITTED", "search.MOST_EFFECTS", "search.AGAIN", "search.KEPT_TERMS",
-    "starts.DEAR", "starts.TAKEOVER_ITERATIONS",
+    "starts.DEAR", "starts.TAKEOVER_ITERATIONS", "starts.SAME_EFFECT", "starts.TRIED_SIZES",
+    "law_between.RIVAL_SHARE", "rivals.MOST_TOLD", "law_form.LEFT",
 )  # fmt: skip
-"""Constants that decide nothing: how long is computed, how finely, and how much is kept."""
+"""Constants that decide nothing: how long is computed and from where, how finely, how much is kept
+or told."""
 
-LEVELS = ("certainty.NORMAL_95", "certainty.STRAINED", "evidence.GREATER_PART",
-          "evidence.SMALL_PART")  # fmt: skip
-"""Constants that several rules share: quantiles of a known distribution, and parts of a whole."""
+LEVELS = ("levels.GREATER_PART", "levels.NEARLY_ALL", "levels.SMALL_PART",
+          "levels.INEXACT", "levels.NOTICEABLE")  # fmt: skip
+"""Constants that several rules share; of a rule, see in which module it asks for them."""
+
+DERIVED = ("levels.ONE_IN_TWENTY", "levels.NORMAL_95", "levels.TOLD_APART",
+           "evidence.LEAST_HELD_OUT")  # fmt: skip
+"""Quantiles of known distributions: nobody has chosen them for what comes of it."""
 
 
 @contextmanager

@@ -26,8 +26,8 @@ from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.pool import LocalBatch
-from hil_emulator.identify.selection.evidence import needed_delta_chi2
-from hil_emulator.identify.selection.rivals import INSEPARABLE, separability
+from hil_emulator.identify.selection.levels import TOLD_APART, needed_delta_chi2
+from hil_emulator.identify.selection.rivals import separability
 from hil_emulator.identify.selection.scan import Score, scan
 from tests.identify.generator.bench import record
 from tests.identify.generator.cases import Case, machine, seed
@@ -239,7 +239,7 @@ def report(outcomes: list[Outcome]) -> None:
     print(f"shown over forecast: median {np.median(realised / np.maximum(predicted, 1e-9)):.2f}")
     for words, chosen in (
         ("all", outcomes),
-        ("ambiguous class", [o for o in outcomes if abs(o.now) < INSEPARABLE]),
+        ("ambiguous class", [o for o in outcomes if abs(o.now) < TOLD_APART]),
     ):
         good = sum(o.share >= GOOD for o in chosen)
         low, high = wilson(good, len(chosen))

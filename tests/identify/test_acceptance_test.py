@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import cauchy, chi2
 
-from hil_emulator.identify.selection.evidence import (
-    Evidence,
-    hac_variance_factor,
-    needed_delta_chi2,
-)
+from hil_emulator.identify.selection.evidence import Evidence, hac_variance_factor
+from hil_emulator.identify.selection.levels import needed_delta_chi2
 
 
 def evidence(delta_chi2: float = 500.0, wald: float = 50.0, held_out: float = 400.0,

@@ -6,8 +6,8 @@ import pytest
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
+from hil_emulator.identify.selection.levels import TOLD_APART
 from hil_emulator.identify.selection.rivals import (
-    INSEPARABLE,
     hac_variance_factor,
     rivals_of,
     separability,
@@ -106,7 +106,13 @@ def test_correlated_noise_widens_a_group() -> None:
 
 def test_the_separating_size_separates() -> None:
     """At the size that is stated, D of the nearest rival is the limit."""
-    p = Problem(0.1, 400.0)
+    p = Problem(0.2, 200.0)
     _, size = rivals_of(p.trials[0], p.scores, p.trials)
     assert size is not None
-    assert separability(*p.scores, size=size) == pytest.approx(INSEPARABLE, rel=1e-3)
+    assert separability(*p.scores, size=size) == pytest.approx(TOLD_APART, rel=1e-3)
+
+
+def test_no_size_separates_what_an_inexact_law_leaves() -> None:
+    """However large an effect is, a hundredth of what it explains is no reason for its name."""
+    p = Problem(0.1, 40_000.0)
+    assert rivals_of(p.trials[0], p.scores, p.trials) == (["b"], None)

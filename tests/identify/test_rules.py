@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import hil_emulator.identify.selection
-from tests.identify.rules import EFFORT, LEVELS, RULES, changed, holder
+from tests.identify.rules import DERIVED, EFFORT, LEVELS, RULES, changed, holder
 
 ROOM = Path(hil_emulator.identify.selection.__file__).parent
 
@@ -23,11 +23,17 @@ def constants() -> Iterator[str]:
 
 def test_every_constant_belongs_to_a_rule_or_decides_nothing() -> None:
     """A number that decides is never without a name for what it protects from."""
-    told = {*EFFORT, *LEVELS}
+    told = {*EFFORT, *LEVELS, *DERIVED}
     told |= {name for rule in RULES.values() for name in rule.constants}
     left_out = {name for rule in RULES.values() for name in rule.without}
     known = set(constants())
     assert told <= known <= told | left_out
+
+
+def test_ten_numbers_decide() -> None:
+    """Whatever a rule asks, it asks with one of them."""
+    deciding = set(constants()) - {*EFFORT, *DERIVED}
+    assert len(deciding) <= 10, sorted(deciding)
 
 
 @pytest.mark.parametrize("name", RULES)

@@ -16,16 +16,11 @@ _PASSED = ("evidence.Evidence.passed",)
 _RANKED = ("refits.ranked", "law_form.ranked")
 
 ASKED = {
-    "evidence.SMALLEST_HELD_OUT": _PASSED,
-    "evidence.CONFIRMED": _PASSED,
-    "evidence.SURPASSED": (*_PASSED, "evidence.Evidence.surpassing"),
-    "evidence.CONTENDERS": _RANKED,
-    "evidence.AS_GOOD": _RANKED,
-    "law_form.OUTSHONE": ("search.judge",),
-    "starts.SAME_EFFECT": ("starts._alike",),
+    "evidence.LEAST_HELD_OUT": _PASSED,
+    "evidence.NEARLY_ALL": _RANKED,
+    "evidence.SMALL_PART": _RANKED,
     "law_form.INEXACT": ("search.judge",),
-    "law_form.REPRODUCED_IN_PLACE": ("law_form.own_terms",),
-    "discrepancies.DIFFERENT": ("discrepancies.Discrepancies.other_laws",),
+    "discrepancies.INEXACT": ("discrepancies.Discrepancies.other_laws",),
     "progress.NOTICEABLE": ("progress.Round.worthwhile",),
     "discrepancies.NOTICEABLE": ("discrepancies.Discrepancies.unknown",),
 }

@@ -18,13 +18,13 @@ from hil_emulator.identify.experiment_design.contrast import contrast
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.certainty import (
-    NORMAL_95,
     discrepancy_uncertainty,
     hardly_believed,
     interval,
     not_by_chance,
 )
 from hil_emulator.identify.selection.evidence import Trial
+from hil_emulator.identify.selection.levels import NORMAL_95
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.rivals import MOST_TOLD, confirmed, near_rivals, weighed
 from hil_emulator.identify.selection.search import Searcher

@@ -99,7 +99,8 @@ class Finding:
         form: what says so, in words.
         words: what the machine does, as a workshop says it.
         rivals: what else was weighed.
-        separating_size: size [unit] at which the nearest rival would separate; None without rivals.
+        separating_size: size [unit] at which the nearest rival would separate; None without rivals,
+            or if none would.
 
     """
 

@@ -15,18 +15,14 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.selection.evidence import needed_delta_chi2
+from hil_emulator.identify.selection.levels import (
+    FALSE_ALARM,
+    NORMAL_95,
+    NOTICEABLE,
+    ONE_IN_TWENTY,
+    reached_by_chance,
+)
 from hil_emulator.identify.selection.progress import Search
-
-FAINT = 0.005
-"""Share of the innovations' variance below which an effect needs a law that fits and a value that
-differs from none (assumed)."""
-
-STRAINED = 2.5
-"""Prior standard deviations that a data sheet is believed to be off by at most (assumed)."""
-
-NORMAL_95 = 1.96
-"""Standard deviations to either end of a 95 % interval."""
 
 
 def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> None:
@@ -69,7 +65,7 @@ def faint(search: Search) -> list[str]:
         search: finished, with what speaks against the laws of its effects.
 
     """
-    least = FAINT * search.rounds[-1].base.sample_size
+    least = NOTICEABLE * search.rounds[-1].base.sample_size
     return [c.name for c in search.effects
             if search.selected_in(c.name).best < least
             and (c.name in search.forms or _may_be_none(search, c.name))]  # fmt: skip
@@ -129,14 +125,16 @@ def _may_be_none(search: Search, name: str) -> bool:
     return bool(abs(at) < NORMAL_95 * deviation(search, fit, name))
 
 
-def hardly_believed(fit: Fit, deviations: float = STRAINED) -> list[str]:
-    """Return the ordinary parameters that are far from what is configured, each in words.
+def hardly_believed(fit: Fit, chance: float = ONE_IN_TWENTY) -> list[str]:
+    """Return the ordinary parameters that are farther off than any is by chance, each in words.
 
     Args:
         fit: the finished model.
-        deviations: prior standard deviations that are far.
+        chance: probability that any of them is as far off in a machine like the configured one.
 
     """
+    ordinary = sum(np.isfinite(c.prior) for c in fit.coordinates)
+    deviations = math.sqrt(reached_by_chance(chance, int(ordinary)))
     return [
         f"{c.name} is {float(c.value(float(at))) / c.neutral:.2g} times its configured value"
         for c, at in zip(fit.coordinates, fit.at, strict=True)
@@ -145,6 +143,5 @@ def hardly_believed(fit: Fit, deviations: float = STRAINED) -> list[str]:
 
 
 def not_by_chance(fit: Fit) -> list[str]:
-    """Return the ordinary parameters that are farther off than any of them is by chance."""
-    ordinary = sum(np.isfinite(c.prior) for c in fit.coordinates)
-    return hardly_believed(fit, math.sqrt(needed_delta_chi2(int(ordinary))))
+    """Return the ordinary parameters that hardly any healthy machine has so far off."""
+    return hardly_believed(fit, FALSE_ALARM)

@@ -20,16 +20,7 @@ from hil_emulator.identify.prediction.free_shapes import HATS, FreeShape
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.law_form import acts_in
-from hil_emulator.identify.selection.progress import NOTICEABLE
-
-OTHER_LAW = 0.3
-"""Probability that a named effect follows another law than the catalogue's (assumed)."""
-
-UNKNOWN = 0.1
-"""Probability that something acts that no effect in the model describes (assumed)."""
-
-RIPPLE = 0.5
-"""Probability that friction changes along the stroke by less than is worth a word (assumed)."""
+from hil_emulator.identify.selection.levels import INEXACT, NOTICEABLE
 
 OWN_SIZES = (0.05, 0.1, 0.2, 0.4)
 """Root mean square of what a law lacks over that of its effect, each as likely (assumed)."""
@@ -40,12 +31,6 @@ ten thousand to three (assumed)."""
 
 SMOOTH = 1.5
 """Hats over which a term is correlated (assumed)."""
-
-DIFFERENT = 0.02
-"""Part of what an effect explains that its law must lack before it is called another one: 44
-machines with the catalogue's laws lacked up to 0.0144, wrongly named ones from 0.023 on. That was
-before serial correlation was counted along each term: `python -m tests.identify.beliefs` asks
-anew."""
 
 MOST_DISCREPANCIES = 4
 """Most terms beside the model."""
@@ -118,7 +103,7 @@ class Discrepancies:
         """Return why the laws of effects are others than the catalogue's, by name."""
         forms = {}
         for name, part in self.lacks.items():
-            if part > DIFFERENT:
+            if part > INEXACT:
                 own = [d for d in self.found if d.owner == name]
                 title = max(own, key=lambda d: d.explained).shape.title
                 forms[name] = f"a free term in the {title} explains {100.0 * part:.0f} % more"
@@ -176,15 +161,15 @@ class Discrepancies:
         owners = [c for c in self._effects if acts_in(c, shape.balance)]
         if shape.ripples:
             small = [s for s in SHARES if s <= NOTICEABLE]
-            yield from (_Option(s * each, math.log(RIPPLE / 2 / len(small)), None) for s in small)
+            yield from (_Option(s * each, -math.log(2 * len(small)), None) for s in small)
         # what outgrows a law in whose balance it acts still is what that law lacks
         names = [c.name for c in owners] or [""]
-        chance = math.log(UNKNOWN / len(self.shapes) / len(SHARES) / len(names))
+        chance = -math.log(len(self.shapes) * len(SHARES) * len(names))
         yield from (_Option(s * each, chance, name) for name in names for s in SHARES)
         whole = max(float(np.sum(kernel * self._training.shapes[here])), 1e-9)
         for c in owners:
             places = sum(acts_in(c, s.balance) for s in self.shapes)
-            chance = math.log(OTHER_LAW / places / len(OWN_SIZES))
+            chance = -math.log(places * len(OWN_SIZES))
             at = [k.name for k in self._fit.coordinates].index(c.name)
             own = float(self._fit.at[at] ** 2 * self._training.normal[at, at]) / whole
             yield from (_Option(size**2 * own, chance, c.name) for size in OWN_SIZES)

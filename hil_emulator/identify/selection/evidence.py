@@ -3,43 +3,23 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.selection.levels import (
+    GREATER_PART,
+    NEARLY_ALL,
+    ONE_IN_TWENTY,
+    SMALL_PART,
+    reached_by_chance,
+)
 from hil_emulator.identify.selection.scan import Score, surprise
 
-GREATER_PART = 0.5
-"""Of what is explained, or of a squared cosine: who has more of it than all others together does
-the work, so that no other value could be meant."""
-
-SMALL_PART = 0.1
-"""What hardly counts beside the rest (assumed)."""
-
-FALSE_ALARM = 1e-3
-"""Probability that chance alone lets one of all candidates gain enough in a healthy machine
-(assumed; against wrong ordinary parameters there are other tests)."""
-
-SMALLEST_HELD_OUT = 5.0
-"""Gain in chi-square on data that took no part in the fit."""
-
-CONFIRMED = 0.4
-"""Part of the gain which an effect of the estimated size would have on held-out data, that it must
-have there (assumed)."""
-
-SURPASSED = 3.0
-"""The same that it may have there at most: what gains more than its size explains is a way out for
-ordinary parameters (assumed)."""
-
-CONTENDERS = 0.75
-"""Effects that gain at least this part of the best one are judged by held-out data (assumed)."""
-
-AS_GOOD = 0.9
-"""Of effects that gain at least this part of the best on held-out and on training data, the one
-with the fewest assumed shape parameters is named (assumed)."""
+LEAST_HELD_OUT = reached_by_chance(ONE_IN_TWENTY)
+"""Gain in chi-square on held-out data that one candidate hardly has by chance."""
 
 
 @dataclass(frozen=True)
@@ -77,16 +57,21 @@ class Evidence:
         least = self.needed + surprise(self.size)
         if self.wald <= least:
             found.append(f"robust Wald statistic {self.wald:.1f} below {least:.1f}")
-        if np.isfinite(self.held_out) and self.held_out <= SMALLEST_HELD_OUT:
-            found.append(f"held-out gain {self.held_out:.1f} below {SMALLEST_HELD_OUT:.0f}")
-        elif self.surpassing or self.held_out < self._least:
+        if np.isfinite(self.held_out) and self.held_out <= LEAST_HELD_OUT:
+            found.append(f"held-out gain {self.held_out:.1f} below {LEAST_HELD_OUT:.1f}")
+        elif self.surpassing or not self.confirmed:
             found.append(f"held-out gain {self.held_out:.0f}, expected {self.expected:.0f}")
         return found
 
     @property
+    def robust(self) -> float:
+        """Gain in chi-square of as many uncorrelated residuals as these are worth."""
+        return self.delta_chi2 / self.hac_variance_factor
+
+    @property
     def surpassing(self) -> bool:
         """Whether held-out data gain more than the size explains: something else gains there."""
-        return self.held_out > SURPASSED * self.expected + self._spread
+        return self.held_out > self.expected / GREATER_PART + self._spread
 
     @property
     def _spread(self) -> float:
@@ -94,10 +79,10 @@ class Evidence:
         return 2.0 * float(np.sqrt(self.hac_variance_factor * self.expected))
 
     @property
-    def _least(self) -> float:
-        """Gain on held-out data that confirms the size, or is evidence and less by chance."""
-        least = CONFIRMED * self.expected
-        return min(least, max(self.needed, least - self._spread))
+    def confirmed(self) -> bool:
+        """Whether held-out data gain as the size does, or are evidence and less by chance."""
+        least = GREATER_PART * self.expected
+        return not self.held_out < min(least, max(self.needed, least - self._spread))
 
 
 @dataclass
@@ -118,16 +103,6 @@ class Trial:
     evidence: Evidence
     deviation: float
     beside: str = ""
-
-
-def needed_delta_chi2(candidates: int) -> float:
-    """Return what a name needs, the best of so many candidates: robust statistic, or plain gain.
-
-    What one candidate gains by chance is a squared normal variable, and so is its Wald statistic
-    where the residuals are serially correlated; of many, each gets its part of the probability of a
-    false alarm (Bonferroni).
-    """
-    return NormalDist().inv_cdf(1.0 - 0.5 * FALSE_ALARM / max(candidates, 1)) ** 2
 
 
 def hac_variance_factor(difference: Array, residual: Array, correlation_length: int) -> float:
@@ -162,7 +137,7 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
 def _ranked(by_delta_chi2: list[Trial]) -> list[Trial]:
     if not by_delta_chi2 or by_delta_chi2[0].evidence.delta_chi2 <= 0.0:
         return by_delta_chi2
-    level = CONTENDERS * by_delta_chi2[0].evidence.delta_chi2
+    level = NEARLY_ALL * by_delta_chi2[0].evidence.delta_chi2
     contenders = [t for t in by_delta_chi2 if t.evidence.delta_chi2 >= level]
     if all(np.isfinite(t.evidence.held_out) for t in contenders):
         contenders.sort(key=lambda t: -t.evidence.held_out)
@@ -180,7 +155,7 @@ def _as_good(trial: Trial, explained: float, best: float) -> bool:
     they gain by chance make no difference.
     """
     chance = 2.0 * math.sqrt(max(best, 0.0)) if trial.fit.effective is not None else 0.0
-    return explained >= min(AS_GOOD * best, best - chance)
+    return explained >= min((1.0 - SMALL_PART) * best, best - chance)
 
 
 def _modesty(trial: Trial) -> tuple[int, float]:

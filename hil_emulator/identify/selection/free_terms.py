@@ -66,6 +66,11 @@ class DiscrepancyTerm:
         return self.statistic - self.usual
 
     @property
+    def robust(self) -> float:
+        """The same of as many uncorrelated residuals as these are worth."""
+        return self.surplus / max(1.0, self.usual / len(self.knots))
+
+    @property
     def certain(self) -> float:
         """Gain in chi-square beyond what chance hardly ever reaches."""
         return self.statistic - self.limit

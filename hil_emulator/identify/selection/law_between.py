@@ -13,12 +13,11 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.evidence import (
-    GREATER_PART,
-    SMALL_PART,
-    SMALLEST_HELD_OUT,
+    LEAST_HELD_OUT,
     Trial,
     hac_variance_factor,
 )
+from hil_emulator.identify.selection.levels import GREATER_PART, SMALL_PART
 from hil_emulator.identify.selection.progress import Completion, Round, Search, StandIn
 from hil_emulator.identify.selection.rivals import weighed
 
@@ -133,4 +132,4 @@ def _certain(
         return True
     before = fitter.residual(base.coordinates, base.at, held)
     after = fitter.residual(both.coordinates, both.at, held)
-    return float(before @ before - after @ after) > SMALLEST_HELD_OUT
+    return float(before @ before - after @ after) > LEAST_HELD_OUT

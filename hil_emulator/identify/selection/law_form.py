@@ -17,29 +17,12 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.regressors import REGRESSORS
-from hil_emulator.identify.selection.evidence import GREATER_PART, ranked
+from hil_emulator.identify.selection.evidence import ranked
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.law_between import completions
+from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, NEARLY_ALL
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Projection, Score
-
-REPRODUCED = 0.6
-"""Part of an effect's sensitivity that a term must reproduce to be a shape of its law (assumed)."""
-
-REPRODUCED_IN_PLACE = 0.3
-"""The same where the catalogue says that the law acts in the term's balance (assumed)."""
-
-PARSIMONIOUS = 0.7
-"""Part of what a free shape of the law of an effect in the model would gain, that another effect
-must gain to be named in its place (assumed)."""
-
-OUTSHONE = 3.0
-"""How many times as much as the best effect a free term may explain, chance set aside, for it to be
-the one (assumed; laws of another form stay below two)."""
-
-INEXACT = 0.01
-"""Part of what an effect gained when it was named that a further one must gain (assumed): no law is
-so exact that less could not be what it leaves."""
 
 LEFT = 1e-4
 """Part of its information that something must keep beside free terms to be told from them
@@ -75,7 +58,7 @@ def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
             power = float(sensitivity @ sensitivity)
             shown = basis.T @ (columns.T @ sensitivity)
             share = float(shown @ shown) / power if power > 0.0 else 0.0
-            least = REPRODUCED_IN_PLACE if there else REPRODUCED
+            least = GREATER_PART
             if share > max(least, owners.get(term.title, (0.0, ""))[0]):
                 owners[term.title] = (share, effect)
     return {title: effect for title, (_, effect) in owners.items()}
@@ -161,8 +144,13 @@ class ConditionalTest:
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
     """Tell whether a free shape of a law in the model explains more than the best candidate."""
-    best = found.best
-    return any(best < PARSIMONIOUS * t.surplus or _of_one_sensor(found, t) for t in laws)
+    best = found.trials[0].evidence.robust if found.trials else 0.0
+    return any(best < NEARLY_ALL * t.robust or _of_one_sensor(found, t) for t in laws)
+
+
+def outshone(found: Round) -> bool:
+    """Tell whether a free term explains far more than the best candidate, chance set aside."""
+    return any(t.certain > found.best / GREATER_PART for t in found.worthwhile)
 
 
 def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collection[str]) -> bool:
@@ -184,7 +172,7 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
     if not there or not there[0].evidence.passed:
         return False
     first = there[0]
-    most = OUTSHONE * beside.candidate(first.score)
+    most = beside.candidate(first.score) / GREATER_PART
     rest = [beside.term(t) - t.limit for t in found.worthwhile if t not in laws]
     # what acts where that law does may be a part of it
     rest += [t.certain for t in laws if acts_in(first.score.coordinate, t.balance)]
@@ -215,7 +203,7 @@ def judge(search: Search, found: Round) -> None:
         found.accepted = stands_beside(found, own, completing)
     else:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
-        found.accepted &= all(t.certain <= OUTSHONE * found.best for t in found.worthwhile)
+        found.accepted &= not outshone(found)
     found.accepted &= found.best > INEXACT * _named_for(search)
     found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
     search.between = {c.named: c for c in reversed(list(completing.values()))}

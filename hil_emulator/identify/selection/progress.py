@@ -9,14 +9,10 @@ from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_shapes import HATS
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.evidence import Trial, needed_delta_chi2
+from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
+from hil_emulator.identify.selection.levels import NOTICEABLE, needed_delta_chi2
 from hil_emulator.identify.selection.scan import Score
-
-NOTICEABLE = 0.01
-"""Share of the innovations' variance, chance set aside, below which an unexplained term is not
-worth a word: ripple of friction and supply, which every machine has, is there and significant
-(assumed). A term of many hat functions follows it, and needs in proportion more."""
 
 MOST_SHOWN = 3
 """Most terms that are shown of what is unknown."""

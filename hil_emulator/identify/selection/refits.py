@@ -19,15 +19,14 @@ from hil_emulator.identify.estimation.restarts import nudged
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.evidence import (
-    GREATER_PART,
-    SMALL_PART,
     Evidence,
     Trial,
     hac_variance_factor,
     ranked,
 )
+from hil_emulator.identify.selection.levels import GREATER_PART, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round
-from hil_emulator.identify.selection.scan import FURTHER, Pair, Projection, Score, score_of
+from hil_emulator.identify.selection.scan import Pair, Projection, Score, score_of
 
 ITERATIONS_AT_ONCE = 5
 """Iterations of a joint refit, before it is asked whether more are worth while."""
@@ -46,9 +45,6 @@ PROMISING = 0.2
 
 PARTNER_ITERATIONS = 3
 """Iterations of a refit with the first of a pair."""
-
-SETTLED = 0.8
-"""Part of it that a further refit leaves, from which it is settled (assumed)."""
 
 NOISE_PASSES = 4
 """Most refits, each by the noise that the last one has left."""
@@ -199,7 +195,7 @@ class Lookahead:
             first, second = pair.scores
             trials = [self._beside(first, second), self._beside(second, first)]
             deltas = [self._base.chi2 - t.fit.chi2 for t in trials]
-            if all(t.evidence.passed for t in trials) and min(deltas) > FURTHER * alone:
+            if all(t.evidence.passed for t in trials) and NEARLY_ALL * min(deltas) > alone:
                 best = max(trials, key=lambda t: t.evidence.delta_chi2)
                 return replace(best, fit=best.fit.without([best.beside]))
         return None
@@ -238,7 +234,7 @@ def quietest(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
         return None
     at = np.append(base.at + likeliest.estimate * likeliest.response, likeliest.estimate)
     fit, noise = fitter.fit([*base.coordinates, likeliest.coordinate], at, NOISE_ITERATIONS), before
-    for most in (SMALL_PART, *[SETTLED] * (NOISE_PASSES - 1)):
+    for most in (SMALL_PART, *[NEARLY_ALL] * (NOISE_PASSES - 1)):
         left = noise.left(fit.residual)
         if left.density > most * noise.density:
             break

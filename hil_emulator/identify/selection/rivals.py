@@ -18,12 +18,10 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.evidence import GREATER_PART, Trial, hac_variance_factor
+from hil_emulator.identify.selection.evidence import Trial, hac_variance_factor
+from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, TOLD_APART
 from hil_emulator.identify.selection.progress import Round, Search, StandIn
 from hil_emulator.identify.selection.scan import Score
-
-INSEPARABLE = 12.0
-"""Difference in chi-square below which two explanations count as the same (assumed)."""
 
 RIVAL_ITERATIONS = 4
 """Iterations of a refit of the finished model with a rival in it."""
@@ -63,17 +61,17 @@ def _difference(chosen: Score, rival: Score, size: float) -> Array:
     return np.asarray(size * (mine - other * (float(mine @ other) / rival.information)))
 
 
-def margin(best: Trial, rival: Trial, correlation_length: int) -> float:
-    """Return by how much a refitted rival explains less, in chi-square of uncorrelated residuals.
+def margin(best: Trial, rival: Trial, correlation_length: int) -> tuple[float, float]:
+    """Return by how much a refitted rival explains less, and what serial correlation makes of it.
 
-    Negative where the rival explains more.
+    Both in chi-square; negative where the rival explains more.
     """
     lost = best.evidence.delta_chi2 - rival.evidence.delta_chi2
     held = best.evidence.held_out - rival.evidence.held_out
     if np.isfinite(held):
         lost += held
     apart = np.asarray(rival.fit.residual - best.fit.residual)
-    return lost / hac_variance_factor(apart, best.fit.residual, correlation_length)
+    return lost, lost / hac_variance_factor(apart, best.fit.residual, correlation_length)
 
 
 def rivals_of(
@@ -93,6 +91,7 @@ def rivals_of(
 
     """
     chosen, size = best.score, float(best.fit.at[-1])
+    explained = best.evidence.delta_chi2 + float(np.nan_to_num(best.evidence.held_out))
     refitted = {t.score.coordinate.name: t for t in trials}
     found: list[tuple[float, str]] = []
     worst = 0.0
@@ -102,12 +101,18 @@ def rivals_of(
             continue
         linear = _linear_margin(best, rival, correlation_length)
         apart = margin(best, refitted[name], correlation_length) if name in refitted else linear
-        if apart < INSEPARABLE:
-            found.append((apart, name))
-        if linear < INSEPARABLE or apart < INSEPARABLE:
+        if _alike(apart, explained):
+            found.append((apart[1], name))
+        if _alike(linear, explained) or _alike(apart, explained):
             worst = max(worst, _separating(chosen, rival))
     names = [name for _, name in sorted(found)]
     return names, worst * abs(chosen.coordinate.scale) if size and worst else None
+
+
+def _alike(margin: tuple[float, float], explained: float) -> bool:
+    """Tell whether a margin is chance, or no more than an inexact law leaves."""
+    lost, certain = margin
+    return certain < TOLD_APART or lost < INEXACT * explained
 
 
 def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn]) -> list[str]:
@@ -128,6 +133,7 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
     fitter.freeze(final.coordinates, final.at)
     right = fitter.fit(final.coordinates, final.at, 2)
     without = fitter.fit(rest, right.at[stays], 2)
+    explained = without.chi2 - right.chi2
     found = []
     for own, start in rivals:
         at = np.concatenate([right.at[stays], start])
@@ -135,7 +141,8 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
         widened = hac_variance_factor(
             other.residual - right.residual, right.residual, fitter.correlation_length
         )
-        if (other.chi2 - right.chi2) / widened > INSEPARABLE:
+        lost = other.chi2 - right.chi2
+        if not _alike((lost, lost / widened), explained):
             continue
         beside = fitter.fit(
             [*final.coordinates, *own], np.concatenate([right.at, start]), RIVAL_ITERATIONS
@@ -157,20 +164,21 @@ def weighed(found: Round, name: str) -> StandIn:
     return [score.coordinate], np.array([score.estimate])
 
 
-def _linear_margin(best: Trial, rival: Score, correlation_length: int) -> float:
+def _linear_margin(best: Trial, rival: Score, correlation_length: int) -> tuple[float, float]:
     """Return the margin that the linearised data expect, or have shown where that is larger."""
     chosen, size = best.score, float(best.fit.at[-1])
     difference = _difference(chosen, rival, size)
     residual = best.fit.residual
     widened = hac_variance_factor(difference[: len(residual)], residual, correlation_length)
     shown = chosen.statistic - rival.statistic
-    return max(float(np.sum(difference**2)), shown) / widened
+    lost = max(float(np.sum(difference**2)), shown)
+    return lost, lost / widened
 
 
 def _separating(chosen: Score, rival: Score) -> float:
-    """Return the size in typical units at which two effects would separate."""
+    """Return the size in typical units at which two effects would separate; 0 if at none."""
     share = separability(chosen, rival, 1.0)
-    return float(np.sqrt(INSEPARABLE / share)) if share > 0.0 else 0.0
+    return float(np.sqrt(TOLD_APART / share)) if share > INEXACT * chosen.information else 0.0
 
 
 def near_rivals(fitter: Fitter, search: Search, found: Round) -> dict[str, StandIn]:

@@ -11,21 +11,13 @@ from hil_emulator.identify.estimation.finite_difference import Derivative
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-
-SEEN = 9.0
-"""Least expected gain in chi-square of an effect at its typical size that counts as visible."""
+from hil_emulator.identify.selection.levels import NEARLY_ALL, SMALL_PART, TOLD_APART
 
 NOTHING = 1e-9
 """Gain in chi-square at its typical size up to which an effect does nothing: rounding."""
 
 NEXT_TO_NOTHING = 0.1
 """Part of what the best candidate explains below which a sensor is looked at roughly (assumed)."""
-
-FURTHER = 1.25
-"""Times what the best candidate and its best partner explain that a pair must explain (assumed)."""
-
-COLLINEAR = 0.95
-"""Squared cosine between the sensitivities of two candidates above which they are one (assumed)."""
 
 ROWS_AT_ONCE = 4096
 """Rows of the candidates' columns whose products are added up at once."""
@@ -65,7 +57,7 @@ class Score:
     @property
     def visible(self) -> bool:
         """Whether these data would show the effect at its typical size."""
-        return self.information > SEEN * self.remaining
+        return self.information > TOLD_APART * self.remaining
 
     @property
     def sensible(self) -> bool:
@@ -216,7 +208,7 @@ def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
     inside = (sizes >= ends[:, :1]) & (sizes <= ends[:, 1:])
     deltas = np.where(inside & inside.T, deltas, 0.0)
     best = max(range(len(able)), key=lambda i: able[i].statistic)
-    least = FURTHER * max(float(np.max(deltas[best])), able[best].statistic)
+    least = max(float(np.max(deltas[best])), able[best].statistic) / NEARLY_ALL
     found = _above(deltas, least)
     return [Pair((able[i], able[j]), (float(sizes[i, j]), float(sizes[j, i])), float(deltas[i, j]))
             for i, j in islice(found, MOST_PAIRS)]  # fmt: skip
@@ -226,7 +218,7 @@ def _jointly(normal: Array, gradient: Array) -> tuple[Array, Array]:
     """Return the size of each candidate beside each other one, and what both gain."""
     power = np.diag(normal)
     room = np.outer(power, power) - normal**2
-    apart = room > (1.0 - COLLINEAR) * np.outer(power, power)
+    apart = room > SMALL_PART * np.outer(power, power)
     sizes = np.where(
         apart, gradient[:, None] * power - normal * gradient, 0.0
     ) / np.where(apart, room, 1.0)  # fmt: skip

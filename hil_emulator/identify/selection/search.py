@@ -13,10 +13,11 @@ from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.certainty import faint, not_by_chance, re_examine
 from hil_emulator.identify.selection.discrepancies import Discrepancies
-from hil_emulator.identify.selection.evidence import Trial, needed_delta_chi2
+from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.selection.law_between import between
-from hil_emulator.identify.selection.law_form import INEXACT, judge, nearest
+from hil_emulator.identify.selection.law_form import judge, nearest
+from hil_emulator.identify.selection.levels import INEXACT, needed_delta_chi2
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.refits import (
     CandidateRefits,

@@ -14,7 +14,8 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.evidence import GREATER_PART, Trial
+from hil_emulator.identify.selection.evidence import Trial
+from hil_emulator.identify.selection.levels import GREATER_PART
 from hil_emulator.identify.selection.scan import Projection, Score, score_of
 
 WORTHLESS = 8.0
@@ -27,7 +28,7 @@ MOST_SOUNDED = 16
 """Most candidates that are tried at several sizes."""
 
 SAME_EFFECT = 0.998
-"""Squared cosine between the sensitivities of effects above which they are the same (assumed)."""
+"""Squared cosine between the sensitivities of effects above which one is tried (assumed)."""
 
 TRIED_SIZES = (0.1, 0.3, 1.0, 3.0)
 """Typical sizes at which an effect is tried that its linearisation leads astray (assumed)."""

@@ -1,0 +1,140 @@
+"""The numbers by which a search decides: each right as it is, and wrong at a tenth or ten times."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.prediction.balances import PISTON
+from hil_emulator.identify.prediction.free_shapes import HATS
+from hil_emulator.identify.selection import discrepancies, levels
+from hil_emulator.identify.selection.evidence import Evidence, Trial, ranked
+from hil_emulator.identify.selection.law_form import judge
+from hil_emulator.identify.selection.progress import Round, Search
+from hil_emulator.identify.selection.scan import Score
+from tests.identify.rules import changed
+from tests.identify.test_law_objections import effect, named, term
+
+BELIEFS = ("OWN_SIZES", "SHARES", "SMOOTH")
+BELIEVED = ("discrepancies",)
+WHERE = {
+    "GREATER_PART": ("evidence",), "NEARLY_ALL": ("evidence",), "SMALL_PART": ("evidence",),
+    "INEXACT": ("law_form",), "NOTICEABLE": ("progress",), **dict.fromkeys(BELIEFS, BELIEVED),
+}  # fmt: skip
+"""The module that asks, of a number that several ask for."""
+
+
+def false_alarms() -> bool:
+    """Of a thousand healthy machines, one has a candidate among a hundred that gains enough."""
+    alone = chi2.cdf(levels.needed_delta_chi2(100), 1)
+    return bool(abs(1.0 - alone**100 - 1e-3) < 1e-4)
+
+
+def held_out_sizes() -> bool:
+    """On held-out data an effect gains what it promised, not a third of it and not three times."""
+    gains = (300.0, 1000.0, 3000.0)
+    passed = [Evidence(5e3, 5e3, held, 20.0, 1000.0).passed for held in gains]
+    return passed == [False, True, False]
+
+
+def _trial(name: str, gain: float, held: float) -> Trial:
+    score = Score(effect(name), gain, 1.0, gain, np.zeros(0), np.zeros(0), np.zeros(0))
+    fit = Fit([score.coordinate], np.ones(1), np.zeros(0), np.zeros((0, 1)), 0.0)
+    return Trial(score, fit, Evidence(gain, gain, held, 20.0, held), 1.0)
+
+
+def rivals_are_judged_by_held_out_data() -> bool:
+    """Who explains four fifths of the best comes before it if held-out data say so; not a fifth."""
+    first = [ranked([_trial("internal_leakage", 1000.0, 500.0),
+                     _trial("position_friction", gain, 900.0)])[0].score.coordinate.name
+             for gain in (800.0, 200.0)]  # fmt: skip
+    return first == ["position_friction", "internal_leakage"]
+
+
+def equals_are_told_by_their_shapes() -> bool:
+    """Of two as good within a twentieth, the one without assumed shapes comes first."""
+    names = ("stribeck_friction", "friction_asymmetry")
+    assert len(effect(names[0]).effect.shape) > len(effect(names[1]).effect.shape)  # type: ignore[union-attr]
+    first = [ranked([_trial(names[0], 1000.0, 1000.0), _trial(names[1], gain, gain)])[0]
+             for gain in (950.0, 800.0)]  # fmt: skip
+    return [t.score.coordinate.name for t in first] == [names[1], names[0]]
+
+
+def an_inexact_law_leaves_something() -> bool:
+    """Beside an effect that gained 10 000, half a percent is what its law leaves, ten are not."""
+    said = []
+    for gain in (50.0, 1000.0):
+        first, before = named("internal_leakage", 10_000.0, [])
+        found = named("position_friction", gain, [])[1]
+        found.accepted = False
+        judge(Search([], effects=[first.score.coordinate], rounds=[before, found]), found)
+        said.append(found.accepted)
+    return said == [False, True]
+
+
+def ripple_is_not_worth_a_word() -> bool:
+    """Of the variance, a three-hundredth is what every machine has, a thirtieth is not."""
+    fit = Fit([], np.zeros(0), np.ones(40_000), np.zeros((40_000, 0)), 4e4)
+    terms = [term(PISTON, "position", gain) for gain in (133.0, 1333.0)]
+    whole = [Round(fit, [], [], [t]).worthwhile for t in terms]
+    return [bool(w) for w in whole] == [False, True]
+
+
+def laws_lack_what_is_believed() -> bool:
+    """Sizes hold what a straight law misses of a power law, over its root mean square.
+
+    Of x^n between 0 and 1, a x misses least for a = 3 / (n + 2). Orifices have n = 1/2, turbulent
+    gaps 4/7, drag 2, a sensor's odd curve 3.
+    """
+    missed = [np.sqrt(1.0 - 3.0 * (2.0 * n + 1.0) / (n + 2.0) ** 2) for n in (0.5, 4 / 7, 2.0, 3.0)]
+    sizes = discrepancies.OWN_SIZES
+    return all(min(sizes) < m < 1.01 * max(sizes) for m in missed)
+
+
+def shares_hold_all_that_is_told() -> bool:
+    """From what chance gives a term of 40 000 residuals, to all of their variance."""
+    by_chance = HATS / 40_000
+    return min(discrepancies.SHARES) < by_chance < 1e-3 < 1.0 < max(discrepancies.SHARES) < 10.0
+
+
+def laws_are_smooth_and_no_straight_lines() -> bool:
+    """Neighbouring hats are alike, and those at the ends of the range are not."""
+    root = discrepancies._smooth(HATS)
+    kernel = root @ root.T
+    return bool(0.5 < kernel[0, 1] < 0.95 and abs(kernel[0, -1]) < 0.05)
+
+
+CLAIMS: dict[str, Callable[[], bool]] = {
+    "FALSE_ALARM": false_alarms, "GREATER_PART": held_out_sizes,
+    "NEARLY_ALL": rivals_are_judged_by_held_out_data,
+    "SMALL_PART": equals_are_told_by_their_shapes, "INEXACT": an_inexact_law_leaves_something,
+    "NOTICEABLE": ripple_is_not_worth_a_word, "OWN_SIZES": laws_lack_what_is_believed,
+    "SHARES": shares_hold_all_that_is_told, "SMOOTH": laws_are_smooth_and_no_straight_lines,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CLAIMS)
+def test_a_number_is_right_within_a_factor_of_ten(name: str) -> None:
+    """What it is for holds with it, and neither with a tenth of it nor with ten times as much."""
+    claim, own = CLAIMS[name], getattr(discrepancies if name in BELIEFS else levels, name)
+    assert claim(), claim.__doc__
+    for factor in (0.1, 10.0):
+        other = tuple(factor * v for v in own) if isinstance(own, tuple) else factor * own
+        with changed({f"{m}.{name}": other for m in WHERE.get(name, ("levels",))}):
+            assert not _holds(claim), f"{factor} times: {claim.__doc__}"
+
+
+def _holds(claim: Callable[[], bool]) -> bool:
+    """Tell whether a claim holds; what is more than the whole leaves no candidate to compare."""
+    try:
+        return claim()
+    except IndexError:
+        return False
+
+
+def test_there_is_no_other_number() -> None:
+    """Every number of the module is one of these, or follows from a known distribution."""
+    derived = {"ONE_IN_TWENTY", "NORMAL_95", "TOLD_APART"}
+    assert {n for n in vars(levels) if n.isupper()} == {*CLAIMS, *derived} - {*BELIEFS}
