@@ -32,7 +32,8 @@ LEFT = 1e-4
 def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]) -> dict[str, str]:
     """Return, by term, the effect whose law lives there.
 
-    A term over time is of an effect of its balance only: it is no shape of a law elsewhere, however
+    In the balance of a law, a term over what the law looks at is a shape of it; any other term, if
+    it reproduces the greater part of what the effect does. A term over time is of an effect of its balance only: it is no shape of a law elsewhere, however
     much it resembles what friction does to a sensor with a free zero.
 
     Args:
@@ -58,8 +59,8 @@ def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
             power = float(sensitivity @ sensitivity)
             shown = basis.T @ (columns.T @ sensitivity)
             share = float(shown @ shown) / power if power > 0.0 else 0.0
-            least = GREATER_PART
-            if share > max(least, owners.get(term.title, (0.0, ""))[0]):
+            own = there and depends_on(fit.coordinates[i], term.regressor)
+            if share > max(0.0 if own else GREATER_PART, owners.get(term.title, (0.0, ""))[0]):
                 owners[term.title] = (share, effect)
     return {title: effect for title, (_, effect) in owners.items()}
 
@@ -166,8 +167,14 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
 
     """
     beside = ConditionalTest(laws, found.base)
-    there = ranked([t for t in found.trials if t.score.coordinate.name not in without
-                    and beside.stands_out(t.score, found.needed)])  # fmt: skip
+    there = ranked(
+        [
+            t
+            for t in found.trials
+            if t.score.coordinate.name not in without
+            and beside.stands_out(t.score, found.needed * t.evidence.hac_variance_factor)
+        ]
+    )
     found.trials = there + [t for t in found.trials if t not in there]
     if not there or not there[0].evidence.passed:
         return False
