@@ -279,12 +279,16 @@ def _check_names(effects: Sequence[Effect], stages: Sequence[Stage]) -> None:
                 raise DeclarationError(f"effect '{effect.name}': no stage '{law.stage.name}'")
 
 
-def module_source(effects: Sequence[Effect], constants: Mapping[str, float] | None = None) -> str:
+def module_source(
+    effects: Sequence[Effect], constants: Mapping[str, float] | None = None,
+    acting: Sequence[Effect] | None = None,
+) -> str:  # fmt: skip
     """Return the text of the whole module.
 
     Args:
         effects: the effects to know, in the order in which they act.
         constants: what takes the place of constants of `model.constants`.
+        acting: those of them that balances know; all if not given. Sensors know all.
 
     Raises:
         DeclarationError: if an effect asks for something its stage does not offer.
@@ -294,8 +298,9 @@ def module_source(effects: Sequence[Effect], constants: Mapping[str, float] | No
     _check_names(effects, stages)
     base = frozenset(base_fields())
     parts = [_HEADER, *(f"{name} = {value!r}" for name, value in (constants or {}).items())]
-    parts += stage_sources(stages, effects, base)
-    parts += [f"@compiled\n{acts_source(a.stage, effects)}" for a in ACTS]
+    known = [e for e in effects if acting is None or e in acting or e.stage in SAMPLED]
+    parts += stage_sources(stages, known, base)
+    parts += [f"@compiled\n{acts_source(a.stage, known)}" for a in ACTS]
     parts += [f"@compiled\n{observe_source()}"]
     parts += [f"@compiled\n{inspect.getsource(f)}" for f in BALANCES]
     senses = any(effect.name == "measuring_range" for effect in effects)

@@ -62,7 +62,8 @@ class Kernel:
         channel: the transducer parameters of one channel.
         memory: numbers that one channel remembers.
         channel_past: samples that one channel remembers.
-        effects: the effects that were compiled in.
+        effects: the effects that its memory has room for.
+        constants: what took the place of which constant of `model.constants`.
         actuators: how many are on the supply.
         source: text of the module.
 
@@ -83,6 +84,7 @@ class Kernel:
     memory: np.dtype[Any]
     channel_past: np.dtype[Any]
     effects: tuple[Effect, ...]
+    constants: tuple[tuple[str, float], ...]
     actuators: int
     source: str
 
@@ -154,6 +156,7 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
 def build(
     effects: Sequence[Effect] = CATALOGUE, cache: Path | None = None, compiled: bool = True,
     constants: Mapping[str, float] | None = None, actuators: int = 1,
+    acting: Sequence[Effect] | None = None,
 ) -> Kernel:  # fmt: skip
     """Compose and compile the model.
 
@@ -164,13 +167,15 @@ def build(
         constants: what takes the place of constants of `model.constants`.
         actuators: how many are on the supply; their number is known to the machine code, so that a
             single one costs no more than it must.
+        acting: those of the effects that its balances know, and no others may be on; all of them if
+            not given. Its memory is that of all.
 
     Raises:
         DeclarationError: if an effect asks for something its stage does not offer.
 
     """
     counted = {} if actuators == 1 else {"ACTUATORS": actuators}
-    source = module_source(effects, {**(constants or {}), **counted})
+    source = module_source(effects, {**(constants or {}), **counted}, acting)
     file = keep(source, cache / sources_digest(effects)) if cache and compiled else None
     # numba finds the functions again through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_kernel")
@@ -195,6 +200,7 @@ def build(
         report=module.report,
         tick_and_report=module.tick_and_report,
         effects=tuple(effects),
+        constants=tuple((constants or {}).items()),
         actuators=actuators,
         source=source,
         **types,

@@ -13,7 +13,6 @@ from hil_emulator.identify.prediction.records import (
 )
 from hil_emulator.identify.prediction.run import (
     Sense,
-    Tick,
     advance,
     begin,
     beside,
@@ -104,7 +103,7 @@ def update(
 
 
 def linearise(
-    tick: Tick, sense: Sense, model: ParametrisedModel, data: Data, start: Start, tuning: Tuning,
+    sense: Sense, model: ParametrisedModel, data: Data, start: Start, tuning: Tuning,
     noise: Array,
 ) -> tuple[Gains, Jacobians]:  # fmt: skip
     """Run the extended Kalman filter with a Jacobian by forward differences.
@@ -123,7 +122,7 @@ def linearise(
     gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
     jacobians = Jacobians(np.zeros((count, n, n)), np.zeros((count, m, n)))
     kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
-    run = begin(tick, model, start, current[0])
+    run = begin(model, start, current[0])
     instruments = install(model, run.signals, run.path, data.period)
     corrected, moved = beside(run), beside(run)
     z, cov, signals = run.z, tuning.covariance.copy(), run.signals
@@ -142,7 +141,7 @@ def linearise(
         for j in range(n):  # Jacobian of the reading
             follow(moved, run)
             moved.z[j] += widths[j]
-            advance(tick, moved, moved.path, before, 0)
+            advance(moved, moved.path, before, 0)
             for i in range(m):
                 source = sources[chosen[i]]
                 reading_slope[i, j] = (moved.signals[source] - signals[source]) / widths[j]
@@ -153,11 +152,11 @@ def linearise(
         update(cov, reading_slope, noise, present, held, kalman[k], gains.whitening[k])
         correct(run, instruments, kalman[k], error)
         follow(corrected, run)
-        elapse(tick, run, current[k], model.steps)
+        elapse(run, current[k], model.steps)
         for j in range(n):  # Jacobian of the next state and reading
             follow(moved, corrected)
             moved.z[j] += widths[j]
-            elapse(tick, moved, current[k], model.steps)
+            elapse(moved, current[k], model.steps)
             for i in range(n):
                 maps[k, i, j] = (moved.z[i] - z[i]) / widths[j]
             for i in range(m):

@@ -4,7 +4,7 @@ Innovations of a predictor with process noise are immune to slow drift, which fr
 simulation adds up to many times the sensors' noise. The gains are computed once per fit and then
 frozen, so that the innovations are an ordinary function of the parameters.
 
-Every function takes the kernel's `tick` and `sense` as its first arguments.
+Every function takes the kernel's `sense` as its first argument.
 """
 
 import numpy as np
@@ -13,7 +13,6 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.records import Data, Gains, ParametrisedModel, Start
 from hil_emulator.identify.prediction.run import (
     Sense,
-    Tick,
     begin,
     correct,
     elapse,
@@ -25,13 +24,12 @@ DISTURBANCES = 2
 
 
 def predict(
-    tick: Tick, sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
     residual: Array, track: Array,
 ) -> None:  # fmt: skip
     """Run the frozen predictor.
 
     Args:
-        tick: the kernel's integration over one sample.
         sense: the kernel's sensor chain.
         model: at the parameters in question.
         data: the experiment.
@@ -41,7 +39,7 @@ def predict(
         track: predicted signals, shape (samples, signals); overwritten, unless it is one row.
 
     """
-    run = begin(tick, model, start, data.current[0])
+    run = begin(model, start, data.current[0])
     instruments = install(model, run.signals, run.path, data.period)
     reading = instruments.reading
     current, measured, chosen = data.current, data.measured, data.chosen
@@ -61,4 +59,4 @@ def predict(
         if len(track) > 1:
             track[k] = run.signals
         correct(run, instruments, kalman[k], error)
-        elapse(tick, run, current[k], model.steps)
+        elapse(run, current[k], model.steps)

@@ -14,7 +14,6 @@ from hil_emulator.identify.prediction.records import (
 )
 from hil_emulator.identify.prediction.run import (
     Sense,
-    Tick,
     begin,
     beside,
     correct,
@@ -25,7 +24,7 @@ from hil_emulator.identify.prediction.run import (
 
 
 def run_freely(
-    tick: Tick, sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
     restarts: Restarts,
 ) -> Errors:  # fmt: skip
     """Run the frozen predictor, and beside it the free run that it restarts.
@@ -41,7 +40,7 @@ def run_freely(
         np.empty((len(measured), model.signals)),
     )  # fmt: skip
     one, free = errors.one, errors.free
-    run = begin(tick, model, start, current[0])
+    run = begin(model, start, current[0])
     instruments = install(model, run.signals, run.path, data.period)
     loose = beside(run)
     loose_instruments = install(model, loose.signals, loose.path, data.period)
@@ -61,9 +60,9 @@ def run_freely(
             follow(loose, run)
             loose_instruments.trace[:] = instruments.trace
             loose_instruments.history[:] = instruments.history
-        elapse(tick, run, current[k], model.steps)
+        elapse(run, current[k], model.steps)
         if k >= first:
-            elapse(tick, loose, current[k], model.steps)
+            elapse(loose, current[k], model.steps)
     return errors
 
 

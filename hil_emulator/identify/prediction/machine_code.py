@@ -47,11 +47,12 @@ from hil_emulator.identify.prediction.records import (
     Tuning,
     Unknowns,
 )
+from hil_emulator.identify.prediction.ticks import Ticks
 from hil_emulator.model.compile_once import entry
 from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
-_MODEL = ("tick", "rate", "sense")
+_MODEL = ("rate", "sense")
 """The model's functions that a loop may take."""
 
 _INNER: tuple[Callable[..., object], ...] = (
@@ -98,6 +99,7 @@ class Loops:
         carry: see `free_loops.carry`.
         smooth: see `smoothing.smooth`.
         sweep: see `quasi_static.sweep`.
+        ticks: the model's integrations, of which each run takes one.
 
     """
 
@@ -112,6 +114,7 @@ class Loops:
     carry: Callable[[Gains, Jacobians, Array, Array, Array, Restarts, Array, Array], None]
     smooth: Callable[[Gains, Jacobians, Entries, Array, Array, float, float, Array], None]
     sweep: Callable[[ParametrisedModel, Sweep, Array, Unknowns, Index], tuple[Array, Array]]
+    ticks: Ticks
 
 
 class _Binding(ast.NodeTransformer):
@@ -155,7 +158,8 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
         entry=entry(file, error_model="numpy", nogil=True),
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
-    return Loops(**{loop.__name__: getattr(module, loop.__name__) for loop in _LOOPS})
+    made = {loop.__name__: getattr(module, loop.__name__) for loop in _LOOPS}
+    return Loops(**made, ticks=Ticks(kernel, cache))
 
 
 def _bound(loop: Callable[..., object]) -> str:

@@ -92,7 +92,7 @@ class Observer:
         )  # fmt: skip
         tuned = tuning(self.model, par, active_names, state[active], experiment)
         gains, jacobians = self.model.loops.linearise(
-            self.at(par, chan, data), data, start, tuned, noise**2
+            self.at(par, chan, data, len(z) + 1), data, start, tuned, noise**2
         )
         return Frozen(
             experiment, self.channels, data, start, gains, jacobians, noise, tuned.diffusion, par,
@@ -102,18 +102,23 @@ class Observer:
     def probed(self, frozen: Frozen) -> Entries:
         """Return what each probe adds to the next z and reading, see `probing.probe`."""
         if frozen.probed is None:
-            model = self.at(frozen.par, frozen.chan, frozen.data)
+            model = self.at(frozen.par, frozen.chan, frozen.data, 0)
             frozen.probed = self.model.loops.probe(
                 model, frozen.data, frozen.start, frozen.gains, self.model.probes,
                 self.model.probe_sizes,
             )  # fmt: skip
         return frozen.probed
 
-    def at(self, par: Array, chan: Array, data: Data) -> ParametrisedModel:
-        """Return the model at given parameters, with integration steps that are stable there."""
+    def at(self, par: Array, chan: Array, data: Data, runs: int = 1) -> ParametrisedModel:
+        """Return the model at given parameters, with integration steps that are stable there.
+
+        It serves for so many runs along the data at these parameters; for none at others as well.
+        """
         period = data.period / data.current.shape[1]
         steps = max(1, int(np.ceil(period / self.step(par) - 1e-9)))
-        return self.model.at(par, chan, period / steps, steps)
+        ticks = self.model.loops.ticks
+        tick = ticks.at(par, runs * steps * data.current.size) if runs else ticks.whole
+        return self.model.at(par, chan, period / steps, steps, tick)
 
     def innovations(
         self, frozen: Frozen, par: Array, chan: Array, track: bool = False

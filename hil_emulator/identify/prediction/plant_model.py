@@ -13,7 +13,7 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.identify.measured.experiment import SPANS, Array
 from hil_emulator.identify.prediction.machine_code import bind
 from hil_emulator.identify.prediction.probes import DRIFT, PROBES
-from hil_emulator.identify.prediction.records import ParametrisedModel
+from hil_emulator.identify.prediction.records import ParametrisedModel, Tick
 from hil_emulator.identify.prediction.remembered import remembered_positions
 from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.model import kernel, quantities
@@ -207,12 +207,14 @@ class PlantModel:
             (chan if sensor else par)[i] = coordinate.value(float(value))
         return par, chan
 
-    def at(self, par: Array, chan: Array, step: float = 0.0, steps: int = 0) -> ParametrisedModel:
+    def at(
+        self, par: Array, chan: Array, step: float = 0.0, steps: int = 0, tick: Tick | None = None
+    ) -> ParametrisedModel:
         """Return the model at given parameters for the loops, which make `steps` per sample [s]."""
         recorded = [places for knob, places in self._histories if chan[knob] != 0.0]
         return ParametrisedModel(
-            par, chan, self.drift, self.supply, self.bend, self.position, self.sources,
-            self.remembered, self._traced,
+            tick or self.loops.ticks.whole, par, chan, self.drift, self.supply, self.bend,
+            self.position, self.sources, self.remembered, self._traced,
             np.concatenate(recorded) if recorded else np.zeros(0, np.int64),
             len(self.signal_names), step, steps,
         )  # fmt: skip

@@ -13,7 +13,6 @@ from hil_emulator.identify.prediction.records import (
 )
 from hil_emulator.identify.prediction.run import (
     Sense,
-    Tick,
     begin,
     beside,
     correct,
@@ -24,7 +23,7 @@ from hil_emulator.identify.prediction.run import (
 
 
 def probe(
-    tick: Tick, sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
     probes: Index, sizes: Array,
 ) -> Entries:  # fmt: skip
     """Run the frozen predictor and derive each of its steps by the probes.
@@ -37,7 +36,7 @@ def probe(
     current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
     count, n, m = len(current), len(start.z), len(chosen)
     entries = Entries(np.zeros((count, n, len(probes))), np.zeros((count, m, len(probes))))
-    run = begin(tick, model, start, current[0])
+    run = begin(model, start, current[0])
     instruments = install(model, run.signals, run.path, data.period)
     corrected, moved = beside(run), beside(run)
     z, par = run.z, run.par
@@ -50,12 +49,12 @@ def probe(
                 error[i] = 0.0
         correct(run, instruments, gains.kalman[k], error)
         follow(corrected, run)
-        elapse(tick, run, current[k], model.steps)
+        elapse(run, current[k], model.steps)
         for j in range(len(probes)):
             follow(moved, corrected)
             # both runs have the same parameters
             par[probes[j]] += sizes[j]
-            elapse(tick, moved, current[k], model.steps)
+            elapse(moved, current[k], model.steps)
             par[probes[j]] -= sizes[j]
             for i in range(n):
                 entries.drives[k, i, j] = (moved.z[i] - z[i]) / sizes[j]

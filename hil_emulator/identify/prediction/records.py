@@ -4,15 +4,20 @@ Numba passes a named tuple as cheaply as its fields. It has to be a class of a m
 that is kept for the next start finds it again by that name.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from hil_emulator.identify.measured.experiment import Array, Index, Mask
+
+Tick = Callable[[Array, Array, Array, Array, Array, Array, float, int], bool]
+"""The model's integration over one sample, see `Kernel.tick`."""
 
 
 class ParametrisedModel(NamedTuple):
     """The model at one set of parameters.
 
     Attributes:
+        tick: its integration, compiled for what acts there, see `ticks`.
         par: the plant's parameters.
         chan: the transducers' parameters.
         drift: index of the null's drift in `par`.
@@ -29,6 +34,7 @@ class ParametrisedModel(NamedTuple):
 
     """
 
+    tick: Tick
     par: Array
     chan: Array
     drift: int

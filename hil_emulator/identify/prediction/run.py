@@ -6,15 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
-from hil_emulator.identify.prediction.records import ParametrisedModel, Start
+from hil_emulator.identify.prediction.records import ParametrisedModel, Start, Tick
 from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.quantities import INPUTS
 
 INPUT_COUNT = len(INPUTS)
 """Inputs of the model; the first is the valve current."""
-
-Tick = Callable[[Array, Array, Array, Array, Array, Array, float, int], None]
-"""The kernel's integration over one sample, see `Kernel.tick`."""
 
 Rate = Callable[[Array, Array, Array, Array, Array], None]
 """The kernel's derivative of the state, see `Kernel.rate`."""
@@ -27,6 +24,7 @@ class Run(NamedTuple):
     """A run of the model: what moves in it, and what it needs for its next step.
 
     Attributes:
+        tick: its integration.
         z: augmented state, see `records.Start`.
         memory: the state vector, on which the integrator works.
         past: what the set point remembers.
@@ -48,6 +46,7 @@ class Run(NamedTuple):
 
     """
 
+    tick: Tick
     z: Array
     memory: Array
     past: Array
@@ -95,7 +94,7 @@ class Instruments(NamedTuple):
     overrange: Index
 
 
-def begin(tick: Tick, model: ParametrisedModel, start: Start, currents: Array) -> Run:
+def begin(model: ParametrisedModel, start: Start, currents: Array) -> Run:
     """Return a run at its start; the first of a period's currents acts until the first sample."""
     past = np.full(model.remembered[0], np.nan)
     bend = position = -1
@@ -105,13 +104,13 @@ def begin(tick: Tick, model: ParametrisedModel, start: Start, currents: Array) -
         if start.active[i] == model.position:
             position = i
     run = Run(
-        start.z.copy(), start.state.copy(), past, np.zeros(model.signals),
+        model.tick, start.z.copy(), start.state.copy(), past, np.zeros(model.signals),
         np.zeros((len(currents) * model.steps, len(model.sources))), model.par.copy(),
         np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, bend,
         position, model.traced, model.recorded, model.par[model.supply], start.decay[0],
         start.decay[1], model.step,
     )  # fmt: skip
-    advance(tick, run, run.path, currents[0], 0)
+    advance(run, run.path, currents[0], 0)
     # what it measures has been at rest
     for i in range(len(model.sources)):
         run.path[:, i] = run.signals[model.sources[i]]
@@ -121,9 +120,10 @@ def begin(tick: Tick, model: ParametrisedModel, start: Start, currents: Array) -
 def beside(run: Run) -> Run:
     """Return a second run at the same state, with the same parameters."""
     return Run(
-        run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(), run.path.copy(),
-        run.par, run.inputs, run.active, run.drift, run.supply, run.bend, run.position,
-        run.traced, run.recorded, run.nominal, run.null_decay, run.supply_decay, run.step,
+        run.tick, run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(),
+        run.path.copy(), run.par, run.inputs, run.active, run.drift, run.supply, run.bend,
+        run.position, run.traced, run.recorded, run.nominal, run.null_decay, run.supply_decay,
+        run.step,
     )  # fmt: skip
 
 
@@ -138,7 +138,7 @@ def follow(run: Run, other: Run) -> None:
         past[i] = other.past[i]
 
 
-def advance(tick: Tick, run: Run, path: Array, current: float, steps: int) -> None:
+def advance(run: Run, path: Array, current: float, steps: int) -> None:
     """Map z over some integration steps; memory and signals then belong to the new state.
 
     The rows of `path` are what the sensors' elements meet after each step. No step at all puts z
@@ -156,15 +156,15 @@ def advance(tick: Tick, run: Run, path: Array, current: float, steps: int) -> No
     inputs[0] = current
     par[run.drift] = z[n]
     par[run.supply] = run.nominal + z[n + 1]
-    tick(memory, run.past, par, inputs, run.signals, path, run.step, steps)
+    run.tick(memory, run.past, par, inputs, run.signals, path, run.step, steps)
     for i in range(n):
         z[i] = memory[active[i]]
 
 
-def elapse(tick: Tick, run: Run, currents: Array, steps: int) -> None:
+def elapse(run: Run, currents: Array, steps: int) -> None:
     """Let a sample period pass, in which the current takes some values one after the other."""
     for i in range(len(currents)):
-        advance(tick, run, run.path[i * steps : (i + 1) * steps], currents[i], steps)
+        advance(run, run.path[i * steps : (i + 1) * steps], currents[i], steps)
 
 
 def install(model: ParametrisedModel, signals: Array, path: Array, period: float) -> Instruments:

@@ -17,7 +17,6 @@ from hil_emulator.identify.prediction.records import (
 )
 from hil_emulator.identify.prediction.run import (
     Sense,
-    Tick,
     begin,
     correct,
     elapse,
@@ -27,7 +26,7 @@ from hil_emulator.identify.prediction.run import (
 
 
 def watch(
-    tick: Tick, sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
     watched: Index,
 ) -> Seen:  # fmt: skip
     """Run the frozen predictor, and keep what its sensors look at.
@@ -38,7 +37,7 @@ def watch(
     """
     current, measured, chosen = data.current, data.measured, data.chosen
     count, m = len(current), len(chosen)
-    run = begin(tick, model, start, current[0])
+    run = begin(model, start, current[0])
     instruments = install(model, run.signals, run.path, data.period)
     z, signals, path = run.z, run.signals, run.path
     seen = Seen(
@@ -60,7 +59,7 @@ def watch(
         before = z[run.position]
         correct(run, instruments, gains.kalman[k], error)
         seen.farther[k] = z[run.position] - before
-        elapse(tick, run, current[k], model.steps)
+        elapse(run, current[k], model.steps)
     return seen
 
 

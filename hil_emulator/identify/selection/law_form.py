@@ -33,8 +33,9 @@ def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
     """Return, by term, the effect whose law lives there.
 
     In the balance of a law, a term over what the law looks at is a shape of it; any other term, if
-    it reproduces the greater part of what the effect does. A term over time is of an effect of its balance only: it is no shape of a law elsewhere, however
-    much it resembles what friction does to a sensor with a free zero.
+    it reproduces the greater part of what the effect does. A term over time is of an effect of its
+    balance only: it is no shape of a law elsewhere, however much it resembles what friction does to
+    a sensor with a free zero.
 
     Args:
         fit: with the effects in it.

@@ -1,0 +1,132 @@
+"""The model's integration, compiled once more for the effects that act in most predictions.
+
+Code that knows the whole catalogue asks of every effect whether it is on, at every stage of a step,
+and computes nothing two at a time across such a question: its steps take twice as long as those of
+code that knows only what acts. Both compute the same to the last bit, on the same memory.
+"""
+
+import hashlib
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from numba.core import types
+from numba.experimental import function_type
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.probes import DRIFT
+from hil_emulator.identify.prediction.records import Tick
+from hil_emulator.model.kernel import Kernel, build, sources_digest
+from hil_emulator.model.stages import SAMPLED
+
+WORTH_COMPILING = 10_000_000
+"""Integration steps with the same effects after which code of their own is worth its making."""
+
+_types: Any = types
+_functions: Any = function_type
+"""Numba tells no types of what makes types, and of addresses of functions."""
+
+_VECTOR = _types.Array(types.float64, 1, "C")
+_SIGNATURE = _types.boolean(
+    *[_VECTOR] * 5, _types.Array(types.float64, 2, "C"), types.float64, types.int64
+)
+
+
+class CompiledTick(_types.WrapperAddressProtocol):  # type: ignore[misc]
+    """A kernel's `tick` as a value: what takes it is compiled once for all kernels.
+
+    Args:
+        compiled: the kernel's function.
+
+    """
+
+    def __init__(self, compiled: Any) -> None:
+        self._compiled = compiled
+        self._compiled.compile(_SIGNATURE.args)
+        self._address = _functions._get_wrapper_address(compiled, _SIGNATURE)
+
+    def __call__(self, *arguments: Any) -> bool:
+        """Integrate."""
+        return bool(self._compiled(*arguments))
+
+    def __wrapper_address__(self) -> int:
+        """Return where the machine code is."""
+        return int(self._address)
+
+    def signature(self) -> Any:
+        """Return what it takes and gives."""
+        return _SIGNATURE
+
+
+class Ticks:
+    """The integrations of one model.
+
+    Args:
+        whole: the kernel that knows every effect.
+        cache: folder for machine code; None compiles for this process alone.
+
+    """
+
+    def __init__(self, whole: Kernel, cache: Path | None) -> None:
+        self._kernel, self._cache = whole, cache
+        self.whole: Tick = CompiledTick(whole.tick)
+        at = {name: i for i, name in enumerate(whole.parameters.names or ())}
+        self._knobs = [(e, at[e.field_of(e.knob)]) for e in whole.effects
+                       if e.stage not in SAMPLED]  # fmt: skip
+        self._made: dict[frozenset[str], Tick | None] = dict.fromkeys(self._kept())
+        self._used: Counter[frozenset[str]] = Counter()
+        self._making = Lock()
+
+    def at(self, par: Array, steps: int) -> Tick:
+        """Return the integration at some parameters, for so many steps.
+
+        Of those that know what acts there, it is the one that knows the least.
+        """
+        acting = frozenset(e.name for e, i in self._knobs if par[i] != e.off or e is DRIFT)
+        able = [known for known in list(self._made) if acting <= known]
+        if not able:
+            self._used[acting] += steps
+            if self._used[acting] < WORTH_COMPILING:
+                return self.whole
+            able = [acting]
+        return self._tick(min(able, key=len))
+
+    def _tick(self, known: frozenset[str]) -> Tick:
+        """Return an integration that knows some effects; that of all while another one is made."""
+        made = self._made.get(known)
+        if made is None and self._making.acquire(blocking=False):
+            try:
+                made = self._made[known] = self._compiled(known)
+            finally:
+                self._making.release()
+        return made or self.whole
+
+    def _compiled(self, known: frozenset[str]) -> Tick:
+        whole, acting = self._kernel, [e for e in self._kernel.effects if e.name in known]
+        own = build(whole.effects, self._cache, constants=dict(whole.constants), acting=acting)
+        tick = CompiledTick(own.tick)
+        if folder := self._folder():
+            names = " ".join(sorted(known))
+            with suppress(OSError):
+                file = folder / f"{hashlib.sha256(names.encode()).hexdigest()[:16]}.acting"
+                file.write_text(names)
+        return tick
+
+    def _kept(self) -> Iterator[frozenset[str]]:
+        """Yield the effects of which there is code in the cache."""
+        if folder := self._folder():
+            for file in folder.glob("*.acting"):
+                yield frozenset(file.read_text().split())
+
+    def _folder(self) -> Path | None:
+        """Return the folder that tells what was compiled for this model."""
+        if self._cache is None:
+            return None
+        own = hashlib.sha256(self._kernel.source.encode()).hexdigest()[:8]
+        folder = self._cache / sources_digest(self._kernel.effects) / f"acting_{own}"
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+        return folder

@@ -1,0 +1,64 @@
+"""Integrations that know only the effects which act."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction import ticks
+from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.records import Tick
+from hil_emulator.identify.prediction.run import INPUT_COUNT
+from hil_emulator.identify.prediction.ticks import Ticks
+from hil_emulator.model.sensors import CHANNELS
+from tests.identify.rig_data import CACHE, knee
+
+STEP = 2.5e-4
+STEPS = 4
+
+
+@pytest.fixture(scope="module")
+def model() -> PlantModel:
+    """Return the reference machine."""
+    return PlantModel(knee(), CACHE)
+
+
+def course(model: PlantModel, tick: Tick) -> Array:
+    """Return states and signals along a run in which the rod moves to and fro."""
+    state = model.start(model.par, STEP, None)
+    past, inputs = np.full(model.remembered[0], np.nan), np.zeros(INPUT_COUNT)
+    signals, path = np.zeros(len(model.signal_names)), np.zeros((STEPS, len(CHANNELS)))
+    rows = []
+    for k in range(300):
+        inputs[0] = 8e-3 if k % 100 < 50 else -8e-3
+        tick(state, past, model.par, inputs, signals, path, STEP, STEPS)
+        rows.append(np.concatenate([state, signals, path.ravel()]))
+    return np.array(rows)
+
+
+def test_code_for_what_acts_computes_the_same(
+    model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Code that knows no other effect computes the same to the last bit, and is found again."""
+    kept = Ticks(model.kernel, tmp_path)
+    with monkeypatch.context() as patched:
+        patched.setattr(ticks, "WORTH_COMPILING", 1)
+        own = kept.at(model.par, 1)
+    assert own is not kept.whole
+    np.testing.assert_array_equal(course(model, own), course(model, kept.whole))
+    again = Ticks(model.kernel, tmp_path)
+    assert again.at(model.par, 1) is not again.whole
+
+
+def test_an_effect_that_acts_is_known(
+    model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Code without an effect never takes a step in which the effect is on."""
+    kept = Ticks(model.kernel, tmp_path)
+    leak = next(e for e in model.effects if e.name == "external_leakage")
+    leaking, _ = model.memory([model.knob(leak, "", np.inf)], [1.0])
+    with monkeypatch.context() as patched:
+        patched.setattr(ticks, "WORTH_COMPILING", 1)
+        kept.at(model.par, 1)
+    assert kept.at(leaking, 1) is kept.whole
