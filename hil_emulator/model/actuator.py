@@ -18,6 +18,7 @@ import math
 from typing import Any
 
 from hil_emulator.model.constants import ATMOSPHERE, DISCHARGE, LEAST_OPENING
+from hil_emulator.model.gas import GAS, follow_gas, hold_gas
 from hil_emulator.model.mechanics import MECHANICS, move_rod
 from hil_emulator.model.ports import PORTS, deliver, fill_lines, port_pressures
 from hil_emulator.model.quantities import HELD, INPUTS, PARAMS, SIGNALS, STATES
@@ -40,7 +41,6 @@ from hil_emulator.model.stages import (
     edge_sb,
     edge_sb_acts,
     full_flow,
-    gas_expansion,
     gas_pressure,
     heat,
     line_flow,
@@ -95,10 +95,9 @@ def hold(x: Any, par: Any, inputs: Any, held: Any) -> None:
     held.viscosity = viscosity(par, held, held, 1.0, held.temperature)
     held.gas_pressure = gas_pressure(par, held, held)
     held.per_gas_pressure = 1.0 / held.gas_pressure if held.gas_pressure > 0.0 else 0.0
-    held.start_pressure_a = chamber_pressure(x.pressure_a, held.gas_pressure)
-    held.start_pressure_b = chamber_pressure(x.pressure_b, held.gas_pressure)
-    held.gas_expansion_a = gas_expansion(par, x, held, held.start_pressure_a)
-    held.gas_expansion_b = gas_expansion(par, x, held, held.start_pressure_b)
+    p_a = chamber_pressure(x.pressure_a, held.gas_pressure)
+    p_b = chamber_pressure(x.pressure_b, held.gas_pressure)
+    hold_gas(x, par, held, p_a, p_b)
     held.transition = transition(par, held.viscosity)
 
 
@@ -167,15 +166,17 @@ def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
     q ~ u² dp, below a Reynolds number. At |dp| = 10 (T/u)² it is 0.25 % low. It is laminar below
     the width w in any case: fully open, a sharp edge of the reference machine is so below 0.02 bar
     alone, and a chamber stalled behind it would ask for steps of 4 us, as they shrink with the
-    root of it. Written with u² above and below, it has no quotient but the last; it is computed for
-    a shut edge, too, so that two take the time of one.
+    root of it. Written with u² above and below, it has one quotient, which waits for one root only;
+    it is computed for a shut edge, too, so that two take the time of one.
     """
     width = par.valve_laminar_width
     laminar = held.transition * held.transition
     least = max(opening, LEAST_OPENING)
     square = least * least
-    bent = square * square * (drop * drop + width * width) + laminar * laminar
-    flow: float = par.valve_gain * square * drop / math.sqrt(math.sqrt(bent))
+    fourth = square * square
+    bent = fourth * drop * drop + (fourth * (width * width) + laminar * laminar)
+    root = math.sqrt(bent)
+    flow: float = par.valve_gain * square * drop / root * math.sqrt(root)
     return flow if opening >= LEAST_OPENING else 0.0
 
 
@@ -249,16 +250,16 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     q_eb = outward_leakage(par, x, dx, y.pressure_b, held.viscosity)
     q_ca = cushion_flow_a(par, x, dx, left_a, held.viscosity)
     q_cb = cushion_flow_b(par, x, dx, left_b, held.viscosity)
+    change_a, expansion_a, change_b, expansion_b = follow_gas(par, held, p_a, p_b)
     beta_a = oil(
-        par, x, dx, par.oil_bulk_modulus, p_a, v_a, held.temperature,
-        held.start_pressure_a, held.gas_expansion_a,
-    )  # fmt: skip
+        par, x, dx, par.oil_bulk_modulus, p_a, v_a, held.temperature, change_a, expansion_a
+    )
     beta_b = oil(
-        par, x, dx, par.oil_bulk_modulus, p_b, v_b, held.temperature,
-        held.start_pressure_b, held.gas_expansion_b,
-    )  # fmt: skip
-    into_a = y.flow_a - q_ab - q_ea - area_a * x.velocity - q_r - q_ta + q_ca
-    into_b = q_ab - y.flow_b - q_eb + area_b * x.velocity + q_r - q_tb + q_cb
+        par, x, dx, par.oil_bulk_modulus, p_b, v_b, held.temperature, change_b, expansion_b
+    )
+    # what is known last is added last, here and below
+    into_a = y.flow_a - (q_ab + q_ea + area_a * x.velocity + q_r + q_ta - q_ca)
+    into_b = q_ab - q_eb + area_b * x.velocity + q_r - q_tb + q_cb - y.flow_b
     y.pressure_rate_a = beta_a * (v_b * per_volumes) * into_a
     y.pressure_rate_b = beta_b * (v_a * per_volumes) * into_b
     cushion_rates(
@@ -268,8 +269,10 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     y.cushion_pressure_a = cushion_a(par, x, dx, y.pressure_a)
     y.cushion_pressure_b = cushion_b(par, x, dx, y.pressure_b)
     per_gas = held.per_gas_pressure
-    dx.pressure_a = y.pressure_rate_a * gas_factor(p_a, x.pressure_a, per_gas)
-    dx.pressure_b = y.pressure_rate_b * gas_factor(p_b, x.pressure_b, per_gas)
+    gained_a = gas_factor(p_a, x.pressure_a, per_gas)
+    gained_b = gas_factor(p_b, x.pressure_b, per_gas)
+    dx.pressure_a = beta_a * (v_b * per_volumes) * gained_a * into_a
+    dx.pressure_b = beta_b * (v_a * per_volumes) * gained_b * into_b
     y.leakage_flow = q_ab
     y.cross_relief_flow = q_r
     y.port_relief_flow = q_ta + q_tb
@@ -340,7 +343,7 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 
 BALANCES = (
-    transition, chamber_pressure, hold, gas_factor, ports, *PORTS, move_spool,
+    transition, chamber_pressure, *GAS, hold, gas_factor, ports, *PORTS, move_spool,
     edge_flow, open_edges, meter, fill_chambers, *MECHANICS, move, feed, account,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

@@ -21,8 +21,8 @@ import math
 from typing import Any
 
 from hil_emulator.model.constants import (
-    ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, GRAVITY, LEAST_OPENING, LIGHTEST_ROD, PIECES,
-    SLIDING_BEND, VELOCITY_DOUBT,
+    ACTUATORS, ATMOSPHERE, DISCHARGE, FASTEST_SLIP, GAS_REACH, GAS_STRIDE, GRAVITY,
+    LEAST_GAS_PRESSURE, LEAST_OPENING, LIGHTEST_ROD, PIECES, SLIDING_BEND, VELOCITY_DOUBT,
 )
 from hil_emulator.model.digits import COUNT, NOT_FINITE, WORD_LENGTH
 from hil_emulator.model.integrator import Work

@@ -17,6 +17,16 @@ LEAST_OPENING = 1e-10
 """Opening below which a metering edge is shut [A]: a hundred millionth of a usual valve's range,
 whose fourth power single precision still holds."""
 
+GAS_REACH = 0.18
+"""Change of a pressure, over it, up to which the expansion of gas is followed in one go."""
+
+GAS_STRIDE = 1.4
+"""Ratio of pressures in whose powers it is followed further: one more, or one less, leads from
+beyond the reach to within it."""
+
+LEAST_GAS_PRESSURE = 1e-9
+"""Pressure that keeps logarithms finite [Pa] (assumed); p > 0 wherever there is air."""
+
 LIGHTEST_ROD = 0.1
 """Smallest mass ahead of an elastic load cell [kg] (assumed): without any it has no dynamics."""
 

@@ -132,8 +132,11 @@ HELD = (
     Quantity("per_gas_pressure", "1/Pa", "one over that; 0 without gas"),
     Quantity("start_pressure_a", "Pa", "pressure of chamber a at the beginning of the call"),
     Quantity("start_pressure_b", "Pa", "the same of chamber b"),
+    Quantity("per_start_pressure_a", "1/Pa", "one over it"),
+    Quantity("per_start_pressure_b", "1/Pa", "the same of chamber b"),
     Quantity("gas_expansion_a", "1", "volume of gas over that at 1 atm, at this pressure"),
     Quantity("gas_expansion_b", "1", "the same of chamber b"),
+    Quantity("gas_stride", "1", "factor on it where the pressure is higher by a stride"),
     Quantity("transition", "A*Pa^0.5", "opening times root of drop where an edge turns turbulent"),
 )
 """What stays constant during a call of the integrator."""

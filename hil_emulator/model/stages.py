@@ -35,6 +35,7 @@ gas_expansion = Stage(
     "gas_expansion", "oil", ("pressure",), "volume of a chamber's gas over that at 1 atm", "1",
     "sum", repeated=True, balances=FLOWS,
 )  # fmt: skip
+gas_expansion_acts = Acts(gas_expansion)
 
 # supply and tank
 supply = Stage(
@@ -184,7 +185,7 @@ vapour = Stage(
 )  # fmt: skip
 oil = Stage(
     "oil", "oil",
-    ("bulk_modulus", "pressure", "volume", "temperature", "start", "expansion"),
+    ("bulk_modulus", "pressure", "volume", "temperature", "change", "expansion"),
     "effective bulk modulus in a chamber", "Pa", "chain", repeated=True, balances=FLOWS,
 )  # fmt: skip
 heat = Stage(
@@ -313,6 +314,6 @@ CONTINUOUS = (
 TICKED = (set_point,)
 SAMPLED = (element, transducer)
 ACTS = (
-    source_acts, dry_friction_acts, holding_acts, coupling_acts, element_acts, edge_sa_acts,
-    edge_at_acts, edge_sb_acts, edge_bt_acts,
+    gas_expansion_acts, source_acts, dry_friction_acts, holding_acts, coupling_acts, element_acts,
+    edge_sa_acts, edge_at_acts, edge_sb_acts, edge_bt_acts,
 )  # fmt: skip

@@ -4,7 +4,7 @@ import math
 
 from numba.extending import register_jitable
 
-from hil_emulator.model.constants import ATMOSPHERE, REFERENCE_TEMPERATURE
+from hil_emulator.model.constants import ATMOSPHERE, LEAST_GAS_PRESSURE, REFERENCE_TEMPERATURE
 from hil_emulator.model.declare import Param, effect
 from hil_emulator.model.stages import (
     gas_expansion,
@@ -17,15 +17,6 @@ from hil_emulator.model.stages import (
 LARGEST_GAS_PRESSURE = 1e5
 """Bound of the gas pressure [Pa] (assumed): mixtures that are soft above it are not stiff, and
 a small value keeps the chamber's state close to its pressure."""
-
-LEAST_GAS_PRESSURE = 1e-9
-"""Pressure that keeps logarithms finite [Pa] (assumed); p > 0 wherever there is air."""
-
-NEAR = 0.1
-"""(p - p_1)/(p + p_1) up to which a power is followed from p_1: a fifth more or less of p_1."""
-
-THIN = 0.1
-"""p/E up to which six terms give exp(p/E), to 2e-11."""
 
 
 @effect(
@@ -87,7 +78,6 @@ def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus:
     return min(LARGEST_GAS_PRESSURE, math.pow(balance, 1.0 / (k + 1.0)))
 
 
-@register_jitable
 def _gas_expansion(pressure: float, polytropic_exponent: float) -> float:
     """(p_0/p)^(1/k)."""
     return math.pow(ATMOSPHERE / max(pressure, LEAST_GAS_PRESSURE), 1.0 / polytropic_exponent)
@@ -108,12 +98,13 @@ def _pade(u: float, a: float) -> float:
 
 @register_jitable
 def _thinning(strain: float) -> float:
-    """Return exp(p/E)."""
-    if strain > THIN:
-        return math.exp(strain)
+    """Return exp(p/E): ten terms, exact to 1e-11 up to p = E/3."""
     square = strain * strain
-    rest = 1.0 / 24.0 + strain * (1.0 / 120.0) + square * (1.0 / 720.0)
-    return 1.0 + strain + square * (0.5 + strain * (1.0 / 6.0) + square * rest)
+    fourth = square * square
+    low = 1.0 + strain + square * (0.5 + strain * (1.0 / 6.0))
+    high = 1.0 / 24.0 + strain * (1.0 / 120.0) + square * (1.0 / 720.0 + strain * (1.0 / 5040.0))
+    high += fourth * (1.0 / 40320.0 + strain * (1.0 / 362880.0))
+    return low + fourth * high
 
 
 @effect(
@@ -140,7 +131,7 @@ def _thinning(strain: float) -> float:
     ),
 )
 def entrained_air(
-    bulk_modulus: float, pressure: float, start: float, expansion: float,
+    bulk_modulus: float, pressure: float, change: float, expansion: float,
     fraction: float, polytropic_exponent: float,
 ) -> float:  # fmt: skip
     """E' = E (1 + w) / (1 + w E / (k p)), w = r (p_0/p)^(1/k) exp(p/E).
@@ -151,14 +142,9 @@ def entrained_air(
     tangent modulus E, as the balances have it, and a polytropic gas; w is the volume of the gas
     over that of the oil. V_L (1 - p/E), the other usual form, has a modulus E - p without any air.
     E' tends to E at high pressure and to k p towards vacuum, so that a pressure cannot become
-    negative. The power is known at the pressure p_1 with which the call of the integrator began,
-    and followed from there.
+    negative. The power is known at a pressure nearby, and followed from there.
     """
     p = max(pressure, LEAST_GAS_PRESSURE)
-    change = (p - start) * (1.0 / start)
-    if abs(change) > NEAR * (2.0 + change):
-        change = 0.0
-        expansion = _gas_expansion(p, polytropic_exponent)
     power = 1.0 / polytropic_exponent
     upper, lower = _pade(change, -power), _pade(change, power)
     # w as a quotient of both, so that one division is enough

@@ -1,0 +1,69 @@
+"""How the gas in both chambers expands, without a power in every balance.
+
+A power is known at the pressures with which a call of the integrator begins; those met meanwhile
+are mostly near. What is further away is reached in strides, as calling a library would empty the
+registers in the midst of a step.
+
+Signs and the arguments of every function as in `actuator`.
+"""
+
+import math
+from typing import Any
+
+from hil_emulator.model.constants import (
+    ATMOSPHERE,
+    GAS_REACH,
+    GAS_STRIDE,
+    LEAST_GAS_PRESSURE,
+)
+from hil_emulator.model.stages import gas_expansion, gas_expansion_acts
+
+
+def hold_gas(x: Any, par: Any, held: Any, p_a: float, p_b: float) -> None:
+    """Note the pressures [Pa] with which a call of the integrator begins, and the gas there."""
+    start_a, start_b = max(LEAST_GAS_PRESSURE, p_a), max(LEAST_GAS_PRESSURE, p_b)
+    held.start_pressure_a, held.per_start_pressure_a = start_a, 1.0 / start_a
+    held.start_pressure_b, held.per_start_pressure_b = start_b, 1.0 / start_b
+    held.gas_expansion_a = gas_expansion(par, x, held, start_a)
+    held.gas_expansion_b = gas_expansion(par, x, held, start_b)
+    held.gas_stride = gas_expansion(par, x, held, GAS_STRIDE * ATMOSPHERE)
+
+
+def approach(ratio: float, expansion: float, stride: float) -> tuple[float, float]:
+    """Go from one pressure to another in strides until that is near.
+
+    Args:
+        ratio: the other pressure over the first.
+        expansion: volume of the gas at the first over that at 1 atm.
+        stride: what a pressure higher by `GAS_STRIDE` makes of it, as a factor.
+
+    Returns:
+        The change that is left, over the pressure that was reached, and the expansion there.
+
+    """
+    while 1.0 + GAS_REACH < ratio < math.inf:
+        ratio *= 1.0 / GAS_STRIDE
+        expansion *= stride
+    while 0.0 < ratio < 1.0 - GAS_REACH:
+        ratio *= GAS_STRIDE
+        expansion *= 1.0 / stride
+    return ratio - 1.0, expansion
+
+
+def follow_gas(par: Any, held: Any, p_a: float, p_b: float) -> tuple[float, float, float, float]:
+    """Return what `approach` does for the pressures [Pa] of chamber a, then of b.
+
+    Whether both are near is one question, so that both are computed in the time of one.
+    """
+    change_a = (p_a - held.start_pressure_a) * held.per_start_pressure_a
+    change_b = (p_b - held.start_pressure_b) * held.per_start_pressure_b
+    expansion_a, expansion_b = held.gas_expansion_a, held.gas_expansion_b
+    if gas_expansion_acts(par) and max(abs(change_a), abs(change_b)) > GAS_REACH:
+        ratio_a, ratio_b = p_a * held.per_start_pressure_a, p_b * held.per_start_pressure_b
+        change_a, expansion_a = approach(ratio_a, expansion_a, held.gas_stride)
+        change_b, expansion_b = approach(ratio_b, expansion_b, held.gas_stride)
+    return change_a, expansion_a, change_b, expansion_b
+
+
+GAS = (hold_gas, approach, follow_gas)
+"""What `kernel` compiles of this file, in the order of use."""
