@@ -14,6 +14,9 @@ from hil_emulator.model.stages import spool_reach
 STATE_LENGTH = 0
 """How many numbers a state holds: the module that `kernel` makes of a model has its own value."""
 
+ELEMENTS = 1
+"""How many effects are sensing elements; without any, nobody looks at what lies between samples."""
+
 
 class Work(NamedTuple):
     """What an integration works on: state records of all actuators in each.
@@ -64,7 +67,7 @@ def sum_slopes(
         bend[i] = 0.0
     for stage in range(4):
         balances(work.trial, work.slopes, par, held, y)
-        if stage == 0 and done > 0:
+        if stage == 0 and done > 0 and ELEMENTS > 0:
             observe(y, path[done - 1])
         outer = stage == 0 or stage == 3
         weight = 1.0 if outer else 2.0
@@ -119,7 +122,8 @@ def integrate(
         held: inputs and what follows from parameters, constant over the call, of each.
         y: signals of each; they belong to the states reached.
         path: what the sensors' elements meet after each step, channels of all actuators one after
-            the other, shape (steps, actuators * channels); overwritten.
+            the other, shape (steps, actuators * channels); overwritten, without elements only the
+            last of them.
         step: step width [s].
         steps: number of steps.
 

@@ -28,6 +28,7 @@ from hil_emulator.model.lent_memory import lent, lent_in_python
 from hil_emulator.model.record_view import view
 from hil_emulator.model.sensors import CHANNELS, wiring
 from hil_emulator.model.stack_records import numbers, room
+from hil_emulator.model.stages import element
 
 __all__ = ["Kernel", "Vector", "build", "keep", "named", "sources_digest", "zeros"]
 
@@ -191,6 +192,7 @@ def build(
     module.__dict__.update({name.upper(): layout for name, layout in types.items()})
     module.__dict__.update({f"{n.upper()}_LENGTH": length(layout) for n, layout in types.items()})
     module.__dict__["CHANNEL_COUNT"] = len(CHANNELS)
+    module.__dict__["ELEMENTS"] = sum(law.stage is element for e in effects for law in e.laws)
     module.__dict__["WIRING"] = wiring(types["signals"].names or ())
     exec(compile(source, str(file or "<kernel>"), "exec"), module.__dict__)
     return Kernel(

@@ -237,7 +237,10 @@ class Plant:
 
     @property
     def path(self) -> Matrix:
-        """Each channel's quantity after every step of the last tick, shape (steps, channels)."""
+        """Each channel's quantity after every step of the last tick, shape (steps, channels).
+
+        Where no effect is a sensing element only its last row is known.
+        """
         return self.supply.paths[self._place]
 
 

@@ -5,11 +5,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from reference_machine import machine
+from reference_machine import bare, machine
 from scipy.integrate import solve_ivp
 
-from hil_emulator.model.kernel import Kernel, zeros
+from hil_emulator.model.effects.cylinder import internal_leakage
+from hil_emulator.model.kernel import Kernel, build, zeros
 from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.sensors import CHANNELS
 
 PERIOD, STEPS = 1e-3, 50
 Course = Callable[[np.ndarray], np.ndarray]
@@ -122,6 +124,16 @@ def test_the_path_ends_at_the_signals(model: Kernel) -> None:
         assert plant.path.shape == (steps, 7)
         assert plant.path[-1].tolist() == [float(plant.signals[name]) for name in names]
         assert np.all(np.diff(plant.path[:, names.index("spool_position")]) > 0.0)
+
+
+def test_without_elements_the_path_still_ends_at_the_signals() -> None:
+    """Nobody asks for the rows before: a model without an element's effect leaves them out."""
+    plant = Plant(build((internal_leakage,), compiled=False), bare(), 2e-5)
+    plant.inputs.valve_current = 3e-3
+    plant.step(3)
+    assert plant.path.shape == (3, 7)
+    shown = [float(plant.signals[channel.name]) for channel in CHANNELS]
+    assert plant.path[-1].tolist() == shown
 
 
 def test_every_row_of_the_path_is_that_of_its_step(model: Kernel) -> None:
