@@ -16,6 +16,8 @@ Source: socketcand's protocol description (`doc/protocol.md` of linux-can/socket
 """
 
 import re
+from binascii import hexlify
+from collections.abc import Iterable
 
 from hil_emulator.frame import Frame
 
@@ -30,6 +32,14 @@ _COMMAND = re.compile(rb"<([^<>]{0,%d})>" % MAX_COMMAND)
 _SEND = re.compile(
     rb"\s*send\s+([0-9A-Fa-f]{1,3}|[0-9A-Fa-f]{8})\s+([0-8])((?:\s+[0-9A-Fa-f]{1,2}){0,8})\s*"
 )
+_PLAIN_SENDS = re.compile(
+    rb"< send ([0-9A-Fa-f]{1,3}|[0-9A-Fa-f]{8}) ([0-8])((?: [0-9A-Fa-f]{1,2}){0,8}) {1,2}>"
+)
+_DIGITS = "0123456789abcdefABCDEF"
+_BYTES = {(a + b).encode(): int(a + b, 16) for a in ("", *_DIGITS) for b in _DIGITS}
+"""Values by all ways of writing them."""
+
+_STANDARD_FRAME, _EXTENDED_FRAME = b"< frame %03X %b %b >", b"< frame %08X %b %b >"
 _MAX_STANDARD_ID = 0x7FF  # CAN identifiers have 11 or 29 bits (ISO 11898-1)
 _MAX_EXTENDED_ID = 0x1FFF_FFFF
 
@@ -45,9 +55,21 @@ class CommandStream:
     def __init__(self) -> None:
         self._unfinished = b""
 
+    def sends(self, chunk: bytes) -> list[Frame] | None:
+        """Return the frames of a chunk of whole `send` commands, as clients write them.
+
+        None where it is anything else: then it is for `feed`.
+        """
+        found = _PLAIN_SENDS.findall(chunk)
+        # each has one "<" and one ">": where there are no others, nothing is left over
+        if self._unfinished or not len(found) == chunk.count(b"<") == chunk.count(b">"):
+            return None
+        frames = [frame for parts in found if (frame := _frame(*parts)) is not None]
+        return frames if len(frames) == len(found) else None
+
     def feed(self, chunk: bytes) -> list[bytes]:
         """Return the commands completed by `chunk`, in order, without their brackets."""
-        stream = self._unfinished + chunk
+        stream = self._unfinished + chunk if self._unfinished else chunk
         end = stream.rfind(b">") + 1
         start = stream.rfind(b"<", end)
         unfinished = stream[start:] if start >= 0 else b""
@@ -71,9 +93,13 @@ def parse_send(command: bytes) -> Frame | None:
     match = _SEND.fullmatch(command)
     if match is None:
         return None
-    id_text, length, data_text = match.groups()
+    return _frame(*match.groups())
+
+
+def _frame(id_text: bytes, length: bytes, data_text: bytes) -> Frame | None:
+    """Return the frame that a command's parts are; None where they contradict each other."""
     can_id, extended = int(id_text, 16), len(id_text) == 8
-    data = bytes([int(byte, 16) for byte in data_text.split()])
+    data = bytes([_BYTES[digits] for digits in data_text.split()])
     remote = not data and length != b"0"
     if can_id > (_MAX_EXTENDED_ID if extended else _MAX_STANDARD_ID):
         return None
@@ -82,13 +108,18 @@ def parse_send(command: bytes) -> Frame | None:
     return Frame(can_id, data, remote, extended)
 
 
-def format_frame(frame: Frame, time: float) -> bytes:
-    """Return the line that tells a client about a data frame seen at `time` [s].
+def format_frames(frames: Iterable[Frame], time: float) -> bytes:
+    """Return the lines that tell a client about data frames seen at `time` [s].
 
     An empty frame keeps both spaces around its missing data: python-can's client needs them.
     """
-    width = 8 if frame.extended else 3
-    return b"< frame %0*X %.6f %b >" % (width, frame.can_id, time, frame.data.hex().encode())
+    stamp = b"%.6f" % time
+    return b"".join(
+        [
+            (_EXTENDED_FRAME if extended else _STANDARD_FRAME) % (can_id, stamp, hexlify(data))
+            for can_id, data, _, extended in frames
+        ]
+    )
 
 
 def format_error_frame(error_class: int, time: float) -> bytes:

@@ -84,6 +84,10 @@ class Connection:
         if not chunk:
             self.gone = True
             return []
+        if self.raw and self._silent_until is None:
+            plain = self._commands.sends(chunk)
+            if plain is not None:
+                return plain
         if self._beginning is not None and not self._begins_well(chunk):
             self.gone = True
             return []
@@ -106,6 +110,9 @@ class Connection:
         if len(self._waiting) + len(lines) > WRITE_BUFFER_BYTES:
             self.dropped += count
             return False
+        if not self._waiting and self._silent_until is None:
+            self._waiting += lines[self._taken(lines) :]
+            return True
         self._waiting += lines
         if self._silent_until is None:
             self.flush()
@@ -113,13 +120,19 @@ class Connection:
 
     def flush(self) -> None:
         """Write what waits, as much as the socket takes."""
+        del self._waiting[: self._taken(self._waiting)]
+
+    def _taken(self, lines: bytes | bytearray) -> int:
+        """Write to the socket; return how many bytes it has taken."""
         try:
-            del self._waiting[: self.socket.send(self._waiting)]
-            self._owes_acknowledgement = False
+            count = self.socket.send(lines)
         except BlockingIOError:
-            pass
+            return 0
         except OSError:
             self.gone = True
+            return 0
+        self._owes_acknowledgement = False
+        return count
 
     def speak_up(self) -> None:
         """End the pause after the handshake and write what has been held back."""

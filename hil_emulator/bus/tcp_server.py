@@ -7,13 +7,15 @@ Stock clients connect with `can.Bus(interface="socketcand", host=..., port=..., 
 """
 
 import contextlib
+import functools
 import logging
+import select
 import selectors
 import socket
 import sys
 import time
 from collections import deque
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import cast
 
 import can
@@ -21,7 +23,7 @@ from can.typechecking import CanFilters
 
 from hil_emulator.bus import socketcand
 from hil_emulator.bus.tcp_connection import Connection
-from hil_emulator.frame import Frame
+from hil_emulator.frame import EXTENDED, Frame
 
 DEFAULT_PORT = 29536  # socketcand's registered TCP port
 MAX_CLIENTS = 16  # assumed
@@ -78,6 +80,7 @@ class SocketcandServerBus(can.BusABC):
         self.channel_info = f"socketcand server for {channel} on {self.host}:{self.port}"
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
+        self._knocks = _readable(self._listener)
         self._clients: tuple[Connection, ...] = ()
         self._silent: list[Connection] = []  # those in the pause after their handshake
         self.messages: list[can.Message] = []
@@ -132,26 +135,37 @@ class SocketcandServerBus(can.BusABC):
         now = time.monotonic()
         if now >= self._look_around:
             self._look_around = now + LOOK_AROUND_S
-            self._poll(0)
-        else:
-            for client in self._clients:
-                client.acknowledge()
-                if client.wants_to_write:
-                    client.flush()
-                self._read(client)
-                if client.gone or client.wants_to_write:
-                    self._watch(client)
-        return [self._inbox.popleft() for _ in range(min(limit, len(self._inbox)))]
+            self._look_who_comes()
+        for client in self._clients:
+            client.acknowledge()
+            if client.wants_to_write:
+                client.flush()
+            self._read(client)
+            if client.gone or client.wants_to_write:
+                self._watch(client)
+        if len(self._inbox) > limit:
+            return [self._inbox.popleft() for _ in range(limit)]
+        arrived = list(self._inbox)
+        self._inbox.clear()
+        return arrived
+
+    def _look_who_comes(self) -> None:
+        """Let clients in, and those speak whose pause after the handshake is over."""
+        if self._silent:
+            self._end_pauses(None)
+        if self._knocks():
+            self._accept()
 
     def send_frames(self, frames: Collection[Frame]) -> int:
         """Send frames to all clients in one write for each; return how many some did not get."""
         carried = []
         for frame in frames:
-            if frame.remote:
-                self._warn(frame.can_id)
+            can_id, data, remote, extended = frame
+            if remote:
+                self._warn(can_id)
                 continue
-            if frame.data:
-                self._own.add(frame.identifier)
+            if data:
+                self._own.add(can_id | EXTENDED if extended else can_id)
             carried.append(frame)
         told = not carried or self._tell(carried, self._clients)
         return len(frames) - (len(carried) if told else 0)
@@ -219,7 +233,8 @@ class SocketcandServerBus(can.BusABC):
 
     def _read(self, client: Connection) -> None:
         was_raw = client.raw
-        frames = [self._as_meant(frame) for frame in client.read()]
+        # only one without data can have been another frame, or be one that is warned of
+        frames = [frame if frame.data else self._as_meant(frame) for frame in client.read()]
         if client.raw and not was_raw:
             self._silent.append(client)
         if frames:
@@ -248,8 +263,7 @@ class SocketcandServerBus(can.BusABC):
     def _tell(self, frames: list[Frame], clients: Iterable[Connection]) -> bool:
         """Send `frames` to those of `clients` that are in raw mode; False where one lost them."""
         now = time.time()
-        lines = b"".join([socketcand.format_frame(frame, now) for frame in frames])
-        return self._write(lines, len(frames), clients)
+        return self._write(socketcand.format_frames(frames, now), len(frames), clients)
 
     def _write(self, lines: bytes, count: int, clients: Iterable[Connection]) -> bool:
         """Write `count` lines to those of `clients` that are in raw mode; False where one lost."""
@@ -295,6 +309,18 @@ def _turn_away(sock: socket.socket) -> None:
     with sock:
         sock.setblocking(False)
         sock.send(socketcand.format_error(f"{MAX_CLIENTS} clients are connected already"))
+
+
+def _readable(sock: socket.socket) -> Callable[[], object]:
+    """Return what tells whether a socket has something: one call, and no exception if it has not.
+
+    A selector takes many times as long for a single socket.
+    """
+    if sys.platform == "win32":
+        return lambda: select.select([sock], [], [], 0)[0]
+    poll = select.poll()
+    poll.register(sock, select.POLLIN)
+    return functools.partial(poll.poll, 0)
 
 
 def _listen(host: str, port: int) -> socket.socket:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from wires import frame_of, message_of
 
-from hil_emulator.bus.socketcand import MAX_COMMAND, CommandStream, format_frame, parse_send
+from hil_emulator.bus.socketcand import MAX_COMMAND, CommandStream, format_frames, parse_send
 from hil_emulator.frame import Frame
 
 data_frame = {"data": st.binary(max_size=8), "remote": st.just(False)}
@@ -33,14 +33,14 @@ def test_we_read_what_the_stock_client_writes(frame: Frame) -> None:
 @given(frames, st.floats(0.0, 4e9))
 def test_the_stock_client_reads_what_we_write(frame: Frame, time: float) -> None:
     """Every frame we tell about is understood by python-can's client, the empty one included."""
-    message = convert_ascii_message_to_can_message(format_frame(frame, time).decode())
+    message = convert_ascii_message_to_can_message(format_frames([frame], time).decode())
     assert frame_of(message) == frame
     assert message.timestamp == pytest.approx(time, abs=1e-6)
 
 
 def test_a_frame_reads_as_in_the_protocol_description() -> None:
     """The documented example, byte by byte."""
-    line = format_frame(Frame(0x123, bytes.fromhex("1122334455667788")), 23.424242)
+    line = format_frames([Frame(0x123, bytes.fromhex("1122334455667788"))], 23.424242)
     assert line == b"< frame 123 23.424242 1122334455667788 >"
     assert parse_send(b" send 123 4 1a 22 3 44 ") == Frame(0x123, bytes.fromhex("1a220344"))
 
@@ -82,6 +82,36 @@ def test_segmentation_does_not_matter(stream: bytes, cuts: list[int]) -> None:
         got += pieces.feed(rest[:cut])
         rest = rest[cut:]
     assert got + pieces.feed(rest) == expected
+
+
+PIECES = [
+    "< send 80 0 >", "< send 205 4 20 A1 7 0f >", "< send 185 8  >", "< send 1 2 3 >", "<",
+    "< send 800 0 >", "< send 00000123 1 ff >", " ", "\n", "x", "< echo >", ">", "< send",
+]  # fmt: skip
+
+
+def obeyed(stream: CommandStream, chunk: bytes) -> list[Frame]:
+    """Return the frames of a chunk, command by command."""
+    return [f for f in map(parse_send, stream.feed(chunk)) if f is not None]
+
+
+@given(st.lists(st.sampled_from(PIECES), max_size=6), st.sampled_from([b"", b"<", b"< sen"]))
+def test_whole_commands_are_read_at_once_as_one_by_one(parts: list[str], before: bytes) -> None:
+    """What `sends` takes is what `feed` and `parse_send` make of it, and leaves nothing over."""
+    chunk, stream, other = "".join(parts).encode(), CommandStream(), CommandStream()
+    assert stream.feed(before) == other.feed(before) == []
+    taken = stream.sends(chunk)
+    if taken is None:
+        taken = obeyed(stream, chunk)
+    assert taken == obeyed(other, chunk)
+    assert stream._unfinished == other._unfinished
+
+
+@given(st.lists(frames, max_size=8))
+def test_what_the_stock_client_writes_is_read_at_once(several: list[Frame]) -> None:
+    """As many commands as come together, empty frames among them."""
+    lines = "".join(convert_can_message_to_ascii_message(message_of(f)) for f in several)
+    assert CommandStream().sends(lines.encode()) == several
 
 
 @given(st.lists(st.sampled_from(["<", ">", " ", "a" * 40, "send 1 0"])), st.integers(1, 7))
