@@ -10,6 +10,7 @@ from pathlib import Path
 
 from hil_emulator.bench.fleet import FleetSpeed, measure_combined, measure_fleet
 from hil_emulator.bench.fleet_on_cores import FleetOnCores, measure_on_cores
+from hil_emulator.bench.frames_digest import frames_digest
 from hil_emulator.bench.recording_cost import measure_recording
 from hil_emulator.bench.starting import StartCost, measure_start
 from hil_emulator.bench.with_client import ClientCost, measure_with_client
@@ -63,6 +64,7 @@ class Speeds:
             out to one listener on the virtual bus.
         recording_us: p50 and p99 of what a recording to a file takes of a tick, frames and row.
         lockstep_x: emulated over elapsed time of such ticks.
+        frames_sha256: digest of what the node sends in such ticks.
         lateness_us: p50, p99, p999 and max of how late ticks began under the wall clock.
         execution_us: the same of how long they took.
         overruns: ticks that began a whole period late.
@@ -84,6 +86,7 @@ class Speeds:
     tick_us: dict[str, float]
     recording_us: dict[str, float]
     lockstep_x: float
+    frames_sha256: str
     lateness_us: dict[str, float]
     execution_us: dict[str, float]
     overruns: int
@@ -116,6 +119,7 @@ def measure(
         step_shared_us = _step_us(_two_on_one_supply(config, cache)) / 2
         say("Lock-step ...")
         lockstep_x, tick = _lockstep(rig, master)
+        frames_sha256 = frames_digest(config, cache)
         say("Recording ...")
         recording_us = measure_recording(config, rig)
         say("Eight actuators ...")
@@ -138,6 +142,7 @@ def measure(
         tick_us={key: tick.execution.summary()[key] for key in ("p50", "p99")},
         recording_us=recording_us,
         lockstep_x=lockstep_x,
+        frames_sha256=frames_sha256,
         lateness_us=wall.lateness.summary(),
         execution_us=wall.execution.summary(),
         overruns=wall.overruns,

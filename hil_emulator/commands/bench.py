@@ -129,6 +129,7 @@ def _table(s: Speeds, duration: float) -> str:
         ("tick in lock-step [us]", _spread(s.tick_us)),
         ("recording to a file, of a tick [us]", _spread(s.recording_us)),
         ("lock-step over real time", f"{s.lockstep_x:.1f}"),
+        ("digest of its frames", s.frames_sha256[:16]),
         (f"tick under the wall clock, {duration:g} s [us]", _spread(s.execution_us)),
         ("lateness under the wall clock [us]", _spread(s.lateness_us)),
         ("ticks a period late or more", str(s.overruns)),

@@ -165,6 +165,7 @@ def test_bench_tells_what_the_machine_achieves() -> None:
     assert speeds["fleet"]["nodes"] == 32
     assert speeds["fleet"]["pdos_per_ms"] >= 8
     assert speeds["lockstep_x"] > 0
+    assert len(speeds["frames_sha256"]) == 64
     assert speeds["tcp_frames_per_s"] > 0
     assert speeds["start"]["memory_mb"] > 0
     assert speeds["client"]["execution_us"]["p50"] <= speeds["client"]["execution_us"]["p99"]
