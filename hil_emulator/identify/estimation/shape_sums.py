@@ -18,6 +18,9 @@ from hil_emulator.identify.prediction.regressors import Regressors
 MOST_ROWS = 300_000
 """Rows of one experiment that take part: a minute of five channels at 1 kHz shows a law's form."""
 
+TOGETHER = 24
+"""Hats that are carried through a filter at once: a processor multiplies several as fast as one."""
+
 RIDGE = 0.01
 """Part of its information by which every hat is held where all are fitted at once (assumed)."""
 
@@ -143,15 +146,29 @@ class ShapeSums:
         """Yield columns, Jacobian and residual of each experiment."""
         begin = 0
         for frozen, along in zip(batch.frozen, values, strict=True):
-            columns = np.concatenate([self._columns(frozen, along, s) for s in self.shapes])
+            columns = np.concatenate([self._columns(frozen, along, g) for g in self._groups()])
             kept = slice(begin, begin + min(columns.shape[1], MOST_ROWS))
             begin += columns.shape[1]
             yield (columns[:, :MOST_ROWS], jacobian[kept].astype(np.float64), residual[kept])
 
-    def _columns(self, frozen: object, along: Regressors, shape: FreeShape) -> Array:
-        """Return what each hat of a shape does to one experiment, shape (hats, rows)."""
-        terms = hats(along[shape.regressor], shape.knots) * shape.balance.scale
-        return self._fitter.predictor.through(frozen, shape.balance, terms).astype(np.float32)
+    def _groups(self) -> Iterator[list[FreeShape]]:
+        """Yield the shapes in their order, those of one balance together as far as hats allow."""
+        group: list[FreeShape] = []
+        for shape in self.shapes:
+            count = sum(len(s.knots) for s in (*group, shape))
+            if group and (shape.balance is not group[0].balance or count > TOGETHER):
+                yield group
+                group = []
+            group.append(shape)
+        if group:
+            yield group
+
+    def _columns(self, frozen: object, along: Regressors, group: Sequence[FreeShape]) -> Array:
+        """Return what each hat of shapes of one balance does to one experiment: (hats, rows)."""
+        balance = group[0].balance
+        terms = np.concatenate([hats(along[s.regressor], s.knots) for s in group], axis=1)
+        made = self._fitter.predictor.through(frozen, balance, terms * balance.scale)
+        return made.astype(np.float32)
 
 
 def inverse(matrix: Array, ridge: float = 0.0) -> Array:

@@ -22,8 +22,8 @@ class Frozen:
         par, chan: the parameters at which it was frozen.
         weights: one over the standard deviation of each channel's whitened innovations.
         probed: what the probes do, see `probing.probe`; None as long as nobody has asked.
-        latest: the point at which it was last predicted, and the whitened innovations there: a fit
-            often begins where the last one ended.
+        recent: the points at which it was last predicted, and the whitened innovations there: a fit
+            often begins where another one has been.
         seen: a point, what the sensors met there, and the whitened innovations: many sensors are
             asked for at one.
 
@@ -42,5 +42,5 @@ class Frozen:
     weights: Array
     probed: Entries | None = None
     # not an argument: with other data or gains, what was predicted before would not hold
-    latest: tuple[bytes, Array] | None = field(default=None, init=False)
+    recent: dict[bytes, Array] = field(default_factory=dict, init=False)
     seen: tuple[bytes, Seen, Array] | None = field(default=None, init=False)

@@ -29,6 +29,9 @@ STABLE = 2.0
 INNOVATION_CORRELATION_TIME = 0.1
 """Time over which innovations may be correlated [s] (assumed)."""
 
+RECENT = 8
+"""Points at which the innovations are kept."""
+
 BURN_IN = 0.05
 """Time that counts for nothing [s], at the start and after a jump of the current: states settle."""
 
@@ -124,16 +127,16 @@ class Observer:
         self, frozen: Frozen, par: Array, chan: Array, track: bool = False
     ) -> tuple[Array, Array]:
         """Return weighted whitened innovations, and predicted signals where wanted."""
-        data, latest, point = frozen.data, frozen.latest, par.tobytes() + chan.tobytes()
+        data, recent, point = frozen.data, frozen.recent, par.tobytes() + chan.tobytes()
         path = np.empty((len(data.measured) if track else 1, len(self.model.signal_names)))
-        if latest is not None and latest[0] == point and not track:
-            return latest[1] * frozen.weights, path
+        if point in recent and not track:
+            return recent[point] * frozen.weights, path
         residual = np.empty_like(data.measured)
         model = self.at(par, chan, data)
         self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path)
         residual[data.settling] = 0.0
         # as a whole: other threads predict as well
-        frozen.latest = point, residual
+        frozen.recent = dict([*recent.items(), (point, residual)][-RECENT:])
         return residual * frozen.weights, path
 
     def with_other_sensors(
@@ -222,15 +225,15 @@ class Observer:
         self.model.loops.propagate(
             frozen.gains, frozen.jacobians, entry, np.ascontiguousarray(inputs), outputs, columns
         )
-        for column in columns:
-            self._counted(frozen, column)
-        return columns
+        return self._counted(frozen, columns)
 
-    def _counted(self, frozen: Frozen, column: Array) -> Array:
-        """Return a column without what counts for nothing, in its place."""
-        column[~np.isfinite(frozen.data.measured)] = 0.0
-        column[frozen.data.settling] = 0.0
-        return column
+    def _counted(self, frozen: Frozen, columns: Array) -> Array:
+        """Return columns, shape (..., samples, channels), without what counts for nothing."""
+        columns[..., frozen.data.settling, :] = 0.0
+        missing = ~np.isfinite(frozen.data.measured)
+        if missing.any():
+            columns[..., missing] = 0.0
+        return columns
 
     def weigh(self, frozen: Frozen, par: Array, chan: Array) -> None:
         """Give each channel's innovations a standard deviation of one where nothing is missing.
