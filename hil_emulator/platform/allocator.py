@@ -6,16 +6,17 @@ import sys
 _M_MMAP_THRESHOLD = -3
 """Parameter of glibc's `mallopt` (malloc.h)."""
 
-_LARGE = 1 << 18
-"""Size from which an array gets pages of its own [B] (assumed)."""
+_LARGE = 1 << 20
+"""Size from which an array gets pages of its own [B] (assumed): those of a few seconds of a
+recording, of which a search makes most, would wait for fresh pages each time."""
 
 
 def map_large_arrays() -> None:
     """Let every large array of this process have pages of its own.
 
     glibc raises the size from which it does so up to 32 MB as such arrays are freed; arrays of
-    some hundred kilobytes or more, of which a search makes thousands, then leave holes that
-    nothing else fills. Does nothing where there is no glibc.
+    a megabyte or more, of which a search makes thousands, then leave holes that nothing else
+    fills. Does nothing where there is no glibc.
     """
     if sys.platform.startswith("linux"):
         mallopt = getattr(ctypes.CDLL(None), "mallopt", None)

@@ -21,6 +21,9 @@ MOST_ROWS = 300_000
 TOGETHER = 24
 """Hats that are carried through a filter at once: a processor multiplies several as fast as one."""
 
+ROWS_AT_ONCE = 4096
+"""Rows of the hats' columns that are of double precision at once."""
+
 RIDGE = 0.01
 """Part of its information by which every hat is held where all are fitted at once (assumed)."""
 
@@ -64,8 +67,11 @@ class Sums:
 
         """
         self.shapes += columns @ columns.T
-        self.mixed += columns @ jacobian
-        self.onto += columns @ residual
+        for first in range(0, len(residual), ROWS_AT_ONCE):
+            rows = slice(first, first + ROWS_AT_ONCE)
+            some = columns[:, rows].astype(np.float64)
+            self.mixed += some @ jacobian[rows]
+            self.onto += some @ residual[rows]
         self.normal += jacobian.T @ jacobian
         self.slope += jacobian.T @ residual
         self.power += float(residual @ residual)
@@ -117,7 +123,10 @@ class ShapeSums:
         for columns, jacobian, residual in self._rows(
             self._fitter.batch, self._values, fit.residual, fit.jacobian
         ):
-            left = residual + columns.T @ terms - jacobian @ (across.T @ terms)
+            left = residual - jacobian @ (across.T @ terms)
+            for first in range(0, len(left), ROWS_AT_ONCE):
+                rows = slice(first, first + ROWS_AT_ONCE)
+                left[rows] += terms @ columns[:, rows].astype(np.float64)
             starts = np.arange(0, len(left), length)
             for hat, column in enumerate(columns):
                 along = column - jacobian @ across[hat]
