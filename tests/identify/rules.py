@@ -133,7 +133,7 @@ EFFORT = (
     "refits.ITERATIONS_AT_ONCE", "refits.MOST_CONTINUATIONS",
     "refits.WORTHWHILE_PART", "refits.PROMISING", "refits.LITTLE_PART",
     "starts.WORTHLESS", "starts.SECANTS", "starts.MOST_SOUNDED",
-    "free_terms.ROWS_AT_ONCE", "scan.NOTHING", "discrepancies.MOST_DISCREPANCIES",
+    "scan.NOTHING", "discrepancies.MOST_DISCREPANCIES",
     "progress.MOST_SHOWN", "rivals.RIVAL_ITERATIONS", "law_between.SHARED_ITERATIONS",
     "scan.MOST_PAIRS", "scan.ROWS_AT_ONCE", "scan.NEXT_TO_NOTHING", "refits.PARTNER_ITERATIONS",
     "rivals.TRIED", "rivals.PASSES", "rivals.STAND_IN_ITERATIONS",

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction.balances import FLOW_B, LEAKAGE, LOAD, Balance
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.evidence import Evidence, Trial, ranked
-from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.law_form import ConditionalTest, judge
 from hil_emulator.identify.selection.progress import Round, Search
-from hil_emulator.identify.selection.scan import Projection, Score, score_of
+from hil_emulator.identify.selection.scan import Score, score_of
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}

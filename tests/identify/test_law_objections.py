@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.balances import LOAD, PISTON, RULER, TAP_A, Balance
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.certainty import hardly_believed, not_by_chance
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.law_form import judge, nearest
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score

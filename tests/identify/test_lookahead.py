@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.scan import Projection, Score, pairs_of, score_of
+from hil_emulator.identify.selection.scan import Score, pairs_of, score_of
 
 N = 3000
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.selection.scan import ROWS_AT_ONCE, Projection, pairs_of, score_of
+from hil_emulator.identify.selection.scan import ROWS_AT_ONCE, pairs_of, score_of
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 ROWS = ROWS_AT_ONCE + 100

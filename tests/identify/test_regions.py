@@ -8,15 +8,15 @@ import pytest
 
 from hil_emulator.identify.disagreement.regions import disagreements
 from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.balances import LEAKAGE
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
-from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.selection.progress import Round
-from hil_emulator.identify.selection.scan import Projection
 from tests.identify.rig_data import INSTRUMENTS, OFF, knee_model, recorded
 
 CONDUCTANCE = 1e-13

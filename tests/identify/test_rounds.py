@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.balances import LOAD, PISTON
-from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.progress import Round
 
 

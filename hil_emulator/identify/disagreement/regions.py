@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, combined
 from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.regressors import Regressors
-from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, combined
-from hil_emulator.identify.selection.scan import Projection
 
 LEAST_FURTHER_SHARE = 0.02
 """Share of the gap below which a further term is not worth a line (assumed)."""

@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.frozen import Frozen
@@ -18,8 +20,6 @@ from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.records import Entries
 from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.prediction.static import MeasuredStates
-from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
-from hil_emulator.identify.selection.scan import Projection
 
 TERM_STRENGTH = 0.03
 """Standard deviation of a term over the largest force, flow, current or pressure (assumed)."""

@@ -12,17 +12,18 @@ from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.selection.evidence import ranked
-from hil_emulator.identify.selection.free_terms import DiscrepancyTerm
 from hil_emulator.identify.selection.law_between import completions
 from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, NEARLY_ALL
 from hil_emulator.identify.selection.progress import Round, Search
-from hil_emulator.identify.selection.scan import Projection, Score
+from hil_emulator.identify.selection.scan import Score
 
 LEFT = 1e-4
 """Part of its information that something must keep beside free terms to be told from them

@@ -15,6 +15,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.finite_difference import Derivative
 from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fit, Fitter
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.restarts import nudged
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
@@ -26,7 +27,7 @@ from hil_emulator.identify.selection.evidence import (
 )
 from hil_emulator.identify.selection.levels import GREATER_PART, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round
-from hil_emulator.identify.selection.scan import Pair, Projection, Score, score_of
+from hil_emulator.identify.selection.scan import Pair, Score, score_of
 
 ITERATIONS_AT_ONCE = 5
 """Iterations of a joint refit, before it is asked whether more are worth while."""

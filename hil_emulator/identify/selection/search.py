@@ -5,8 +5,10 @@ from functools import partial
 
 import numpy as np
 
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
@@ -14,7 +16,6 @@ from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.certainty import faint, not_by_chance, re_examine
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
-from hil_emulator.identify.selection.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.selection.law_between import between
 from hil_emulator.identify.selection.law_form import judge, nearest
 from hil_emulator.identify.selection.levels import INEXACT, needed_delta_chi2
@@ -27,7 +28,7 @@ from hil_emulator.identify.selection.refits import (
     quietest,
 )
 from hil_emulator.identify.selection.rivals import rivals_of
-from hil_emulator.identify.selection.scan import Projection, Score, pairs_of, scan
+from hil_emulator.identify.selection.scan import Score, pairs_of, scan
 from hil_emulator.identify.selection.starts import Confirmation, as_configured
 
 REFITTED = 4

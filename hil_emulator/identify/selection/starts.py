@@ -12,11 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.levels import GREATER_PART
-from hil_emulator.identify.selection.scan import Projection, Score, score_of
+from hil_emulator.identify.selection.scan import Score, score_of
 
 WORTHLESS = 8.0
 """Expected gain in chi-square below which a candidate is not looked at."""

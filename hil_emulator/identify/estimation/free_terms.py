@@ -11,11 +11,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.free_shapes import hats, shapes_along
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.scan import Projection
 
 ROWS_AT_ONCE = 4096
 """Rows of a term's columns that are combined at once."""
