@@ -98,6 +98,8 @@ RULES: dict[str, Rule] = {
                       {"starts.Confirmation.returning": _likely}),
     "takeover": Rule("parameters that hide an effect",
                      {"starts.Takeover.starts": Always([])}),
+    "stood in for": Rule("parameters that stand in for an effect which explains nothing then",
+                         {"starts.Confirmation.stood_in_for": _likely}),
     "sensible": Rule("an absurd size of what hardly shows", {"scan.Score.sensible": True}),
     "pushed": Rule("a refit that stopped at a kink",
                    {"refits.CandidateRefits._pushed": _as_it_is}),

@@ -49,6 +49,22 @@ def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place(
     assert abs(found.start[valve]) < 1.0
 
 
+def test_what_a_parameter_stands_in_for_is_looked_for_where_it_is_as_configured(
+    slow: tuple[Fitter, Fit],
+) -> None:
+    """A delay that explains nothing beside the slow valve is tried, a bias that never does is not.
+
+    What is likely without that stays, and comes first.
+    """
+    fitter, fit = slow
+    delay, bias, other = effect("transport_delay"), effect("null_bias"), effect("overlap")
+    scores = scan(fitter, fit, [delay, bias, other])
+    first = [next(s for s in scores if s.coordinate is other)]
+    found = Confirmation(fitter, fit).stood_in_for(scores, first, 1)
+    assert [s.coordinate.name for s in found] == ["overlap", "transport_delay"]
+    assert found[1].estimate * delay.scale == pytest.approx(DELAY, rel=0.05)
+
+
 def test_what_was_refitted_in_the_round_before_starts_where_it_ended(
     slow: tuple[Fitter, Fit],
 ) -> None:

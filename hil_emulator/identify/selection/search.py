@@ -173,6 +173,8 @@ class Searcher:
         likely = look.best([s for s in scores if s.sensible or s.flat], REFITTED)
         before = search.rounds[-1].trials[1:] if search.rounds else []
         likely = look.returning(scores, likely, before)
+        if not_by_chance(base):
+            likely = look.stood_in_for(scores, likely, REFITTED)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
         held = self._held_out(base, best)
         needed = needed_delta_chi2(len(scores))

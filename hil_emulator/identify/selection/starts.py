@@ -17,7 +17,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.levels import GREATER_PART
-from hil_emulator.identify.selection.scan import Score, score_of
+from hil_emulator.identify.selection.scan import Score, scan, score_of
 
 WORTHLESS = 8.0
 """Expected gain in chi-square below which a candidate is not looked at."""
@@ -123,6 +123,28 @@ class Confirmation:
                 )  # fmt: skip
         return list(found.values())
 
+    def stood_in_for(
+        self, scores: Sequence[Score], likely: Sequence[Score], wanted: int
+    ) -> list[Score]:
+        """Return the likely candidates, with those that parameters driven far stand in for.
+
+        Beside such parameters the effect explains nothing; where they are as configured, the most.
+
+        Args:
+            scores: of the linear model.
+            likely: the best of them.
+            wanted: how many more are enough.
+
+        """
+        there = self._takeover.there
+        if there is None:
+            return list(likely)
+        known = {s.coordinate.name for s in likely}
+        of = {s.coordinate.name: s for s in scores if s.coordinate.name not in known}
+        best = scan(self._fitter, there, [s.coordinate for s in of.values()])[:wanted]
+        starts = [s for b in best for s in self._takeover.starts(of[b.coordinate.name])]
+        return [*likely, *(s for s in starts if s.statistic > WORTHLESS)]
+
     def _nearer(self, limit: Score) -> Score:
         """Return where a limit explains the most; it gains nothing where it hardly acts."""
         return max(self._sounding(limit), key=lambda s: s.statistic, default=limit)
@@ -205,11 +227,11 @@ class Takeover:
 
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._fitter, self._fit = fitter, fit
-        self._there = as_configured(fitter, fit)
+        self.there = as_configured(fitter, fit)
 
     def starts(self, score: Score) -> list[Score]:
         """Return where a refit of a candidate leads from there: one start, or none."""
-        there = self._there
+        there = self.there
         if there is None:
             return []
         free = [*there.coordinates, score.coordinate]
