@@ -101,5 +101,5 @@ def test_effects_of_the_valve_are_named(
     assert len(result.effects) == len(names)
     for found, alike in zip(result.effects, names, strict=True):
         assert found.name in alike
-        assert alike - {found.name} <= {rival.name for rival in found.rivals}
+        assert alike - {found.name} <= {*found.group, *(rival.name for rival in found.rivals)}
     assert {"stribeck_friction", "internal_leakage", "line_compliance"} <= set(result.unseen)

@@ -34,6 +34,7 @@ class Evidence:
         expected: gain on the validation data if the effect has the estimated size there too.
         hac_variance_factor: factor by which serial correlation widens a variance, from 1.
         size: estimate, in typical sizes.
+        estimated: whether the noise is estimated from the residual: few independent values decide.
 
     """
 
@@ -44,6 +45,7 @@ class Evidence:
     expected: float = 0.0
     hac_variance_factor: float = 1.0
     size: float = 0.0
+    estimated: bool = False
 
     @property
     def passed(self) -> bool:
@@ -75,8 +77,9 @@ class Evidence:
 
     @property
     def _spread(self) -> float:
-        """Standard deviation of the gain on held-out data."""
-        return 2.0 * float(np.sqrt(self.hac_variance_factor * self.expected))
+        """Standard deviation of the gain on held-out data; two where the noise is estimated."""
+        deviations = 2.0 if self.estimated else 1.0
+        return deviations * 2.0 * float(np.sqrt(self.hac_variance_factor * self.expected))
 
     @property
     def confirmed(self) -> bool:

@@ -141,7 +141,7 @@ class CandidateRefits:
         delta_chi2 = self._base.chi2 - fit.chi2
         evidence = Evidence(
             delta_chi2, wald, held_out, self._needed, expected, hac_variance_factor,
-            float(fit.at[-1]),
+            float(fit.at[-1]), fit.effective is not None,
         )  # fmt: skip
         return Trial(score.lean(), fit, evidence, deviation)
 
