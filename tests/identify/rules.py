@@ -80,7 +80,7 @@ RULES: dict[str, Rule] = {
                           {"evidence.Evidence.confirmed": True}),
     "surpassed": Rule("a way out for ordinary parameters",
                       {"evidence.Evidence.surpassing": False}),
-    "not beside a hundredfold": Rule("naming what an inexact law leaves",
+    "left by a law": Rule("naming what an inexact law leaves",
                                      {"law_form.INEXACT": -ALL}),
     "outshone": Rule("a catalogue's name for an unknown effect",
                      {"law_form.outshone": Always(False)}),

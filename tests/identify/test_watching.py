@@ -25,10 +25,10 @@ def test_a_judgement_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     fit = Fit([], np.zeros(0), np.ones(10), np.zeros((10, 0)), 10.0)
     found = Round(fit, [], [], [])
     monkeypatch.setattr(search, "judge", _accepting)
-    with deciding(["not beside a hundredfold", "outshone"]) as rules:
+    with deciding(["left by a law", "outshone"]) as rules:
         search.judge(Search([]), found)
     assert not found.accepted
-    assert rules == {"not beside a hundredfold"}
+    assert rules == {"left by a law"}
 
 
 def _accepting(_: Search, found: Round) -> None:

@@ -197,9 +197,9 @@ def _of_one_sensor(found: Round, term: DiscrepancyTerm) -> bool:
 def judge(search: Search, found: Round) -> None:
     """Accept the best candidate of a round, or say that none is justified.
 
-    Where a free term explains far more, none is, nor where an earlier effect explained a hundred
-    times as much. Where the law of an effect in the model explains what remains better than any
-    candidate does, only a candidate that gains beside a free shape of that law is accepted; what a
+    Where a free term explains far more, none is, nor where it explains no more than the law of an
+    earlier effect may leave. Where the law of an effect in the model explains what remains better
+    than any candidate does, only one that gains beside a free shape of that law is accepted; what a
     sensor reads over anything counts as such a shape of an error of it. None is that only completes
     the law of one in the model.
     """
