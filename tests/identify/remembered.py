@@ -59,6 +59,8 @@ class Memory:
         self, own: Observer, frozen: Any, par: Array, chan: Array, track: bool = False
     ) -> tuple[Array, Array]:
         """Return the innovations of an experiment at a point."""
+        if not hasattr(frozen, "asked"):  # another one made of what was frozen
+            return _OWN["innovations"](own, frozen, par, chan, track)  # type: ignore[no-any-return]
         asked = ("innovations", *frozen.asked, frozen.weights.tobytes(), par.tobytes(),
                  chan.tobytes(), track)  # fmt: skip
         size = frozen.data.measured.nbytes * (5.0 if track else 1.0)
