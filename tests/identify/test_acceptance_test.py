@@ -37,6 +37,19 @@ def test_each_lack_is_an_objection() -> None:
     assert not evidence(held_out=-3.0).passed
 
 
+def test_a_value_that_looks_certain_must_gain_as_much() -> None:
+    """In a curved valley a Wald statistic promises what the loss does not hold (Wilks 1938)."""
+    assert not evidence(delta_chi2=62.0, wald=377.0, hac_variance_factor=4.7).passed
+    assert evidence(delta_chi2=100.0, wald=377.0, hac_variance_factor=4.7).passed
+
+
+def test_only_held_out_data_contradict() -> None:
+    """What may be chance anyway is not contradicted, nor what passes."""
+    assert evidence(held_out=40.0).contradicted
+    assert not evidence(held_out=40.0, wald=19.0).contradicted
+    assert not evidence().contradicted
+
+
 def test_an_absurd_size_needs_plain_data() -> None:
     """Ten times what is typical takes nine more in chi-square than next to nothing does.
 

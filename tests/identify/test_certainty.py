@@ -1,5 +1,7 @@
 """Effects that explain next to nothing: named only where they can be nothing else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,20 +20,23 @@ COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 N = 40_000
 
 
-def search(delta_chi2: float, own: float = 0.0, uncertainty: float = 0.0) -> Search:
+def search(
+    delta_chi2: float, own: float = 0.0, uncertainty: float = 0.0, information: float = 1e3
+) -> Search:  # fmt: skip
     """Return a finished search that named friction of size one along the stroke.
 
     Args:
         delta_chi2: in chi-square.
         own: standard deviation by the data; what it had when it was named is zero.
         uncertainty: the same by what no law explains.
+        information: of the effect at its typical size, when it was named.
 
     """
     knob = COORDINATES["position_friction"]
     jacobian = np.zeros((N, 1))
     jacobian[0] = 1.0 / own if own else 1e6
     fit = Fit([knob], np.ones(1), np.zeros(N), jacobian, 0.0)
-    score = score_of(knob, jacobian[:, 0], Projection(fit))
+    score = replace(score_of(knob, jacobian[:, 0], Projection(fit)), information=information)
     trial = Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 0.0)
     named = Round(fit, [score], [trial], [], accepted=True)
     knots, nothing = np.zeros(6), np.zeros((0, 0))
@@ -50,6 +55,18 @@ def test_a_faint_effect_needs_a_value_that_differs_from_none(
 ) -> None:
     """Below a percent of the variance, an interval that holds zero is no name; of more, it is."""
     assert faint(search(delta_chi2, uncertainty=uncertainty)) == ["position_friction"] * too_faint
+
+
+@pytest.mark.parametrize(
+    ("delta_chi2", "information", "too_faint"),
+    [(300.0, 10.0, True), (300.0, 12.0, False), (500.0, 10.0, False)],
+)
+def test_a_faint_effect_would_show_at_its_usual_size(
+    delta_chi2: float, information: float, too_faint: bool
+) -> None:
+    """What chance gives one of a thousand healthy machines is not seen; much is named anyway."""
+    found = search(delta_chi2, information=information)
+    assert faint(found) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(("delta_chi2", "too_faint"), [(300.0, True), (500.0, False)])

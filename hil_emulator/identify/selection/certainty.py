@@ -61,14 +61,17 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
 def faint(search: Search) -> list[str]:
     """Return the effects that explain next to nothing, and may as well be something else or none.
 
+    So may one that these data would not show if it were as large as usual.
+
     Args:
         search: finished, with what speaks against the laws of its effects.
 
     """
     least = NOTICEABLE * search.rounds[-1].base.sample_size
     return [c.name for c in search.effects
-            if search.selected_in(c.name).best < least
-            and (c.name in search.forms or _may_be_none(search, c.name))]  # fmt: skip
+            if (found := search.selected_in(c.name)).best < least
+            and (c.name in search.forms or not found.trials[0].score.visible
+                 or _may_be_none(search, c.name))]  # fmt: skip
 
 
 def deviation(search: Search, fit: Fit, name: str) -> float:
