@@ -90,6 +90,8 @@ RULES: dict[str, Rule] = {
     "modesty": Rule("the law with more assumed shapes", {"evidence.SMALL_PART": -ALL}),
     "pairs": Rule("a third effect for two that hide each other",
                   {"search.Lookahead.leader": Always(None)}),
+    "beside another": Rule("silence about two, as each alone is of another size elsewhere",
+                           {"refits.Lookahead.confirmed_together": Always(None)}),
     "confirmation": Rule("a linearisation that leads nowhere",
                          {"starts.Confirmation._holds": Always(True)}),
     "kin": Rule("missing one of two that do the same",
@@ -119,6 +121,8 @@ RULES: dict[str, Rule] = {
                        {"progress.NOTICEABLE": 0.0, "discrepancies.NOTICEABLE": 0.0},
                        ("discrepancies.SHARES", "discrepancies.SMOOTH")),
     # what is taken back
+    "led to better": Rule("a name for what ordinary parameters explain elsewhere",
+                          {"search.Searcher._led_to_better": Always(False)}),
     "faint": Rule("a name for ripple", {"search.faint": Always([])}),
     "re-examined": Rule("an early name that a later one explains",
                         {"search.re_examine": _nothing}),
@@ -138,11 +142,12 @@ EFFORT = (
     "scan.NOTHING", "discrepancies.MOST_DISCREPANCIES",
     "progress.MOST_SHOWN", "rivals.RIVAL_ITERATIONS", "law_between.SHARED_ITERATIONS",
     "scan.MOST_PAIRS", "scan.ROWS_AT_ONCE", "scan.NEXT_TO_NOTHING", "refits.PARTNER_ITERATIONS",
+    "refits.PARTNERS",
     "rivals.TRIED", "rivals.PASSES", "rivals.STAND_IN_ITERATIONS",
     "refits.NOISE_PASSES", "refits.NOISE_ITERATIONS",
-    "search.REFITTED", "search.MOST_EFFECTS", "search.AGAIN", "search.KEPT_TERMS",
+    "search.REFITTED", "search.RETURNS", "search.MOST_EFFECTS", "search.AGAIN", "search.KEPT_TERMS",
     "starts.DEAR", "starts.TAKEOVER_ITERATIONS", "starts.SAME_EFFECT", "starts.TRIED_SIZES",
-    "law_between.RIVAL_SHARE", "rivals.MOST_TOLD", "law_form.LEFT",
+    "law_between.RIVAL_SHARE", "rivals.MOST_TOLD", "law_form.MOST_NEAREST", "law_form.LEFT",
 )  # fmt: skip
 """Constants that decide nothing: how long is computed and from where, how finely, how much is kept
 or told."""

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.identify.generator.benches import BENCHES
 from tests.identify.generator.cases import case
 from tests.identify.scoring import Outcome, judge
 from tests.identify.study import examine
@@ -13,9 +14,9 @@ SHORTEST = 2.0
 """Shortest duration in the study [s]."""
 
 
-def asked(group: str, number: int, duration: float = SHORT) -> Outcome:
+def asked(group: str, number: int, duration: float = SHORT, bench: str = "") -> Outcome:
     """Examine one case of the study, shortened."""
-    which = case(group, number, duration)
+    which = case(group, number, duration, BENCHES[bench])
     return judge(which, examine(which))
 
 
@@ -60,6 +61,29 @@ def test_a_healthy_foreign_simulator_lacks_nothing() -> None:
 def test_effects_that_hide_each_other_are_all_named() -> None:
     """Friction that is larger one way, a pressure that reads high, a null that is off."""
     assert asked("triples", 11, SHORTEST).exact
+
+
+@pytest.mark.slow
+def test_an_effect_of_another_size_elsewhere_is_named_beside_the_one_that_makes_it_so() -> None:
+    """A valve with a loop gains less with large openings, where its flow saturates as well."""
+    assert asked("pairs", 403, SHORTEST, "axis").exact
+
+
+@pytest.mark.slow
+def test_a_spring_with_a_weight_on_it_is_a_spring_that_rests_elsewhere() -> None:
+    """No motion tells the two apart: one name does the work of both."""
+    outcome = asked("pairs", 414, SHORTEST)
+    (named,) = outcome.answer.named
+    assert named.name == "load_spring"
+    assert named.low < outcome.case.effects["load_spring"] < named.high
+    assert not outcome.flagged
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "bench"), [(407, "axis"), (409, "")])
+def test_what_leads_parameters_to_a_better_place_is_not_missing(number: int, bench: str) -> None:
+    """A fit that stopped elsewhere, or in a curved valley, makes nothing of a healthy machine."""
+    assert asked("none", number, SHORTEST, bench).exact
 
 
 @pytest.mark.slow

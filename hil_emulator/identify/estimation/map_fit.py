@@ -60,6 +60,13 @@ class Fit:
         free = [self.coordinates[i] for i in kept]
         return replace(self, coordinates=free, at=self.at[kept], jacobian=self.jacobian[:, kept])
 
+    def ending_with(self, name: str) -> "Fit":
+        """Return the same fit with one coordinate as the last of all."""
+        names = [c.name for c in self.coordinates]
+        order = sorted(range(len(names)), key=lambda i: names[i] == name)
+        free = [self.coordinates[i] for i in order]
+        return replace(self, coordinates=free, at=self.at[order], jacobian=self.jacobian[:, order])
+
     def lean(self) -> "Fit":
         """Return the fit with half the memory: Jacobians of several of a long recording are large.
 

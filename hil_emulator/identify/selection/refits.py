@@ -27,7 +27,8 @@ from hil_emulator.identify.selection.evidence import (
 )
 from hil_emulator.identify.selection.levels import GREATER_PART, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round
-from hil_emulator.identify.selection.scan import Pair, Score, score_of
+from hil_emulator.identify.selection.scan import Pair, Score, scan, score_of
+from hil_emulator.identify.selection.starts import Confirmation
 
 ITERATIONS_AT_ONCE = 5
 """Iterations of a joint refit, before it is asked whether more are worth while."""
@@ -45,7 +46,10 @@ PROMISING = 0.2
 """Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
 
 PARTNER_ITERATIONS = 3
-"""Iterations of a refit with the first of a pair."""
+"""Iterations of a refit with one of a pair."""
+
+PARTNERS = 2
+"""Candidates beside which one is judged that held-out data contradict."""
 
 NOISE_PASSES = 4
 """Most refits, each by the noise that the last one has left."""
@@ -76,7 +80,7 @@ class CandidateRefits:
         # further starts are worth while for those that rival the best
         self._improve(fits, GREATER_PART, lambda i: self._pushed(fits[i]))
         fits.reverse()
-        return ranked([self._weighed(score, fits.pop()) for score in likely])
+        return ranked([self.weighed(score, fits.pop()) for score in likely])
 
     def _improve(self, fits: list[Fit], part: float, better: Callable[[int], Fit]) -> None:
         """Put a better fit in the place of each that gains at least this part of the best."""
@@ -130,7 +134,8 @@ class CandidateRefits:
         """Return the gain in chi-square of an iteration below which it was the last one."""
         return max(LEAST_GAIN, LITTLE_PART * (self._base.chi2 - fit.chi2))
 
-    def _weighed(self, score: Score, fit: Fit) -> Trial:
+    def weighed(self, score: Score, fit: Fit) -> Trial:
+        """Judge a candidate by a fit with its knob last."""
         wald, deviation, hac_variance_factor = self._certainty(score.coordinate.name, fit)
         held_out, expected = float("nan"), 0.0
         if self._held is not None:
@@ -201,6 +206,57 @@ class Lookahead:
                 return replace(best, fit=best.fit.without([best.beside]))
         return None
 
+    def confirmed_together(self, trials: Sequence[Trial], scores: Sequence[Score]) -> Trial | None:
+        """Return the best candidate, judged beside another one with which held-out data confirm it.
+
+        Where two are missing, what one alone has to be changes from experiment to experiment, and
+        held-out data contradict it. None where they do not, or beside any other one as well.
+
+        Args:
+            trials: the best first.
+            scores: of all candidates, lean.
+
+        """
+        if not trials or not trials[0].evidence.contradicted:
+            return None
+        first, fitter = trials[0], self._fitter
+        rest = [s.coordinate for s in scores if s.coordinate != first.score.coordinate]
+        beside = [s for s in scan(fitter, first.fit, rest) if s.sensible or s.flat]
+        partners = Confirmation(fitter, first.fit).best(beside, PARTNERS)
+        by_itself = {s.coordinate.name: s for s in scores}
+        together = (self._together(first, p, by_itself[p.coordinate.name]) for p in partners)
+        return next((trial for trial in together if trial is not None), None)
+
+    def _together(self, first: Trial, partner: Score, by_itself: Score) -> Trial | None:
+        """Judge one of two candidates beside the other; the other, if it does the work of both.
+
+        None unless data ask for the other one beside the first.
+
+        Args:
+            first: refitted without the other one.
+            partner: the other one, scored beside the first.
+            by_itself: the same, scored without.
+
+        """
+        second = self._refits(first.fit).refit([partner])[0]
+        if not second.evidence.passed:
+            return None
+        both = second.fit.ending_with(first.score.coordinate.name)
+        alone = self._fitter.fit(
+            both.coordinates[:-1], both.at[:-1], PARTNER_ITERATIONS, jacobian=both.jacobian[:, :-1]
+        )
+        again = self._refits(alone).weighed(first.score, both)
+        name = partner.coordinate.name
+        if again.evidence.passed:
+            gone = [c.name for c in both.coordinates if c.belongs_to(name)]
+            return replace(again, fit=again.fit.without(gone), beside=name)
+        other = self._refits(self._base).weighed(by_itself, alone.ending_with(name))
+        more = other.evidence.delta_chi2 > first.evidence.delta_chi2
+        return other if more and other.evidence.passed else None
+
+    def _refits(self, model: Fit) -> CandidateRefits:
+        return CandidateRefits(self._fitter, model, self._held, self._needed)
+
     def _holds(self, pair: Pair) -> bool:
         """Tell whether the model gains most of what its linearisation promises of a pair."""
         base = self._base
@@ -219,8 +275,7 @@ class Lookahead:
             [*free, second.coordinate], np.append(model.at, 0.0), model.residual, len(free)
         )
         score = score_of(second.coordinate, sensitivity, Projection(model))
-        refits = CandidateRefits(self._fitter, model, self._held, self._needed)
-        trial = refits.refit([score])[0]
+        trial = self._refits(model).refit([score])[0]
         return replace(trial, score=second.lean(), beside=first.coordinate.name)
 
 

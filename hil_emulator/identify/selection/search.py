@@ -40,6 +40,9 @@ MOST_EFFECTS = 5
 AGAIN = 5
 """Iterations of a fit that begins at one by another noise."""
 
+RETURNS = 3
+"""Iterations of a fit that goes on without the effect that led there."""
+
 KEPT_TERMS = 2
 """Terms of each balance whose columns are kept of the first round, for the account of the gap."""
 
@@ -93,6 +96,9 @@ class Searcher:
             found = self._round(search)
             search.rounds.append(found)
             judge(search, found)
+            if found.accepted and self._led_to_better(search, found):
+                search.rounds[-1] = found = self._round(search)
+                judge(search, found)
             if not found.accepted:
                 found = self._in_less_noise(search, found)
             if found.accepted:
@@ -138,6 +144,20 @@ class Searcher:
         self.tell(f"refitting {len(search.free)} parameters")
         return self._judged_from(search, self._converged(search))
 
+    def _led_to_better(self, search: Search, found: Round) -> bool:
+        """Go on from a better fit without the best candidate, if the one with it has led there.
+
+        What ordinary parameters explain elsewhere is no gain of an effect that moved them there.
+        """
+        ended = found.trials[0].fit
+        known = {c.name for c in found.base.coordinates}
+        start = ended.without([c.name for c in ended.coordinates if c.name not in known])
+        fit = self.fitter.fit(start.coordinates, start.at, RETURNS, jacobian=start.jacobian)
+        if found.base.chi2 - fit.chi2 < found.needed:
+            return False
+        search.adopt(fit)
+        return True
+
     def _judged_from(self, search: Search, base: Fit, best: Fit | None = None) -> Round:
         """Return what candidates and free terms explain that a fit does not."""
         names = {c.name for c in search.effects}
@@ -180,7 +200,8 @@ class Searcher:
         needed = needed_delta_chi2(len(scores))
         trials = CandidateRefits(self.fitter, base, held, needed).refit(likely)
         alone = max((t.evidence.delta_chi2 for t in trials), default=0.0)
-        leader = Lookahead(self.fitter, base, held, needed).leader(pairs, alone)
+        ahead = Lookahead(self.fitter, base, held, needed)
+        leader = ahead.leader(pairs, alone) or ahead.confirmed_together(trials, scores)
         if leader is not None:
             others = [t for t in trials if t.score.coordinate != leader.score.coordinate]
             trials = [leader, *others]
