@@ -78,7 +78,7 @@ def judge(case: Case, answer: Answer) -> Outcome:
     return Outcome(
         case, answer, exact=exact and sizes and told and not _only_unknown(answer, true),
         hits=sum(hits), wrong=len(hits) - sum(hits),
-        nearest=bool(true & {answer.nearest, *(n.name for n in answer.named)}),
+        nearest=bool(true & {*answer.nearest.split(" or "), *(n.name for n in answer.named)}),
         place=_placed(case, answer),
         errors=tuple(abs(n.value / size - 1.0) for n, size in judged),
         covered=tuple(n.low <= size <= n.high for n, size in judged),

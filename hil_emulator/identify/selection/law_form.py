@@ -30,6 +30,10 @@ LEFT = 1e-4
 (assumed)."""
 
 
+MOST_NEAREST = 2
+"""Most effects that are told as the nearest to something unknown."""
+
+
 def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]) -> dict[str, str]:
     """Return, by term, the effect whose law lives there.
 
@@ -82,7 +86,8 @@ def directions(columns: Array) -> Array:
 def nearest(term: DiscrepancyTerm, scores: Sequence[Score]) -> str:
     """Return the candidate of the term's balance that resembles it, or "".
 
-    One whose law depends on the term's regressor comes before any other.
+    One whose law depends on the term's regressor comes before any other; those that explain nearly
+    as much, and depend on it as well, are named with it: "fixed_pump or variable_pump".
 
     Args:
         term: the unexplained term.
@@ -91,7 +96,9 @@ def nearest(term: DiscrepancyTerm, scores: Sequence[Score]) -> str:
     """
     there = [s for s in scores if s.statistic > 0.0 and acts_in(s.coordinate, term.balance)]
     there.sort(key=lambda s: not depends_on(s.coordinate, term.regressor))
-    return there[0].coordinate.name if there else ""
+    alike = [s for s in there if s.statistic > NEARLY_ALL * there[0].statistic
+             and depends_on(s.coordinate, term.regressor)]  # fmt: skip
+    return " or ".join(s.coordinate.name for s in (alike or there)[:MOST_NEAREST])
 
 
 def acts_in(coordinate: Coordinate, balance: Balance) -> bool:
@@ -146,9 +153,17 @@ class ConditionalTest:
 
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
-    """Tell whether a free shape of a law in the model explains more than the best candidate."""
+    """Tell whether a free shape of a law in the model explains more than the best candidate.
+
+    It does if it explains more both as it is and with serial correlation counted: each is known but
+    roughly, and the fewer parameters speak for the candidate.
+    """
     best = found.trials[0].evidence.robust if found.trials else 0.0
-    return any(best < NEARLY_ALL * t.robust or _of_one_sensor(found, t) for t in laws)
+    return any(
+        (best < NEARLY_ALL * t.robust and found.best < NEARLY_ALL * t.surplus)
+        or _of_one_sensor(found, t)
+        for t in laws
+    )
 
 
 def outshone(found: Round) -> bool:
