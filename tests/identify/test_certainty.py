@@ -69,6 +69,18 @@ def test_a_faint_effect_would_show_at_its_usual_size(
     assert faint(found) == ["position_friction"] * too_faint
 
 
+@pytest.mark.parametrize(("refused", "too_faint"), [(590.0, False), (610.0, True)])
+def test_a_faint_effect_explains_no_less_than_what_was_refused(
+    refused: float, too_faint: bool
+) -> None:
+    """Where something that is not there explains twice as much, something else is there."""
+    found = search(300.0)
+    named = found.rounds[0]
+    other = replace(named.trials[0], evidence=replace(named.trials[0].evidence, delta_chi2=refused))
+    named.trials.append(other)
+    assert faint(found) == ["position_friction"] * too_faint
+
+
 @pytest.mark.parametrize(("delta_chi2", "too_faint"), [(300.0, True), (500.0, False)])
 def test_a_faint_effect_needs_a_law_that_fits(delta_chi2: float, too_faint: bool) -> None:
     """A rise along the stroke beside which a ripple explains more is the ripple's."""

@@ -22,7 +22,10 @@ ASKED = {
     "law_form.INEXACT": ("search.judge",),
     "discrepancies.INEXACT": ("discrepancies.Discrepancies.other_laws",),
     "progress.NOTICEABLE": ("progress.Round.worthwhile",),
-    "discrepancies.NOTICEABLE": ("discrepancies.Discrepancies.unknown",),
+    "discrepancies.NOTICEABLE": (
+        "discrepancies.Discrepancies.unknown",
+        "discrepancies.Discrepancies.other_laws",
+    ),
 }
 """Functions and properties whose answers are all that a constant decides, by its name."""
 

@@ -17,12 +17,13 @@ from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.selection.levels import (
     FALSE_ALARM,
+    GREATER_PART,
     NORMAL_95,
     NOTICEABLE,
     ONE_IN_TWENTY,
     reached_by_chance,
 )
-from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.progress import Round, Search
 
 
 def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> None:
@@ -61,7 +62,8 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
 def faint(search: Search) -> list[str]:
     """Return the effects that explain next to nothing, and may as well be something else or none.
 
-    So may one that these data would not show if it were as large as usual.
+    So may one that these data would not show if it were as large as usual, and one beside which a
+    candidate that was refused explained far more.
 
     Args:
         search: finished, with what speaks against the laws of its effects.
@@ -71,7 +73,7 @@ def faint(search: Search) -> list[str]:
     return [c.name for c in search.effects
             if (found := search.selected_in(c.name)).best < least
             and (c.name in search.forms or not found.trials[0].score.visible
-                 or _may_be_none(search, c.name))]  # fmt: skip
+                 or _far_less(found) or _may_be_none(search, c.name))]  # fmt: skip
 
 
 def deviation(search: Search, fit: Fit, name: str) -> float:
@@ -120,6 +122,12 @@ def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
     found = [dict(zip(names, t.uncertainty, strict=True)) for t in last.terms if len(t.uncertainty)]
     return np.array([np.linalg.norm([d.get(c.name, 0.0) for d in found])
                      for c in fit.coordinates])  # fmt: skip
+
+
+def _far_less(found: Round) -> bool:
+    """Tell whether another candidate explained far more than the one that was named."""
+    gains = [t.evidence.delta_chi2 for t in found.trials if not t.beside]
+    return max(gains, default=0.0) > found.best / GREATER_PART
 
 
 def _may_be_none(search: Search, name: str) -> bool:
