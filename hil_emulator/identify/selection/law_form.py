@@ -153,17 +153,9 @@ class ConditionalTest:
 
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
-    """Tell whether a free shape of a law in the model explains more than the best candidate.
-
-    It does if it explains more both as it is and with serial correlation counted: each is known but
-    roughly, and the fewer parameters speak for the candidate.
-    """
+    """Tell whether a free shape of a law in the model explains more than the best candidate."""
     best = found.trials[0].evidence.robust if found.trials else 0.0
-    return any(
-        (best < NEARLY_ALL * t.robust and found.best < NEARLY_ALL * t.surplus)
-        or _of_one_sensor(found, t)
-        for t in laws
-    )
+    return any(best < NEARLY_ALL * t.robust or _of_one_sensor(found, t) for t in laws)
 
 
 def outshone(found: Round) -> bool:
