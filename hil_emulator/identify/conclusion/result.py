@@ -36,7 +36,8 @@ class Result:
         reason: the verdict in a sentence.
         effects: the missing effects, the first found first.
         unknown: what remains and is not explained.
-        nearest: the effect that explains a part of it, but by another law; "" without one.
+        nearest: the effect that explains a part of it, but by another law, or two that explain as
+            much ("fixed_pump or variable_pump"); "" without one.
         gap: by channel, {"training": {"before", "after", "floor", ...}, "validation": ...}, root
             mean square in `measure` and in percent of the channel's spread, one step ahead and
             (prefix `free_`) in free runs of 500 ms; see `gap.measure`.

@@ -29,7 +29,6 @@ LEFT = 1e-4
 """Part of its information that something must keep beside free terms to be told from them
 (assumed)."""
 
-
 MOST_NEAREST = 2
 """Most effects that are told as the nearest to something unknown."""
 

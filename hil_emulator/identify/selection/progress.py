@@ -125,7 +125,8 @@ class Search:
         between: the rival that only completes the law of an effect in the model, by its name.
         dropped: why an effect that was named is in the model no more, by name.
         unexplained: terms that no effect explains, the strongest first.
-        nearest: the catalogued effect that what remains unexplained resembles most, or "".
+        nearest: the catalogued effect that what remains unexplained resembles most, or two of them
+            ("fixed_pump or variable_pump"), or "".
         final: the last fit.
 
     """
