@@ -6,6 +6,7 @@ from typing import Any
 
 from hil_emulator.identify.conclusion.findings import Finding
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.selection.progress import Round
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ class Answer:
         verdict: in a word.
         evidence: what speaks for and against the best rivals.
         seconds: time it took.
+        rounds: the numbers behind it, see `numbers_of`.
 
     """
 
@@ -60,6 +62,7 @@ class Answer:
     evidence: tuple[str, ...] = ()
     seconds: float = 0.0
     extra: dict[str, Any] = field(default_factory=dict)
+    rounds: tuple[dict[str, Any], ...] = ()
 
     @property
     def flagged(self) -> bool:
@@ -77,7 +80,8 @@ def from_dict(kept: dict[str, Any]) -> Answer:
     named = tuple(Named(**{**n, "group": tuple(n["group"])}) for n in kept["named"])
     unknown = tuple((b, d) for b, d in kept["unknown"])
     return Answer(**{**kept, "named": named, "unknown": unknown,
-                     "evidence": tuple(kept["evidence"])})  # fmt: skip
+                     "evidence": tuple(kept["evidence"]),
+                     "rounds": tuple(kept.get("rounds", ()))})  # fmt: skip
 
 
 def from_result(result: Result, seconds: float) -> Answer:
@@ -88,7 +92,24 @@ def from_result(result: Result, seconds: float) -> Answer:
         unknown=tuple((u.balance, u.regressor) for u in result.unknown),
         nearest=_nearest(result), separates=result.next_experiment or "",
         verdict=result.verdict, evidence=tuple(lines), seconds=seconds,
+        rounds=tuple(map(numbers_of, result.search.rounds if result.search else ())),
     )  # fmt: skip
+
+
+def numbers_of(found: Round) -> dict[str, Any]:
+    """Return what a round has found out about its candidates and free terms, as plain numbers."""
+    trials = [
+        {"name": t.score.coordinate.name, "passed": t.evidence.passed, "beside": t.beside,
+         "deviation": t.deviation, **asdict(t.evidence)}
+        for t in found.trials
+    ]  # fmt: skip
+    terms = [
+        {"balance": t.balance.name, "regressor": t.regressor, "gain": t.statistic,
+         "limit": t.limit, "hats": len(t.knots)}
+        for t in found.terms[:3]
+    ]  # fmt: skip
+    return {"accepted": found.accepted, "candidates": len(found.scores), "trials": trials,
+            "terms": terms}  # fmt: skip
 
 
 def _named(f: Finding) -> Named:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
+import numpy as np
+
 from hil_emulator.identify.selection.refits import CandidateRefits
 
 SELECTION = "hil_emulator.identify.selection"
@@ -44,6 +46,10 @@ def _likely(_: object, scores: object, likely: Any, before: object) -> Any:
 
 def _as_it_is(_: CandidateRefits, fit: Any) -> Any:
     return fit
+
+
+def _nowhere(experiments: Any) -> Any:
+    return [np.full(e.samples, -1) for e in experiments]
 
 
 def _all_of_them(*asked: Any) -> list[str]:
@@ -105,6 +111,8 @@ RULES: dict[str, Rule] = {
     "sensible": Rule("an absurd size of what hardly shows", {"scan.Score.sensible": True}),
     "pushed": Rule("a refit that stopped at a kink",
                    {"refits.CandidateRefits._pushed": _as_it_is}),
+    "same place": Rule("a name for friction that ripples along the stroke",
+                       {"estimation.map_fit.places_of": _nowhere}),
     # what belongs to the law of an effect in the model
     "completing": Rule("a second name for one law", {"law_form.completions": Always({})}),
     "overshadowed": Rule("a further name for what a law leaves",
@@ -180,6 +188,10 @@ def holder(name: str) -> tuple[Any, str]:
     """Return the module or the class that holds a name of the table, and its last part."""
     *path, attribute = name.split(".")
     of_class = [path.pop()] if path[-1][0].isupper() else []
-    room = SELECTION if path[0] not in ("conclusion", "session") else "hil_emulator.identify"
+    room = (
+        SELECTION
+        if path[0] not in ("conclusion", "estimation", "session")
+        else "hil_emulator.identify"
+    )
     owner: Any = import_module(".".join([room, *path]))
     return (getattr(owner, of_class[0]) if of_class else owner), attribute

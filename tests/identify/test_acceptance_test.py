@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 from scipy.stats import cauchy, chi2
 
-from hil_emulator.identify.selection.evidence import Evidence, hac_variance_factor
+from hil_emulator.identify.estimation.clusters import Clusters
+from hil_emulator.identify.selection.evidence import Evidence
 from hil_emulator.identify.selection.levels import needed_delta_chi2
 
 
 def evidence(delta_chi2: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
-             expected: float = 400.0, hac_variance_factor: float = 1.0) -> Evidence:  # fmt: skip
+             expected: float = 400.0, variance_factor: float = 1.0) -> Evidence:  # fmt: skip
     """Return evidence that passes unless told otherwise."""
-    return Evidence(
-        delta_chi2, wald, held_out, needed_delta_chi2(100), expected, hac_variance_factor
-    )
+    return Evidence(delta_chi2, wald, held_out, needed_delta_chi2(100), expected, variance_factor)
 
 
 def test_all_evidence_together_passes() -> None:
@@ -39,8 +38,8 @@ def test_each_lack_is_an_objection() -> None:
 
 def test_a_value_that_looks_certain_must_gain_as_much() -> None:
     """In a curved valley a Wald statistic promises what the loss does not hold (Wilks 1938)."""
-    assert not evidence(delta_chi2=62.0, wald=377.0, hac_variance_factor=4.7).passed
-    assert evidence(delta_chi2=100.0, wald=377.0, hac_variance_factor=4.7).passed
+    assert not evidence(delta_chi2=62.0, wald=377.0, variance_factor=4.7).passed
+    assert evidence(delta_chi2=100.0, wald=377.0, variance_factor=4.7).passed
 
 
 def test_only_held_out_data_contradict() -> None:
@@ -69,22 +68,22 @@ def test_held_out_data_must_show_what_training_promised() -> None:
 
 def test_held_out_data_must_not_show_far_more_than_training_promised() -> None:
     """What gains six times as much as its size explains is not what gains."""
-    assert not evidence(held_out=280.0, expected=46.0, hac_variance_factor=9.0).passed
+    assert not evidence(held_out=280.0, expected=46.0, variance_factor=9.0).passed
     assert evidence(held_out=115.0, expected=56.0).passed
 
 
 def test_a_serially_correlated_size_may_be_another_on_held_out_data() -> None:
     """A quarter of the gain is too little, unless its deviation is as much as another quarter."""
     assert not evidence(held_out=300.0, expected=1200.0).passed
-    assert evidence(held_out=300.0, expected=1200.0, hac_variance_factor=25.0).passed
-    assert not evidence(held_out=10.0, expected=40.0, hac_variance_factor=25.0).passed
+    assert evidence(held_out=300.0, expected=1200.0, variance_factor=25.0).passed
+    assert not evidence(held_out=10.0, expected=40.0, variance_factor=25.0).passed
 
 
 def test_serial_correlation_widens_the_variance() -> None:
     """Residuals that keep their sign for 100 samples count as some hundredth of as many."""
     random = np.random.default_rng(1)
-    column = np.ones(20_000)
+    column, hundred = np.ones(20_000), Clusters(100, np.zeros(0, np.int64))
     white = random.standard_normal(20_000)
     slow = np.repeat(random.standard_normal(200), 100)
-    assert 50.0 < hac_variance_factor(column, slow, 100) < 200.0
-    assert hac_variance_factor(column, white, 100) < 1.5
+    assert 50.0 < hundred.variance_factor(column, slow) < 200.0
+    assert hundred.variance_factor(column, white) < 1.5

@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 
+from hil_emulator.identify.estimation.clusters import Clusters
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.levels import TOLD_APART
-from hil_emulator.identify.selection.rivals import (
-    hac_variance_factor,
-    rivals_of,
-    separability,
-)
+from hil_emulator.identify.selection.rivals import rivals_of, separability
 from hil_emulator.identify.selection.scan import Score
 
 N = 4000
@@ -94,12 +91,12 @@ def test_held_out_data_separate_too() -> None:
 
 def test_correlated_noise_widens_a_group() -> None:
     """Slow noise counts fewer independent residuals: what is apart in white noise is not in it."""
-    white, slow = [], []
+    white, slow, hundred = [], [], Clusters(100, np.zeros(0, np.int64))
     for seed in range(30):
         for correlation, found in ((0.0, white), (0.9, slow)):
             p = Problem(0.3, 400.0, correlation, seed)
             apart = p.trials[1].fit.residual - p.trials[0].fit.residual
-            found.append(hac_variance_factor(apart, p.trials[0].fit.residual, 100))
+            found.append(hundred.variance_factor(apart, p.trials[0].fit.residual))
     assert np.median(white) < 2.0
     assert np.median(slow) > 2.0 * np.median(white)
 

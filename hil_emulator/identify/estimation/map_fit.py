@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hil_emulator.identify.estimation.clusters import Clusters, places_of
 from hil_emulator.identify.estimation.finite_difference import Derivative, Steps
 from hil_emulator.identify.estimation.levenberg_marquardt import learn, steps
 from hil_emulator.identify.measured.experiment import Array, Experiment
@@ -123,6 +124,12 @@ class Fitter:
         time = self.predictor.correlation_time if noise is None else noise.memory
         samples = round(time / self.experiments[0].period)
         return max(1, samples) * len(self.predictor.channels)
+
+    @property
+    def clusters(self) -> Clusters:
+        """Which residuals of the training data may be correlated."""
+        places = np.concatenate(places_of(self.experiments))
+        return Clusters(self.correlation_length, np.repeat(places, len(self.predictor.channels)))
 
     @property
     def frozen(self) -> Sequence[object]:

@@ -21,6 +21,7 @@ from hil_emulator.identify.selection.levels import (
     NORMAL_95,
     NOTICEABLE,
     ONE_IN_TWENTY,
+    SMALL_PART,
     reached_by_chance,
 )
 from hil_emulator.identify.selection.progress import Round, Search
@@ -62,8 +63,9 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
 def faint(search: Search) -> list[str]:
     """Return the effects that explain next to nothing, and may as well be something else or none.
 
-    So may one that these data would not show if it were as large as usual, and one beside which a
-    candidate that was refused explained far more.
+    So may one that these data would not show if it were as large as usual, one beside which a
+    candidate that was refused explained far more, and one that hardly counts beside what nothing
+    explains.
 
     Args:
         search: finished, with what speaks against the laws of its effects.
@@ -73,7 +75,8 @@ def faint(search: Search) -> list[str]:
     return [c.name for c in search.effects
             if (found := search.selected_in(c.name)).best < least
             and (c.name in search.forms or not found.trials[0].score.visible
-                 or _far_less(found) or _may_be_none(search, c.name))]  # fmt: skip
+                 or _far_less(found) or _hardly_counts(search, found)
+                 or _may_be_none(search, c.name))]  # fmt: skip
 
 
 def deviation(search: Search, fit: Fit, name: str) -> float:
@@ -128,6 +131,13 @@ def _far_less(found: Round) -> bool:
     """Tell whether another candidate explained far more than the one that was named."""
     gains = [t.evidence.delta_chi2 for t in found.trials if not t.beside]
     return max(gains, default=0.0) > found.best / GREATER_PART
+
+
+def _hardly_counts(search: Search, found: Round) -> bool:
+    """Tell whether far more than what an effect explained remains, beyond the noise."""
+    left = search.rounds[-1].base
+    unexplained = float(left.residual @ left.residual) - left.sample_size
+    return found.best < SMALL_PART * unexplained
 
 
 def _may_be_none(search: Search, name: str) -> bool:

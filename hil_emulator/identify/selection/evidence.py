@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.levels import (
     GREATER_PART,
@@ -32,7 +31,7 @@ class Evidence:
         held_out: gain in chi-square on the validation data; NaN without any.
         needed: Wald statistic that is needed, see `needed_delta_chi2`.
         expected: gain on the validation data if the effect has the estimated size there too.
-        hac_variance_factor: factor by which serial correlation widens a variance, from 1.
+        variance_factor: factor by which correlation widens a variance, see `Clusters`.
         size: estimate, in typical sizes.
         estimated: whether the noise is estimated from the residual: few independent values decide.
 
@@ -43,7 +42,7 @@ class Evidence:
     held_out: float
     needed: float
     expected: float = 0.0
-    hac_variance_factor: float = 1.0
+    variance_factor: float = 1.0
     size: float = 0.0
     estimated: bool = False
 
@@ -80,7 +79,7 @@ class Evidence:
     @property
     def robust(self) -> float:
         """Gain in chi-square of as many uncorrelated residuals as these are worth."""
-        return self.delta_chi2 / self.hac_variance_factor
+        return self.delta_chi2 / self.variance_factor
 
     @property
     def surpassing(self) -> bool:
@@ -91,7 +90,7 @@ class Evidence:
     def _spread(self) -> float:
         """Standard deviation of the gain on held-out data; two where the noise is estimated."""
         deviations = 2.0 if self.estimated else 1.0
-        return deviations * 2.0 * float(np.sqrt(self.hac_variance_factor * self.expected))
+        return deviations * 2.0 * float(np.sqrt(self.variance_factor * self.expected))
 
     @property
     def confirmed(self) -> bool:
@@ -118,23 +117,6 @@ class Trial:
     evidence: Evidence
     deviation: float
     beside: str = ""
-
-
-def hac_variance_factor(difference: Array, residual: Array, correlation_length: int) -> float:
-    """Return the factor by which serial correlation widens a variance, from 1.
-
-    Args:
-        difference: derivative of the residual, or between the residuals of two explanations.
-        residual: of the better one.
-        correlation_length: successive residuals that may be correlated.
-
-    """
-    power = float(difference @ difference)
-    if power <= 0.0:
-        return 1.0
-    products = difference * residual
-    starts = np.arange(0, len(products), max(1, correlation_length))
-    return max(1.0, float(np.sum(np.add.reduceat(products, starts) ** 2)) / power)
 
 
 def ranked(trials: Sequence[Trial]) -> list[Trial]:

@@ -15,7 +15,6 @@ from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.evidence import (
     LEAST_HELD_OUT,
     Trial,
-    hac_variance_factor,
 )
 from hil_emulator.identify.selection.levels import GREATER_PART, SMALL_PART
 from hil_emulator.identify.selection.progress import Completion, Round, Search, StandIn
@@ -122,9 +121,7 @@ def _certain(
 ) -> bool:
     """Tell whether both explain more than one, beyond chance and on data that took no part."""
     delta_chi2 = base.chi2 - both.chi2
-    widened = hac_variance_factor(
-        base.residual - both.residual, both.residual, fitter.correlation_length
-    )
+    widened = fitter.clusters.variance_factor(base.residual - both.residual, both.residual)
     if delta_chi2 < needed * widened:
         return False
     held = held_out()

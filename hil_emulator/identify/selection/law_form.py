@@ -180,7 +180,7 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
             t
             for t in found.trials
             if t.score.coordinate.name not in without
-            and beside.stands_out(t.score, found.needed * t.evidence.hac_variance_factor)
+            and beside.stands_out(t.score, found.needed * t.evidence.variance_factor)
         ]
     )
     found.trials = there + [t for t in found.trials if t not in there]

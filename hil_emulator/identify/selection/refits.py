@@ -22,7 +22,6 @@ from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.evidence import (
     Evidence,
     Trial,
-    hac_variance_factor,
     ranked,
 )
 from hil_emulator.identify.selection.levels import GREATER_PART, NEARLY_ALL, SMALL_PART
@@ -136,7 +135,7 @@ class CandidateRefits:
 
     def weighed(self, score: Score, fit: Fit) -> Trial:
         """Judge a candidate by a fit with its knob last."""
-        wald, deviation, hac_variance_factor = self._certainty(score.coordinate.name, fit)
+        wald, deviation, factor = self._certainty(score.coordinate.name, fit)
         held_out, expected = float("nan"), 0.0
         if self._held is not None:
             before = self._fitter.residual(self._base.coordinates, self._base.at, self._held)
@@ -145,13 +144,13 @@ class CandidateRefits:
             expected = float((after - before) @ (after - before))
         delta_chi2 = self._base.chi2 - fit.chi2
         evidence = Evidence(
-            delta_chi2, wald, held_out, self._needed, expected, hac_variance_factor,
+            delta_chi2, wald, held_out, self._needed, expected, factor,
             float(fit.at[-1]), fit.effective is not None,
         )  # fmt: skip
         return Trial(score.lean(), fit, evidence, deviation)
 
     def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float]:
-        """Return Wald statistic, standard deviation and HAC variance factor of the knob."""
+        """Return Wald statistic, standard deviation and variance factor of the knob."""
         last = len(fit.at) - 1
         # an effect that is off has no shape: whether it is there does not hang on how it looks
         rest = [i for i, c in enumerate(fit.coordinates[:-1]) if not c.name.startswith(f"{name}.")]
@@ -162,13 +161,13 @@ class CandidateRefits:
         shown, believed = np.split(project(fresh), [len(fit.residual)])
         information = float(shown @ shown + believed @ believed)
         if believed @ believed < shown @ shown:
-            factor = hac_variance_factor(shown, fit.residual, self._fitter.correlation_length)
+            factor = self._fitter.clusters.variance_factor(shown, fit.residual)
             variance = factor / float(shown @ shown)
             return float(fit.at[-1] ** 2) / variance, math.sqrt(variance), factor
         # all but what is believed of an ordinary parameter could stand in its place: sensitivities
         # that nearly cancel show no serial correlation, what the effect has changed does
         changed = self._base.residual - fit.residual
-        factor = hac_variance_factor(changed, fit.residual, self._fitter.correlation_length)
+        factor = self._fitter.clusters.variance_factor(changed, fit.residual)
         delta_chi2 = self._base.chi2 - fit.chi2
         return delta_chi2 / factor, math.sqrt(factor / max(information, 1e-9)), factor
 

@@ -15,10 +15,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hil_emulator.identify.estimation.clusters import UNCORRELATED, Clusters
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.evidence import Trial, hac_variance_factor
+from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, TOLD_APART
 from hil_emulator.identify.selection.progress import Round, Search, StandIn
 from hil_emulator.identify.selection.scan import Score
@@ -61,7 +62,7 @@ def _difference(chosen: Score, rival: Score, size: float) -> Array:
     return np.asarray(size * (mine - other * (float(mine @ other) / rival.information)))
 
 
-def margin(best: Trial, rival: Trial, correlation_length: int) -> tuple[float, float]:
+def margin(best: Trial, rival: Trial, clusters: Clusters) -> tuple[float, float]:
     """Return by how much a refitted rival explains less, and what serial correlation makes of it.
 
     Both in chi-square; negative where the rival explains more.
@@ -71,11 +72,14 @@ def margin(best: Trial, rival: Trial, correlation_length: int) -> tuple[float, f
     if np.isfinite(held):
         lost += held
     apart = np.asarray(rival.fit.residual - best.fit.residual)
-    return lost, lost / hac_variance_factor(apart, best.fit.residual, correlation_length)
+    return lost, lost / clusters.variance_factor(apart, best.fit.residual)
 
 
 def rivals_of(
-    best: Trial, scores: Sequence[Score], trials: Sequence[Trial] = (), correlation_length: int = 1
+    best: Trial,
+    scores: Sequence[Score],
+    trials: Sequence[Trial] = (),
+    clusters: Clusters = UNCORRELATED,
 ) -> tuple[list[str], float | None]:
     """Return the effects that cannot be told from the best, and the size that would separate.
 
@@ -83,7 +87,7 @@ def rivals_of(
         best: the named effect.
         scores: the round in which it was named.
         trials: the candidates of that round that were refitted.
-        correlation_length: successive residuals that may be correlated.
+        clusters: residuals that may be correlated.
 
     Returns:
         Names, the nearest first; and the size [unit of the effect] at which the nearest of all
@@ -99,8 +103,8 @@ def rivals_of(
         name = rival.coordinate.name
         if rival.coordinate is chosen.coordinate:
             continue
-        linear = _linear_margin(best, rival, correlation_length)
-        apart = margin(best, refitted[name], correlation_length) if name in refitted else linear
+        linear = _linear_margin(best, rival, clusters)
+        apart = margin(best, refitted[name], clusters) if name in refitted else linear
         if _alike(apart, explained):
             found.append((apart[1], name))
         if _alike(linear, explained) or _alike(apart, explained):
@@ -138,9 +142,7 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
     for own, start in rivals:
         at = np.concatenate([right.at[stays], start])
         other = fitter.fit([*rest, *own], at, RIVAL_ITERATIONS)
-        widened = hac_variance_factor(
-            other.residual - right.residual, right.residual, fitter.correlation_length
-        )
+        widened = fitter.clusters.variance_factor(other.residual - right.residual, right.residual)
         lost = other.chi2 - right.chi2
         if not _alike((lost, lost / widened), explained):
             continue
@@ -164,12 +166,12 @@ def weighed(found: Round, name: str) -> StandIn:
     return [score.coordinate], np.array([score.estimate])
 
 
-def _linear_margin(best: Trial, rival: Score, correlation_length: int) -> tuple[float, float]:
+def _linear_margin(best: Trial, rival: Score, clusters: Clusters) -> tuple[float, float]:
     """Return the margin that the linearised data expect, or have shown where that is larger."""
     chosen, size = best.score, float(best.fit.at[-1])
     difference = _difference(chosen, rival, size)
     residual = best.fit.residual
-    widened = hac_variance_factor(difference[: len(residual)], residual, correlation_length)
+    widened = clusters.variance_factor(difference[: len(residual)], residual)
     shown = chosen.statistic - rival.statistic
     lost = max(float(np.sum(difference**2)), shown)
     return lost, lost / widened

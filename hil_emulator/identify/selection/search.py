@@ -96,7 +96,7 @@ class Searcher:
             found = self._round(search)
             search.rounds.append(found)
             judge(search, found)
-            if found.accepted and self._led_to_better(search, found):
+            if self._led_to_better(search, found):
                 search.rounds[-1] = found = self._round(search)
                 judge(search, found)
             if not found.accepted:
@@ -114,7 +114,7 @@ class Searcher:
         """Take the best candidate of a round into the model."""
         named = found.trials[0]
         found.alike, found.separating = rivals_of(
-            named, found.scores, found.trials, self.fitter.correlation_length
+            named, found.scores, found.trials, self.fitter.clusters
         )
         search.add(named)
         found.thin(KEPT_TERMS if found is search.rounds[0] else 0)
@@ -145,11 +145,13 @@ class Searcher:
         return self._judged_from(search, self._converged(search))
 
     def _led_to_better(self, search: Search, found: Round) -> bool:
-        """Go on from a better fit without the best candidate, if the one with it has led there.
+        """Go on from a better fit without any candidate, if the best one with one has led there.
 
         What ordinary parameters explain elsewhere is no gain of an effect that moved them there.
         """
-        ended = found.trials[0].fit
+        ended = min((t.fit for t in found.trials), key=lambda fit: fit.chi2, default=found.base)
+        if found.base.chi2 - ended.chi2 < found.needed:
+            return False
         known = {c.name for c in found.base.coordinates}
         start = ended.without([c.name for c in ended.coordinates if c.name not in known])
         fit = self.fitter.fit(start.coordinates, start.at, RETURNS, jacobian=start.jacobian)
