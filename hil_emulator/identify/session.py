@@ -18,6 +18,7 @@ from hil_emulator.identify.conclusion.short_record import doubt_haste
 from hil_emulator.identify.conclusion.slow_logger import doubt
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
+from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Investigation, followed
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
@@ -112,15 +113,18 @@ def _identified(
     model = predictor.model
     candidates = _chosen(examinable(model, predictor), question)
     nuisances = parameters.ordinary(model, priors(predictor))
-    asked = _followed(predictor, Investigation(learn, check, nuisances, candidates), tell)
+    given = Investigation(learn, check, nuisances, candidates)
+    asked = _followed(predictor, given, tell)
     if asked is None:
         return _too_early()
+    searcher = _searcher(predictor, asked, pooled, tell)
+    found = _found(searcher, question.search)
+    again = _asked_again(predictor, given, asked, found, tell)
+    if again is not None:
+        asked, searcher = again, _searcher(predictor, again, pooled, tell)
+        found = _found(searcher, question.search)
     learn, check, candidates = asked.learn, asked.check, asked.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
-    searcher = Searcher(
-        predictor, learn, check, candidates, asked.nuisances, pooled(predictor), tell
-    )  # fmt: skip
-    found = _found(searcher, question.search)
     if found is None:
         tell("interrupted: concluding from what is known so far")
         result = _so_far(searcher)
@@ -142,12 +146,37 @@ def _identified(
     return result
 
 
-def _followed(predictor: Predictor, given: Investigation, tell: Tell) -> Investigation | None:
+def _followed(
+    predictor: Predictor, given: Investigation, tell: Tell, model: Fit | None = None
+) -> Investigation | None:
     """Return the same with what the current did between rows, or None after Ctrl-C."""
     try:
-        return followed(predictor, given, tell)
+        return followed(predictor, given, tell, model)
     except KeyboardInterrupt:
         return None
+
+
+def _searcher(
+    predictor: Predictor, asked: Investigation, pooled: Pools, tell: Tell
+) -> Searcher:  # fmt: skip
+    return Searcher(
+        predictor, asked.learn, asked.check, asked.candidates, asked.nuisances, pooled(predictor),
+        tell,
+    )  # fmt: skip
+
+
+def _asked_again(
+    predictor: Predictor, given: Investigation, asked: Investigation, found: Search | None,
+    tell: Tell,
+) -> Investigation | None:  # fmt: skip
+    """Return what the current did between rows by a model with what was found, if it did else."""
+    if found is None or not found.effects or found.final is None:
+        return None
+    again = _followed(predictor, given, tell, found.final)
+    if again is None or again.answer in ("unknown", asked.answer):
+        return None
+    tell("searching once more: with what was found, the current is seen to be otherwise")
+    return again
 
 
 def _too_early() -> Result:

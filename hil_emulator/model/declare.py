@@ -72,6 +72,8 @@ class Param(Quantity):
         default: value when the configuration says nothing; None makes it required.
         source: where the number comes from.
         off: of a knob, the value at which its effect vanishes exactly.
+        along_stroke: whether it is a place along the stroke, which in another cylinder is usual in
+            proportion; `typical` and `default` are those of the reference machine's.
 
     """
 
@@ -82,6 +84,7 @@ class Param(Quantity):
     default: float | None = None
     source: str = "assumed"
     off: float = field(default=0.0, kw_only=True)
+    along_stroke: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()

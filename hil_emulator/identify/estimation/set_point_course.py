@@ -54,24 +54,37 @@ class Investigation:
 
 
 def followed(
-    predictor: Predictor, given: Investigation, tell: Callable[[str], None] = lambda _: None
-) -> Investigation:
-    """Find out what the current did between rows, and say it in the experiments' notes."""
+    predictor: Predictor, given: Investigation, tell: Callable[[str], None] = lambda _: None,
+    model: Fit | None = None,
+) -> Investigation:  # fmt: skip
+    """Find out what the current did between rows, and say it in the experiments' notes.
+
+    Args:
+        predictor: computes innovations.
+        given: what is examined, the current as it was recorded.
+        tell: takes progress in words.
+        model: what is known to act; nothing beside what is configured, if not given. What is
+            missing may look like either answer.
+
+    """
     slow = [e for e in given.learn if len(e.current) and slower_than_controller(e)]
     if not slow or not isinstance(predictor, Observer):
         return given
     tell("asking whether the current changed between the rows")
     dead_time = [c for c in candidates(predictor.model, ()) if c.name == DEAD_TIME]
     fitter = Fitter(predictor, [moving(e) for e in slow])
-    answer = _answer(fitter, [*given.nuisances, *dead_time])
+    known = given.nuisances if model is None else model.coordinates
+    free = [*(c for c in known if c.name != DEAD_TIME), *dead_time]
+    values = {} if model is None else {c.name: a for c, a in zip(known, model.at, strict=True)}
+    answer = _answer(fitter, free, np.array([values.get(c.name, 0.0) for c in free]))
     learn, check = ([_as(answer, e) for e in part] for part in (given.learn, given.check))
     found = replace(given, learn=learn, check=check, answer=answer)
     if answer != "unknown":
         return found
     period = max(e.period for e in slow)
-    known = [replace(c, prior=period / c.scale) for c in dead_time]
+    late = [replace(c, prior=period / c.scale) for c in dead_time]
     rest = [c for c in given.candidates if c.name != DEAD_TIME]
-    return replace(found, nuisances=[*given.nuisances, *known], candidates=rest)
+    return replace(found, nuisances=[*given.nuisances, *late], candidates=rest)
 
 
 _SAID: dict[Answer, str] = {
@@ -92,13 +105,13 @@ def _as(answer: Answer, e: Experiment) -> Experiment:
     return moving(replace(e, notes=(*e.notes, f"{said}; {taken}")))
 
 
-def _answer(fitter: Fitter, free: list[Coordinate]) -> Answer:
+def _answer(fitter: Fitter, free: list[Coordinate], at: Array) -> Answer:
     """Return which course of the current the readings follow."""
-    fitter.freeze(free, np.zeros(len(free)))
+    fitter.freeze(free, at)
     frozen = [f for f in fitter.frozen if isinstance(f, Frozen)]
-    moves = _fit(fitter, free)
+    moves = _fit(fitter, free, at)
     fitter.batch = LocalBatch(fitter.predictor, [_held(f) for f in frozen])
-    held = _fit(fitter, free)
+    held = _fit(fitter, free, at)
     error = _error(held.residual**2 - moves.residual**2, fitter.correlation_length)
     # what ordinary parameters have to be for it counts, too
     better = held.chi2 - moves.chi2
@@ -107,12 +120,13 @@ def _answer(fitter: Fitter, free: list[Coordinate]) -> Answer:
     return "moves" if better > 0.0 else "held"
 
 
-def _fit(fitter: Fitter, free: list[Coordinate]) -> Fit:
+def _fit(fitter: Fitter, free: list[Coordinate], at: Array) -> Fit:
     """Return the best fit from any dead time: at every part of a period it has a kink."""
     period = max(e.period for e in fitter.experiments)
-    starts = [np.zeros(len(free))]
+    starts = [at]
     if free[-1].name == DEAD_TIME:
-        starts.append(np.append(np.zeros(len(free) - 1), 0.5 * period / free[-1].scale))
+        late = {float(at[-1]), 0.0, 0.5 * period / free[-1].scale}
+        starts = [np.append(at[:-1], start) for start in sorted(late)]
     return min((fitter.fit(free, start, ROUNDS) for start in starts), key=lambda fit: fit.chi2)
 
 

@@ -171,8 +171,10 @@ class PlantModel:
         self.probe_sizes = np.array([p.knob.typical for p in PROBES])
 
     def _with_shapes(self, values: dict[str, float]) -> dict[str, float]:
+        stroke = next(p for p in quantities.PARAMS["cylinder"] if p.name == "stroke")
+        longer = values.get("cylinder_stroke", stroke.typical) / stroke.typical
         # a shape whose default is zero, as a spring's rest at the stop, is taken where it is usual
-        shapes = {e.field_of(p): p.default or p.typical
+        shapes = {e.field_of(p): (p.default or p.typical) * (longer if p.along_stroke else 1.0)
                   for e in self.effects if e.stage not in SAMPLED for p in e.shape}  # fmt: skip
         return shapes | values
 

@@ -44,7 +44,8 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
         stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
         rest = [full.coordinates[i] for i in stay]
         fit = fitter.fit(rest, full.at[stay], 2, jacobian=full.jacobian[:, stay])
-        if fit.chi2 - full.chi2 < search.rounds[-1].needed:
+        widened = fitter.clusters.variance_factor(fit.residual - full.residual, full.residual)
+        if fit.chi2 - full.chi2 < search.rounds[-1].needed * widened:
             search.remove(name, "named, later superfluous")
             search.adopt(fit)
             tell(f"{name} is no longer needed")

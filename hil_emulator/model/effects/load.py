@@ -55,7 +55,7 @@ def gravity(force: float) -> float:
     knob=Param("stiffness", "N/m", "spring between load and ground", 2e4, 0.0, 1e6),
     shape=(
         Param("rest_position", "m", "position without spring force", 0.04, -1.0, 1.0,
-              shown="mm", default=0.0),
+              shown="mm", default=0.0, along_stroke=True),
     ),
     source="linear spring",
     signature="load force against position",
@@ -73,7 +73,7 @@ def load_spring(position: float, stiffness: float, rest_position: float) -> floa
     knob=Param("stiffness", "N/m", "stiffness of the wall", 1e6, 0.0, 1e8),
     shape=(
         Param("distance", "m", "position at which the load touches it", 0.05, -1.0, 10.0,
-              shown="mm", default=0.05),
+              shown="mm", default=0.05, along_stroke=True),
         Param("damping", "s/m", "relative growth of the force with the closing speed",
               2.0, 0.0, 50.0, default=2.0),
         Param("time_constant", "s", "time in which the wall follows where it is told to be",
