@@ -21,7 +21,8 @@ N = 40_000
 
 
 def search(
-    delta_chi2: float, own: float = 0.0, uncertainty: float = 0.0, information: float = 1e3
+    delta_chi2: float, own: float = 0.0, uncertainty: float = 0.0, information: float = 1e3,
+    unexplained: float = 0.0,
 ) -> Search:  # fmt: skip
     """Return a finished search that named friction of size one along the stroke.
 
@@ -30,12 +31,14 @@ def search(
         own: standard deviation by the data; what it had when it was named is zero.
         uncertainty: the same by what no law explains.
         information: of the effect at its typical size, when it was named.
+        unexplained: chi-square that remains beyond the noise.
 
     """
     knob = COORDINATES["position_friction"]
     jacobian = np.zeros((N, 1))
     jacobian[0] = 1.0 / own if own else 1e6
-    fit = Fit([knob], np.ones(1), np.zeros(N), jacobian, 0.0)
+    residual = np.full(N, np.sqrt(1.0 + unexplained / N))
+    fit = Fit([knob], np.ones(1), residual, jacobian, N + unexplained)
     score = replace(score_of(knob, jacobian[:, 0], Projection(fit)), information=information)
     trial = Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 0.0)
     named = Round(fit, [score], [trial], [], accepted=True)
@@ -55,6 +58,18 @@ def test_a_faint_effect_needs_a_value_that_differs_from_none(
 ) -> None:
     """Below a percent of the variance, an interval that holds zero is no name; of more, it is."""
     assert faint(search(delta_chi2, uncertainty=uncertainty)) == ["position_friction"] * too_faint
+
+
+@pytest.mark.parametrize(
+    ("delta_chi2", "unexplained", "too_faint"),
+    [(300.0, 2000.0, False), (300.0, 4000.0, True), (500.0, 6000.0, False)],
+)
+def test_a_faint_effect_counts_beside_what_nothing_explains(
+    delta_chi2: float, unexplained: float, too_faint: bool
+) -> None:
+    """Where far more is left, so little is a part of that; a percent of the variance is not."""
+    found = faint(search(delta_chi2, unexplained=unexplained))
+    assert found == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(
