@@ -6,10 +6,11 @@ comes by, however long after: an error that a model without it makes there is ma
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Experiment, Index
+from hil_emulator.identify.measured.experiment import Array, Experiment, Index, Mask
 
 PLACES = 100
 """Parts of the way that a rod went in which an error may return (assumed; from 50 to 200 parts, the
@@ -48,13 +49,19 @@ class Clusters:
         products = difference * residual
         starts = np.arange(0, len(products), self.length)
         widened = float(np.sum(np.add.reduceat(products, starts) ** 2))
-        known = self.places >= 0
-        if known.any():
-            here, some = self.places[known], products[known]
-            block = np.flatnonzero(known) // self.length
-            in_both = _of_groups(block * (1 + here.max()) + here, some)
-            widened += max(0.0, _of_groups(here, some) - in_both)
+        known, here, in_both = self._groups
+        if len(here):
+            some = products[known]
+            widened += max(0.0, _of_groups(here, some) - _of_groups(in_both, some))
         return max(1.0, widened / power)
+
+    @cached_property
+    def _groups(self) -> tuple[Mask, Index, Index]:
+        """Which places are known, their numbers, and those of each at one time."""
+        known = self.places >= 0
+        here = self.places[known]
+        block = np.flatnonzero(known) // self.length
+        return known, here, block * (1 + here.max(initial=0)) + here
 
 
 UNCORRELATED = Clusters(1, np.zeros(0, np.int64))
