@@ -47,13 +47,21 @@ class Clusters:
         if power <= 0.0:
             return 1.0
         products = difference * residual
-        starts = np.arange(0, len(products), self.length)
-        widened = float(np.sum(np.add.reduceat(products, starts) ** 2))
+        widened = self._in_time(products)
         known, here, in_both = self._groups
         if len(here):
             some = products[known]
             widened += max(0.0, _of_groups(here, some) - _of_groups(in_both, some))
         return max(1.0, widened / power)
+
+    def serial_factor(self, difference: Array, residual: Array) -> float:
+        """Return the same by time alone."""
+        power = float(difference @ difference)
+        return max(1.0, self._in_time(difference * residual) / power) if power > 0.0 else 1.0
+
+    def _in_time(self, products: Array) -> float:
+        starts = np.arange(0, len(products), self.length)
+        return float(np.sum(np.add.reduceat(products, starts) ** 2))
 
     @cached_property
     def _groups(self) -> tuple[Mask, Index, Index]:

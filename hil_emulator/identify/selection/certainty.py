@@ -65,18 +65,19 @@ def faint(search: Search) -> list[str]:
     """Return the effects that explain next to nothing, and may as well be something else or none.
 
     So may one that these data would not show if it were as large as usual, one beside which a
-    candidate that was refused explained far more, and one that hardly counts beside what nothing
-    explains.
+    candidate that was refused explained far more, one that hardly counts beside what nothing
+    explains, and one beside which ordinary parameters are where hardly any machine has them.
 
     Args:
         search: finished, with what speaks against the laws of its effects.
 
     """
-    least = NOTICEABLE * search.rounds[-1].base.sample_size
+    left = search.rounds[-1].base
+    least, unlikely = NOTICEABLE * left.sample_size, bool(not_by_chance(left))
     return [c.name for c in search.effects
             if (found := search.selected_in(c.name)).best < least
             and (c.name in search.forms or not found.trials[0].score.visible
-                 or _far_less(found) or _hardly_counts(search, found)
+                 or _far_less(found) or _hardly_counts(search, found) or unlikely
                  or _may_be_none(search, c.name))]  # fmt: skip
 
 

@@ -33,6 +33,7 @@ class Evidence:
         expected: gain on the validation data if the effect has the estimated size there too.
         variance_factor: factor by which correlation widens a variance, see `Clusters`.
         size: estimate, in typical sizes.
+        serial_factor: the variance factor by time alone, as that of free terms is.
         estimated: whether the noise is estimated from the residual: few independent values decide.
 
     """
@@ -45,6 +46,7 @@ class Evidence:
     variance_factor: float = 1.0
     size: float = 0.0
     estimated: bool = False
+    serial_factor: float = 1.0
 
     @property
     def passed(self) -> bool:
@@ -80,6 +82,11 @@ class Evidence:
     def robust(self) -> float:
         """Gain in chi-square of as many uncorrelated residuals as these are worth."""
         return self.delta_chi2 / self.variance_factor
+
+    @property
+    def beside_terms(self) -> float:
+        """The same by time alone, to be held against free terms."""
+        return self.delta_chi2 / self.serial_factor
 
     @property
     def surpassing(self) -> bool:

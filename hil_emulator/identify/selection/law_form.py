@@ -153,7 +153,7 @@ class ConditionalTest:
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
     """Tell whether a free shape of a law in the model explains more than the best candidate."""
-    best = found.trials[0].evidence.robust if found.trials else 0.0
+    best = found.trials[0].evidence.beside_terms if found.trials else 0.0
     return any(best < NEARLY_ALL * t.robust or _of_one_sensor(found, t) for t in laws)
 
 

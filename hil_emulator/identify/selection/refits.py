@@ -135,7 +135,7 @@ class CandidateRefits:
 
     def weighed(self, score: Score, fit: Fit) -> Trial:
         """Judge a candidate by a fit with its knob last."""
-        wald, deviation, factor = self._certainty(score.coordinate.name, fit)
+        wald, deviation, factor, serial = self._certainty(score.coordinate.name, fit)
         held_out, expected = float("nan"), 0.0
         if self._held is not None:
             before = self._fitter.residual(self._base.coordinates, self._base.at, self._held)
@@ -145,13 +145,13 @@ class CandidateRefits:
         delta_chi2 = self._base.chi2 - fit.chi2
         evidence = Evidence(
             delta_chi2, wald, held_out, self._needed, expected, factor,
-            float(fit.at[-1]), fit.effective is not None,
+            float(fit.at[-1]), fit.effective is not None, serial,
         )  # fmt: skip
         return Trial(score.lean(), fit, evidence, deviation)
 
-    def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float]:
-        """Return Wald statistic, standard deviation and variance factor of the knob."""
-        last = len(fit.at) - 1
+    def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float, float]:
+        """Return Wald statistic and standard deviation of the knob, and its variance factors."""
+        last, clusters = len(fit.at) - 1, self._fitter.clusters
         # an effect that is off has no shape: whether it is there does not hang on how it looks
         rest = [i for i, c in enumerate(fit.coordinates[:-1]) if not c.name.startswith(f"{name}.")]
         others = [fit.coordinates[i] for i in rest]
@@ -161,15 +161,17 @@ class CandidateRefits:
         shown, believed = np.split(project(fresh), [len(fit.residual)])
         information = float(shown @ shown + believed @ believed)
         if believed @ believed < shown @ shown:
-            factor = self._fitter.clusters.variance_factor(shown, fit.residual)
+            factor = clusters.variance_factor(shown, fit.residual)
             variance = factor / float(shown @ shown)
-            return float(fit.at[-1] ** 2) / variance, math.sqrt(variance), factor
+            serial = clusters.serial_factor(shown, fit.residual)
+            return float(fit.at[-1] ** 2) / variance, math.sqrt(variance), factor, serial
         # all but what is believed of an ordinary parameter could stand in its place: sensitivities
         # that nearly cancel show no serial correlation, what the effect has changed does
         changed = self._base.residual - fit.residual
-        factor = self._fitter.clusters.variance_factor(changed, fit.residual)
+        factor = clusters.variance_factor(changed, fit.residual)
         delta_chi2 = self._base.chi2 - fit.chi2
-        return delta_chi2 / factor, math.sqrt(factor / max(information, 1e-9)), factor
+        deviation = math.sqrt(factor / max(information, 1e-9))
+        return delta_chi2 / factor, deviation, factor, clusters.serial_factor(changed, fit.residual)
 
 
 class Lookahead:
