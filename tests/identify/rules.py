@@ -124,6 +124,8 @@ RULES: dict[str, Rule] = {
     # whether the law of what was named fits, and what remains
     "other law": Rule("a foreign law passed off as the catalogue's",
                       {"discrepancies.INEXACT": ALL}, ("discrepancies.OWN_SIZES",)),
+    "displaced": Rule("friction of another form passed off as what takes the place of dry friction",
+                      {"search.displacing": Always({})}),
     "between": Rule("one of two laws for what lies between", {"search.between": Always({})}),
     "noticeable": Rule("a word on ripple that every machine has",
                        {"progress.NOTICEABLE": 0.0, "discrepancies.NOTICEABLE": 0.0},

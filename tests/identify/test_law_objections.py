@@ -10,7 +10,7 @@ from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.certainty import hardly_believed, not_by_chance
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.law_form import judge, nearest
+from hil_emulator.identify.selection.law_form import displacing, judge, nearest
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_model
@@ -117,3 +117,18 @@ def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
     assert nearest(pressures, scores) == "pressure_friction"
     assert nearest(term(LOAD, "position", 3000.0), scores) == "load_spring"
     assert nearest(term(LOAD, "time", 3000.0), scores[:1]) == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "left", "displaced"),
+    [("stribeck_friction", 0.0, True), ("stribeck_friction", 0.1, False),
+     ("internal_leakage", 0.0, False)],
+)  # fmt: skip
+def test_friction_that_takes_the_place_of_dry_friction_is_of_another_form(
+    name: str, left: float, displaced: bool
+) -> None:
+    """Every machine has some of the dry friction it is configured with; leaks have no part in it."""
+    dry = next(c for c in ordinary(knee_model()) if c.name == "coulomb_friction")
+    at = np.array([(left - 1.0) * dry.neutral / dry.scale, 1.0])
+    fit = Fit([dry, effect(name)], at, np.zeros(N), np.zeros((N, 2)), 0.0)
+    assert list(displacing([effect(name)], fit)) == [name] * displaced

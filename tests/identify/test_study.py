@@ -87,6 +87,14 @@ def test_what_leads_parameters_to_a_better_place_is_not_missing(number: int, ben
 
 
 @pytest.mark.slow
+def test_drag_is_no_mixed_friction() -> None:
+    """Friction with the square of speed, for which dry friction had to vanish, is another law."""
+    outcome = asked("outside", 454, SHORTEST)
+    assert outcome.flagged
+    assert outcome.place
+
+
+@pytest.mark.slow
 def test_ripple_of_the_friction_is_no_lag_of_a_sensor() -> None:
     """What comes again whenever the rod comes by is one error, and no evidence many times over."""
     assert asked("none", 455, SHORTEST, "axis").exact

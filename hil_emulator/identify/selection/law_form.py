@@ -113,6 +113,21 @@ def depends_on(coordinate: Coordinate, regressor: str) -> bool:
     return effect is not None and bool(arguments & set(inspect.signature(effect.law).parameters))
 
 
+def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
+    """Return, by name, the effects in whose stage nothing is left of a configured law, in words.
+
+    Every machine has what it is configured with, more or less of it. A law that takes all of its
+    work is one of another form: friction with the square of speed is neither dry nor mixed.
+    """
+    return {
+        effect.name: f"nothing is left beside it of the configured {ordinary.name}"
+        for ordinary, at in zip(fit.coordinates, fit.at, strict=True)
+        if ordinary.effect and np.isfinite(ordinary.prior)
+        and ordinary.value(float(at)) == ordinary.effect.off
+        for effect in effects if effect.stage == ordinary.stage
+    }  # fmt: skip
+
+
 class ConditionalTest:
     """What something explains that no correction of given laws could.
 

@@ -17,7 +17,7 @@ from hil_emulator.identify.selection.certainty import faint, not_by_chance, re_e
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.law_between import between
-from hil_emulator.identify.selection.law_form import judge, nearest
+from hil_emulator.identify.selection.law_form import displacing, judge, nearest
 from hil_emulator.identify.selection.levels import INEXACT, needed_delta_chi2
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.refits import (
@@ -251,7 +251,8 @@ class Searcher:
         names = {c.name for c in search.effects}
         completed = {name: str(c) for name, c in search.between.items()
                      if name in names and c.part > INEXACT}  # fmt: skip
-        search.forms = {**completed, **beside.other_laws()}
+        displaced = displacing(search.effects, base)
+        search.forms = {**displaced, **completed, **beside.other_laws()}
         search.lacks = beside.lacks
         return beside
 
