@@ -127,7 +127,7 @@ def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
 def test_friction_that_takes_the_place_of_dry_friction_is_of_another_form(
     name: str, left: float, displaced: bool
 ) -> None:
-    """Every machine has some of the dry friction it is configured with; leaks have no part in it."""
+    """Every machine has some of the dry friction that is configured; leaks have no part in it."""
     dry = next(c for c in ordinary(knee_model()) if c.name == "coulomb_friction")
     at = np.array([(left - 1.0) * dry.neutral / dry.scale, 1.0])
     fit = Fit([dry, effect(name)], at, np.zeros(N), np.zeros((N, 2)), 0.0)
