@@ -9,7 +9,7 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction.balances import PISTON
-from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.selection.certainty import deviation, faint, interval
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.progress import Round, Search
@@ -22,7 +22,7 @@ N = 40_000
 
 def search(
     delta_chi2: float, own: float = 0.0, uncertainty: float = 0.0, information: float = 1e3,
-    unexplained: float = 0.0,
+    free: float = 0.0,
 ) -> Search:  # fmt: skip
     """Return a finished search that named friction of size one along the stroke.
 
@@ -31,20 +31,19 @@ def search(
         own: standard deviation by the data; what it had when it was named is zero.
         uncertainty: the same by what no law explains.
         information: of the effect at its typical size, when it was named.
-        unexplained: chi-square that remains beyond the noise.
+        free: gain of a free term in chi-square, of which ten are chance.
 
     """
     knob = COORDINATES["position_friction"]
     jacobian = np.zeros((N, 1))
     jacobian[0] = 1.0 / own if own else 1e6
-    residual = np.full(N, np.sqrt(1.0 + unexplained / N))
-    fit = Fit([knob], np.ones(1), residual, jacobian, N + unexplained)
+    fit = Fit([knob], np.ones(1), np.zeros(N), jacobian, 0.0)
     score = replace(score_of(knob, jacobian[:, 0], Projection(fit)), information=information)
     trial = Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 0.0)
     named = Round(fit, [score], [trial], [], accepted=True)
     knots, nothing = np.zeros(6), np.zeros((0, 0))
     left = DiscrepancyTerm(
-        PISTON, "time", 0.0, 10.0, knots, knots, nothing, np.array([uncertainty])
+        PISTON, "time", free, 10.0, knots, knots, nothing, np.array([uncertainty])
     )
     return Search([], effects=[knob], rounds=[named, Round(fit, [], [], [left])])
 
@@ -61,15 +60,29 @@ def test_a_faint_effect_needs_a_value_that_differs_from_none(
 
 
 @pytest.mark.parametrize(
-    ("delta_chi2", "unexplained", "too_faint"),
-    [(300.0, 2000.0, False), (300.0, 4000.0, True), (500.0, 6000.0, False)],
+    ("delta_chi2", "free", "too_faint"),
+    [(300.0, 300.0, False), (300.0, 320.0, True), (500.0, 600.0, False)],
 )
-def test_a_faint_effect_counts_beside_what_nothing_explains(
-    delta_chi2: float, unexplained: float, too_faint: bool
+def test_a_faint_effect_explains_more_than_a_free_term(
+    delta_chi2: float, free: float, too_faint: bool
 ) -> None:
-    """Where far more is left, so little is a part of that; a percent of the variance is not."""
-    found = faint(search(delta_chi2, unexplained=unexplained))
-    assert found == ["position_friction"] * too_faint
+    """What is left of ten in chi-square by chance may hold so little; a percent it may not."""
+    assert faint(search(delta_chi2, free=free)) == ["position_friction"] * too_faint
+
+
+def test_a_faint_effect_needs_a_machine_that_occurs() -> None:
+    """Nothing is named for so little if a valve has to be six deviations off beside it."""
+    found = search(300.0)
+    valve = next(c for c in ordinary(knee_model()) if c.name == "valve_gain")
+    last = found.rounds[-1]
+    for off, too_faint in ((2.0, False), (6.0, True)):
+        free = [*found.effects, valve]
+        jacobian = np.column_stack([last.base.jacobian, np.zeros(N)])
+        base = Fit(free, np.array([1.0, off]), np.zeros(N), jacobian, 0.0)
+        found.rounds[-1] = replace(last, base=base)
+        left = replace(last.terms[0], uncertainty=np.zeros(2))
+        found.rounds[-1].terms = [left]
+        assert faint(found) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,6 @@ from hil_emulator.identify.selection.levels import (
     NORMAL_95,
     NOTICEABLE,
     ONE_IN_TWENTY,
-    SMALL_PART,
     reached_by_chance,
 )
 from hil_emulator.identify.selection.progress import Round, Search
@@ -65,8 +64,8 @@ def faint(search: Search) -> list[str]:
     """Return the effects that explain next to nothing, and may as well be something else or none.
 
     So may one that these data would not show if it were as large as usual, one beside which a
-    candidate that was refused explained far more, one that hardly counts beside what nothing
-    explains, and one beside which ordinary parameters are where hardly any machine has them.
+    candidate that was refused explained far more, one that explains less than a free term still
+    does, and one beside which ordinary parameters are where hardly any machine has them.
 
     Args:
         search: finished, with what speaks against the laws of its effects.
@@ -136,10 +135,8 @@ def _far_less(found: Round) -> bool:
 
 
 def _hardly_counts(search: Search, found: Round) -> bool:
-    """Tell whether far more than what an effect explained remains, beyond the noise."""
-    left = search.rounds[-1].base
-    unexplained = float(left.residual @ left.residual) - left.sample_size
-    return found.best < SMALL_PART * unexplained
+    """Tell whether a free term explains more than an effect did, chance set aside."""
+    return any(t.certain > found.best for t in search.rounds[-1].terms)
 
 
 def _may_be_none(search: Search, name: str) -> bool:
