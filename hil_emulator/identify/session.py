@@ -121,8 +121,10 @@ def _identified(
     found = _found(searcher, question.search)
     again = _asked_again(predictor, given, asked, found, tell)
     if again is not None:
-        asked, searcher = again, _searcher(predictor, again, pooled, tell)
-        found = _found(searcher, question.search)
+        anew = _searcher(predictor, again, pooled, tell)
+        # who interrupts that one gets what is known already
+        if (better := _found(anew, question.search)) is not None:
+            asked, searcher, found = again, anew, better
     learn, check, candidates = asked.learn, asked.check, asked.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     if found is None:
