@@ -121,7 +121,8 @@ def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
 
 @pytest.mark.parametrize(
     ("name", "left", "displaced"),
-    [("stribeck_friction", 0.0, True), ("stribeck_friction", 0.1, False),
+    [("stribeck_friction", 0.0, True), ("stribeck_friction", 0.05, True),
+     ("stribeck_friction", 0.3, False),
      ("internal_leakage", 0.0, False)],
 )  # fmt: skip
 def test_friction_that_takes_the_place_of_dry_friction_is_of_another_form(

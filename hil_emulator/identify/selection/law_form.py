@@ -21,7 +21,7 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.selection.evidence import ranked
 from hil_emulator.identify.selection.law_between import completions
-from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, NEARLY_ALL
+from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 
@@ -114,18 +114,24 @@ def depends_on(coordinate: Coordinate, regressor: str) -> bool:
 
 
 def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
-    """Return, by name, the effects in whose stage nothing is left of a configured law, in words.
+    """Return, by name, the effects in whose stage hardly any of a configured law is left, in words.
 
     Every machine has what it is configured with, more or less of it. A law that takes all of its
     work is one of another form: friction with the square of speed is neither dry nor mixed.
     """
     return {
-        effect.name: f"nothing is left beside it of the configured {ordinary.name}"
+        effect.name: f"hardly any of the configured {ordinary.name} is left beside it"
         for ordinary, at in zip(fit.coordinates, fit.at, strict=True)
-        if ordinary.effect and np.isfinite(ordinary.prior)
-        and ordinary.value(float(at)) == ordinary.effect.off
+        if _hardly_left(ordinary, float(at))
         for effect in effects if effect.stage == ordinary.stage
     }  # fmt: skip
+
+
+def _hardly_left(ordinary: Coordinate, at: float) -> bool:
+    if ordinary.effect is None or not np.isfinite(ordinary.prior):
+        return False
+    off = ordinary.effect.off
+    return abs(ordinary.value(at) - off) < SMALL_PART * abs(ordinary.neutral - off)
 
 
 class ConditionalTest:
