@@ -76,7 +76,7 @@ def faint(search: Search) -> list[str]:
     return [c.name for c in search.effects
             if (found := search.selected_in(c.name)).best < least
             and (c.name in search.forms or not found.trials[0].score.visible
-                 or _far_less(found) or _hardly_counts(search, found) or unlikely
+                 or _far_less(found) or _below_a_free_term(search, found) or unlikely
                  or _may_be_none(search, c.name))]  # fmt: skip
 
 
@@ -134,7 +134,7 @@ def _far_less(found: Round) -> bool:
     return max(gains, default=0.0) > found.best / GREATER_PART
 
 
-def _hardly_counts(search: Search, found: Round) -> bool:
+def _below_a_free_term(search: Search, found: Round) -> bool:
     """Tell whether a free term explains more than an effect did, chance set aside."""
     return any(t.certain > found.best for t in search.rounds[-1].terms)
 
