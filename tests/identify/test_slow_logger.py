@@ -1,19 +1,23 @@
 """A logger slower than the controller: what the current did between the rows is not known."""
 
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 import pytest
 
+from hil_emulator.identify import session
 from hil_emulator.identify.conclusion.findings import Refitted, Unexplained
 from hil_emulator.identify.conclusion.result import Result, Verdict
 from hil_emulator.identify.conclusion.slow_logger import ADVICE, doubt
+from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Answer, Investigation, followed
 from hil_emulator.identify.measured.between_rows import BRIDGE, moving
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.parameters import ordinary
+from hil_emulator.identify.prediction.parameters import candidates, ordinary
+from hil_emulator.identify.selection.progress import Search
 from tests.identify.rig_data import INSTRUMENTS, campaign, knee_model, recorded, thinned
 from tests.identify.slow_logger import CASES, logged, sort_of
 
@@ -116,3 +120,27 @@ def test_every_fifth_row_raises_no_false_alarm(name: str, rate: int) -> None:
     """What is there is named, or it is said that nobody can tell; nothing is invented."""
     result = logged(CASES[name], rate)
     assert sort_of(result, CASES[name].effect) in ("right", "open"), result.reason
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "anew"),
+    [("unknown", "held", True), ("moves", "held", True), ("held", "held", False),
+     ("held", "unknown", False)],
+)  # fmt: skip
+def test_a_search_begins_anew_where_what_was_found_gives_another_answer(
+    monkeypatch: pytest.MonkeyPatch, before: Answer, after: Answer, anew: bool
+) -> None:
+    """A missing effect may look like a current that moves: with it in the model, it is asked again.
+
+    Who has found nothing has nothing to ask with.
+    """
+    given = Investigation([], [], [], [])
+    knob = candidates(knee_model(), INSTRUMENTS)[0]
+    fit = Fit([knob], np.ones(1), np.zeros(0), np.zeros((0, 1)), 0.0)
+    monkeypatch.setattr(session, "followed", lambda *_: replace(given, answer=after))
+    model, asked = Observer(knee_model(), INSTRUMENTS), replace(given, answer=before)
+    again = session._asked_again(
+        model, given, asked, Search([], effects=[knob], final=fit), lambda _: None
+    )
+    assert (again is not None) == anew
+    assert session._asked_again(model, given, asked, Search([]), lambda _: None) is None
