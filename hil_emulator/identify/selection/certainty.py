@@ -135,7 +135,7 @@ def _far_less(found: Round) -> bool:
 
 
 def _below_a_free_term(search: Search, found: Round) -> bool:
-    """Tell whether a free term explains more than an effect did, chance set aside."""
+    """Tell whether a free term still explains more than an effect did, chance set aside."""
     return any(t.certain > found.best for t in search.rounds[-1].terms)
 
 

@@ -145,7 +145,7 @@ class Searcher:
         return self._judged_from(search, self._converged(search))
 
     def _led_to_better(self, search: Search, found: Round) -> bool:
-        """Go on from a better fit without any candidate, if the best one with one has led there.
+        """Go on from a better fit without any candidate, if the best fit with one has led there.
 
         What ordinary parameters explain elsewhere is no gain of an effect that moved them there.
         """
