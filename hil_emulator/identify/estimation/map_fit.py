@@ -1,5 +1,6 @@
 """Maximum a posteriori Gauss-Newton on the frozen innovations."""
 
+import copy
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -136,6 +137,17 @@ class Fitter:
         """The frozen experiments, in this process."""
         return self.batch.frozen
 
+    @property
+    def jobs(self) -> int:
+        """Threads of this process that predict."""
+        return self._pool.jobs if isinstance(self._pool, Threads) else 1
+
+    def seeing(self, batch: Batch) -> "Fitter":
+        """Return a fitter like this one that sees other frozen data."""
+        other = copy.copy(self)
+        other.batch = batch
+        return other
+
     def release(self) -> None:
         """Let go of the frozen experiments, which of long recordings are large."""
         self.batch, self._own = LocalBatch(self.predictor, []), None
@@ -206,7 +218,7 @@ class Fitter:
         moves = [(w, s) for w, s in zip(wanted, steps, strict=True) if s]
         residuals = self._roughly(moves) if roughly else self._moved(moves)
         # far from a fit a long step leads on; only where noise is left would it hold that
-        only_noise = base @ base <= len(base)
+        only_noise = base @ base <= self.batch.weight**2 * len(base)
         for one, step in zip(wanted, steps, strict=True):
             if step == 0.0:
                 yield np.zeros_like(base)

@@ -70,6 +70,8 @@ class ClusterBatch:
 
     """
 
+    weight = 1.0
+
     def __init__(
         self, client: Any, predictor: Any, kept: Sequence[Any], points: int,
         noise: Noise | None = None,

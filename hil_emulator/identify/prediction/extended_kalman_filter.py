@@ -105,7 +105,7 @@ def update(
 def linearise(
     sense: Sense, model: ParametrisedModel, data: Data, start: Start, tuning: Tuning,
     noise: Array,
-) -> tuple[Gains, Jacobians]:  # fmt: skip
+) -> tuple[Gains, Jacobians, Array]:  # fmt: skip
     """Run the extended Kalman filter with a Jacobian by forward differences.
 
     Arguments as in `filter.predict`, and:
@@ -115,6 +115,9 @@ def linearise(
             which samples that count for nothing would teach, waits for those that do.
         noise: variance of each chosen channel.
 
+    Returns:
+        Gains, Jacobians, and z as it was predicted for each sample, shape (samples, z).
+
     """
     current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
     count, n, m = len(current), len(start.z), len(chosen)
@@ -122,6 +125,7 @@ def linearise(
     gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
     jacobians = Jacobians(np.zeros((count, n, n)), np.zeros((count, m, n)))
     kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
+    predicted = np.zeros((count, n))
     run = begin(model, start, current[0])
     instruments = install(model, run.signals, run.path, data.period)
     corrected, moved = beside(run), beside(run)
@@ -134,6 +138,7 @@ def linearise(
     work, before_step = np.zeros((n, n)), np.zeros((n, n))
     for k in range(count):
         sense(*instruments)
+        predicted[k] = z
         before = current[max(0, k - 1), -1 if k else 0]
         for j in range(n):
             spread = np.sqrt(max(cov[j, j], 0.0))
@@ -173,4 +178,4 @@ def linearise(
         if k < tuning.settling:
             for i in range(2):
                 cov[i, i] += tuning.covariance[i, i]
-    return gains, jacobians
+    return gains, jacobians, predicted

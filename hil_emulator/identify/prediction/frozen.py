@@ -17,6 +17,7 @@ class Frozen:
         start: where the filter begins.
         gains: those of the extended Kalman filter.
         jacobians: along its trajectory.
+        predicted: z as it was predicted for each sample there, shape (samples, z).
         noise: standard deviation of each channel.
         diffusion: variance that the disturbances give each element of z in a sample.
         par, chan: the parameters at which it was frozen.
@@ -35,6 +36,7 @@ class Frozen:
     start: Start
     gains: Gains
     jacobians: Jacobians
+    predicted: Array
     noise: Array
     diffusion: Array
     par: Array

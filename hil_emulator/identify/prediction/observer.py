@@ -94,12 +94,12 @@ class Observer:
             _settling(course, round(BURN_IN / period)),
         )  # fmt: skip
         tuned = tuning(self.model, par, active_names, state[active], experiment)
-        gains, jacobians = self.model.loops.linearise(
+        gains, jacobians, predicted = self.model.loops.linearise(
             self.at(par, chan, data, len(z) + 1), data, start, tuned, noise**2
         )
         return Frozen(
-            experiment, self.channels, data, start, gains, jacobians, noise, tuned.diffusion, par,
-            chan, np.ones(len(self.channels)),
+            experiment, self.channels, data, start, gains, jacobians, predicted, noise,
+            tuned.diffusion, par, chan, np.ones(len(self.channels)),
         )  # fmt: skip
 
     def probed(self, frozen: Frozen) -> Entries:

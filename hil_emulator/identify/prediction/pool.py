@@ -28,6 +28,9 @@ TOGETHER = 8
 class Batch(Protocol):
     """Experiments that were frozen together."""
 
+    weight: float
+    """Of each residual, beside that of its channel."""
+
     @property
     def frozen(self) -> Sequence[object]:
         """What `Predictor.freeze` made of each, weighed, in this process."""
@@ -66,11 +69,11 @@ class Threads:
     """
 
     def __init__(self, predictor: Predictor, jobs: int = 1) -> None:
-        self._predictor, self._jobs = predictor, jobs
+        self._predictor, self.jobs = predictor, jobs
 
     def freeze(self, experiments: Sequence[Experiment], point: Point) -> Batch:
         """Freeze experiments at a point and weigh their channels there."""
-        predictor, jobs = self._predictor, self._jobs
+        predictor, jobs = self._predictor, self.jobs
         frozen = list(_side_by_side(lambda e: frozen_at(predictor, e, point), experiments, jobs))
         noise = noise_of_all([predictor.noise_seen(f) for f in frozen])
         batch = LocalBatch(predictor, frozen, jobs)
@@ -86,6 +89,7 @@ class LocalBatch:
         frozen: what it made of each.
         jobs: threads.
         noise: that they share.
+        weight: of each residual, beside that of its channel.
 
     """
 
@@ -93,6 +97,7 @@ class LocalBatch:
     frozen: Sequence[object]
     jobs: int = 1
     noise: Noise | None = None
+    weight: float = 1.0
 
     def sharing(self, noise: Noise) -> "LocalBatch":
         """Return the same, weighed by another noise."""
@@ -111,7 +116,7 @@ class LocalBatch:
 
         def seen(some: Sequence[Point]) -> Array:
             parts = [other_sensors(self.predictor, f, base, some) for f in self.frozen]
-            return np.concatenate(parts, axis=1)
+            return np.asarray(self.weight * np.concatenate(parts, axis=1))
 
         groups = [points[i : i + TOGETHER] for i in range(0, len(points), TOGETHER)]
         for group in _side_by_side(seen, groups, self.jobs):
@@ -119,13 +124,13 @@ class LocalBatch:
 
     def _residual(self, point: Point, most: float, jobs: int = 1) -> Array:
         parts: list[Array] = []
-        power = 0.0
+        power, most = 0.0, most / self.weight**2
         for part in _side_by_side(lambda f: residual(self.predictor, f, point), self.frozen, jobs):
             parts.append(part)
             power += float(part @ part)
             if power > most:
                 break
-        return np.concatenate(parts)
+        return np.asarray(self.weight * np.concatenate(parts))
 
 
 def _side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterator[R]:

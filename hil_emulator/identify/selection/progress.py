@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array
@@ -35,6 +36,7 @@ class Round:
         alike: effects that the data of the accepted one cannot tell from it, the nearest first.
         separating: size at which the nearest of them would separate; None without any.
         near: rivals that nearly explain as much in the finished model, the best first.
+        excerpt: where the candidates were scored, the trials' apart; None for all data.
 
     """
 
@@ -47,10 +49,12 @@ class Round:
     alike: list[str] = field(default_factory=list)
     separating: float | None = None
     near: dict[str, StandIn] = field(default_factory=dict)
+    excerpt: Excerpt | None = None
 
     def slim(self) -> None:
         """Forget the candidates' sensitivities: long recordings would fill the memory."""
         self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
+        self.excerpt = None
         for trial in self.trials[1:]:
             trial.fit = replace(trial.fit, jacobian=np.zeros((0, len(trial.fit.at))))
 

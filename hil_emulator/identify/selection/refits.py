@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from hil_emulator.identify.estimation.excerpt import excerpt_of
 from hil_emulator.identify.estimation.finite_difference import Derivative
 from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fit, Fitter
 from hil_emulator.identify.estimation.projection import Projection
@@ -26,7 +27,7 @@ from hil_emulator.identify.selection.evidence import (
 )
 from hil_emulator.identify.selection.levels import GREATER_PART, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round
-from hil_emulator.identify.selection.scan import Pair, Score, scan, score_of
+from hil_emulator.identify.selection.scan import Pair, Score, anew, scan, score_of
 from hil_emulator.identify.selection.starts import Confirmation
 
 ITERATIONS_AT_ONCE = 5
@@ -222,8 +223,10 @@ class Lookahead:
             return None
         first, fitter = trials[0], self._fitter
         rest = [s.coordinate for s in scores if s.coordinate != first.score.coordinate]
-        beside = [s for s in scan(fitter, first.fit, rest) if s.sensible or s.flat]
-        partners = Confirmation(fitter, first.fit).best(beside, PARTNERS)
+        excerpt = excerpt_of(fitter, first.fit)
+        beside = [s for s in scan(excerpt.fitter, excerpt.fit, rest) if s.sensible or s.flat]
+        found = Confirmation(excerpt.fitter, excerpt.fit).best(beside, PARTNERS)
+        partners = [anew(fitter, first.fit, s) for s in found]
         by_itself = {s.coordinate.name: s for s in scores}
         together = (self._together(first, p, by_itself[p.coordinate.name]) for p in partners)
         return next((trial for trial in together if trial is not None), None)

@@ -12,10 +12,12 @@ its place is a rival, too.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from hil_emulator.identify.estimation.clusters import UNCORRELATED, Clusters
+from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
@@ -80,6 +82,7 @@ def rivals_of(
     scores: Sequence[Score],
     trials: Sequence[Trial] = (),
     clusters: Clusters = UNCORRELATED,
+    excerpt: Excerpt | None = None,
 ) -> tuple[list[str], float | None]:
     """Return the effects that cannot be told from the best, and the size that would separate.
 
@@ -88,13 +91,17 @@ def rivals_of(
         scores: the round in which it was named.
         trials: the candidates of that round that were refitted.
         clusters: residuals that may be correlated.
+        excerpt: where the scores were taken; None for all data.
 
     Returns:
         Names, the nearest first; and the size [unit of the effect] at which the nearest of all
         rivals would separate, None without one.
 
     """
-    chosen, size = best.score, float(best.fit.at[-1])
+    chosen, size = _scored_with(scores, best), float(best.fit.at[-1])
+    residual, near = best.fit.residual, clusters
+    if excerpt is not None:
+        residual, near = excerpt.of(residual), excerpt.clusters(clusters)
     explained = best.evidence.delta_chi2 + float(np.nan_to_num(best.evidence.held_out))
     refitted = {t.score.coordinate.name: t for t in trials}
     found: list[tuple[float, str]] = []
@@ -103,7 +110,7 @@ def rivals_of(
         name = rival.coordinate.name
         if rival.coordinate is chosen.coordinate:
             continue
-        linear = _linear_margin(best, rival, clusters)
+        linear = _linear_margin(chosen, size, rival, residual, near)
         apart = margin(best, refitted[name], clusters) if name in refitted else linear
         if _alike(apart, explained):
             found.append((apart[1], name))
@@ -166,11 +173,18 @@ def weighed(found: Round, name: str) -> StandIn:
     return [score.coordinate], np.array([score.estimate])
 
 
-def _linear_margin(best: Trial, rival: Score, clusters: Clusters) -> tuple[float, float]:
+def _scored_with(scores: Sequence[Score], best: Trial) -> Score:
+    """Return the best candidate's score, with the columns of the data in which all were scored."""
+    same = (s for s in scores if s.coordinate is best.score.coordinate)
+    known = next(same, best.score)
+    return replace(best.score, column=known.column, information=known.information)
+
+
+def _linear_margin(
+    chosen: Score, size: float, rival: Score, residual: Array, clusters: Clusters
+) -> tuple[float, float]:
     """Return the margin that the linearised data expect, or have shown where that is larger."""
-    chosen, size = best.score, float(best.fit.at[-1])
     difference = _difference(chosen, rival, size)
-    residual = best.fit.residual
     widened = clusters.variance_factor(difference[: len(residual)], residual)
     shown = chosen.statistic - rival.statistic
     lost = max(float(np.sum(difference**2)), shown)

@@ -136,6 +136,25 @@ def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> 
     )
 
 
+def anew(fitter: Fitter, fit: Fit, score: Score) -> Score:
+    """Return a score with the columns of other data, for the same start.
+
+    Args:
+        fitter: with those data frozen.
+        fit: as it is seen there.
+        score: of an excerpt of them, or of all; then it is returned as it is.
+
+    """
+    if len(score.column) == len(fit.residual) + len(fit.at):
+        return score
+    free, at = [*fit.coordinates, score.coordinate], np.append(fit.at, 0.0)
+    sensitivity = fitter.column(free, at, fit.residual, len(fit.at))
+    fresh = score_of(score.coordinate, sensitivity, Projection(fit))
+    if score.start is None:
+        return fresh
+    return replace(fresh, statistic=score.statistic, estimate=score.estimate, start=score.start)
+
+
 @dataclass(frozen=True)
 class Pair:
     """Two candidates, and what the linear model expects of both.

@@ -1,10 +1,12 @@
 """Greedy search with joint refits, an acceptance test before every name, and re-examination."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from hil_emulator.identify.estimation.excerpt import Excerpt, excerpt_of
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
@@ -28,7 +30,7 @@ from hil_emulator.identify.selection.refits import (
     quietest,
 )
 from hil_emulator.identify.selection.rivals import rivals_of
-from hil_emulator.identify.selection.scan import Score, pairs_of, scan
+from hil_emulator.identify.selection.scan import Score, anew, pairs_of, scan
 from hil_emulator.identify.selection.starts import Confirmation, as_configured
 
 REFITTED = 4
@@ -114,7 +116,7 @@ class Searcher:
         """Take the best candidate of a round into the model."""
         named = found.trials[0]
         found.alike, found.separating = rivals_of(
-            named, found.scores, found.trials, self.fitter.clusters
+            named, found.scores, found.trials, self.fitter.clusters, found.excerpt
         )
         search.add(named)
         found.thin(KEPT_TERMS if found is search.rounds[0] else 0)
@@ -167,9 +169,10 @@ class Searcher:
         if len(names) == MOST_EFFECTS:
             rest = []
         self.tell(f"screening {len(rest)} effects")
-        scores, trials = self._screened(search, base, rest, best)
+        excerpt = excerpt_of(self.fitter, base)
+        scores, trials = self._screened(search, base, excerpt, rest, best)
         self.tell("looking for what no effect explains")
-        return Round(base, scores, trials, self._terms(base))
+        return Round(base, scores, trials, self._terms(base), excerpt=excerpt)
 
     def _in_less_noise(self, search: Search, found: Round) -> Round:
         """Judge a round again by the noise that its likeliest candidate leaves, if it is named."""
@@ -187,17 +190,19 @@ class Searcher:
         return found
 
     def _screened(
-        self, search: Search, base: Fit, rest: Sequence[Coordinate], best: Fit | None = None
-    ) -> tuple[list[Score], list[Trial]]:
-        """Return the score of every candidate, and the likeliest, refitted."""
-        scores = scan(self.fitter, base, rest)
-        look = Confirmation(self.fitter, base)
+        self, search: Search, base: Fit, excerpt: Excerpt, rest: Sequence[Coordinate],
+        best: Fit | None = None,
+    ) -> tuple[list[Score], list[Trial]]:  # fmt: skip
+        """Return the score of every candidate in an excerpt, and the likeliest, refitted to all."""
+        scores = scan(excerpt.fitter, excerpt.fit, rest)
+        look = Confirmation(excerpt.fitter, excerpt.fit)
         likely = look.best([s for s in scores if s.sensible or s.flat], REFITTED)
         before = search.rounds[-1].trials[1:] if search.rounds else []
         likely = look.returning(scores, likely, before)
         if not_by_chance(base):
             likely = look.stood_in_for(scores, likely, REFITTED)
-        scores, pairs = [s.lean() for s in scores], pairs_of(scores, base)
+        scores, pairs = [s.lean() for s in scores], pairs_of(scores, excerpt.fit)
+        likely = [anew(self.fitter, base, s) for s in likely]
         held = self._held_out(base, best)
         needed = needed_delta_chi2(len(scores))
         trials = CandidateRefits(self.fitter, base, held, needed).refit(likely)
@@ -205,6 +210,7 @@ class Searcher:
         ahead = Lookahead(self.fitter, base, held, needed)
         leader = ahead.leader(pairs, alone) or ahead.confirmed_together(trials, scores)
         if leader is not None:
+            leader = replace(leader, score=anew(self.fitter, base, leader.score).lean())
             others = [t for t in trials if t.score.coordinate != leader.score.coordinate]
             trials = [leader, *others]
         return scores, trials
@@ -239,8 +245,9 @@ class Searcher:
 
     def _stood_in_for(self, fit: Fit) -> str:
         """Return the effect that explains the most where parameters driven far go back."""
-        there = as_configured(self.fitter, fit)
-        scores = scan(self.fitter, there, self.candidates) if there else []
+        excerpt = excerpt_of(self.fitter, fit)
+        there = as_configured(excerpt.fitter, excerpt.fit)
+        scores = scan(excerpt.fitter, there, self.candidates) if there else []
         return next((s.coordinate.name for s in scores if s.sensible), "")
 
     def _weighed(self, search: Search) -> Discrepancies:

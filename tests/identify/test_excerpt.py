@@ -1,0 +1,116 @@
+"""Long recordings: candidates are looked for in windows of them, which stand for the whole."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil_emulator.identify.estimation import excerpt
+from hil_emulator.identify.estimation.clusters import Clusters
+from hil_emulator.identify.estimation.excerpt import Excerpt, excerpt_of
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.windows import first_samples
+from hil_emulator.identify.selection.scan import anew, scan
+from hil_emulator.identify.session import identify
+from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee, knee_model, recorded
+
+LEAK = {"internal_leakage_conductance": 1e-13}
+ORDINARY = parameters.ordinary(knee_model())[:3]
+CANDIDATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}
+
+
+def leaking() -> tuple[Fitter, Excerpt]:
+    """Return a fit of six seconds of a machine that leaks inside, and an excerpt of them."""
+    data = [recorded(LEAK, kind, seed, 3.0) for seed, kind in enumerate(("multisine", "steps"))]
+    fitter = Fitter(Observer(knee_model(), INSTRUMENTS), data)
+    fitter.freeze(ORDINARY, np.zeros(3))
+    return fitter, excerpt_of(fitter, fitter.fit(ORDINARY, np.zeros(3), 2))
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let two thousand samples be enough."""
+    monkeypatch.setattr(excerpt, "ENOUGH", 2000)
+
+
+@given(st.integers(1, 10**6), st.integers(1, 1000), st.floats(1e-3, 1.0))
+def test_windows_are_apart_and_spread(samples: int, length: int, part: float) -> None:
+    """None overlaps another one or goes beyond the end, and each equal stretch has one."""
+    length = min(length, samples)
+    begin = first_samples(samples, length, part)
+    assert begin[0] >= 0
+    assert begin[-1] + length <= samples
+    assert np.all(np.diff(begin) >= length)
+    stretch = samples / len(begin)
+    into = begin - np.arange(len(begin)) * stretch
+    assert np.all((into > -1.0) & (into + length <= stretch + 1e-6))
+    assert abs(len(begin) * length - part * samples) <= length
+
+
+def test_a_window_shows_what_the_whole_shows_there(few: None) -> None:
+    """Its innovations are those of the whole recording, once it has settled, and none before."""
+    fitter, seen = leaking()
+    whole = fitter.residual(ORDINARY, seen.fit.at)
+    assert seen.rows is not None
+    assert len(seen.rows) == 2000 * len(INSTRUMENTS)
+    shown = seen.fit.residual != 0.0
+    weight = seen.fitter.batch.weight
+    np.testing.assert_allclose(seen.fit.residual[shown] / weight, seen.of(whole)[shown], atol=0.2)
+    assert 0.03 < np.mean(~shown) < 0.08
+
+
+def test_an_excerpt_stands_for_all_data(few: None) -> None:
+    """The leak's statistic and size come out as of all data, and so does the loss."""
+    fitter, seen = leaking()
+    base = fitter.fit(ORDINARY, np.zeros(3), 2)
+    leak = CANDIDATES["internal_leakage"]
+    (there,), (whole,) = scan(seen.fitter, seen.fit, [leak]), scan(fitter, base, [leak])
+    assert there.statistic == pytest.approx(whole.statistic, rel=0.4)
+    assert there.estimate == pytest.approx(whole.estimate, rel=0.1)
+    assert seen.fit.chi2 == pytest.approx(base.chi2, rel=0.4)
+    again = anew(fitter, base, there)
+    assert again.statistic == pytest.approx(whole.statistic, rel=1e-6)
+    assert anew(fitter, base, whole) is whole
+
+
+def test_a_sensor_is_seen_there_as_well(few: None) -> None:
+    """What its reading does to the residuals counts as often as all others' work."""
+    fitter, seen = leaking()
+    base = fitter.fit(ORDINARY, np.zeros(3), 2)
+    sensors = [c for c in CANDIDATES.values() if c.channel == "pressure_a" and not c.inverse]
+    there = {s.coordinate.name: s.information for s in scan(seen.fitter, seen.fit, sensors)}
+    whole = {s.coordinate.name: s.information for s in scan(fitter, base, sensors)}
+    visible = [name for name, information in whole.items() if information > 100.0]
+    assert len(visible) >= 3
+    for name in visible:
+        assert there[name] == pytest.approx(whole[name], rel=0.5)
+
+
+def test_few_data_are_looked_at_as_a_whole() -> None:
+    """Then it is the fit itself that is seen, without a copy."""
+    fitter, seen = leaking()
+    assert seen.fitter is fitter
+    assert seen.rows is None
+    clusters = Clusters(3, np.arange(4))
+    assert seen.clusters(clusters) is clusters
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        (LEAK, "internal_leakage"),
+        ({"stribeck_friction_excess": 40.0}, "stribeck_friction"),
+        ({"transport_delay_time": 1.5e-3}, "transport_delay"),
+    ],
+)
+def test_an_excerpt_finds_the_name_and_all_data_its_value(
+    few: None, changes: dict[str, float], name: str
+) -> None:
+    """A quarter of the data is enough to find who is likely; the value is that of all of them."""
+    train, other = campaign(changes)
+    result = identify(knee(), train, other, cache=CACHE)
+    assert [f.name for f in result.effects] == [name]
+    assert result.effects[0].value == pytest.approx(next(iter(changes.values())), rel=0.15)
