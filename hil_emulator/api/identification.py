@@ -18,6 +18,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify import session
 from hil_emulator.identify.conclusion.findings import Finding
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.estimation.set_point_course import Answer
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.reporting import pictures
 from hil_emulator.identify.reporting.headline import headline
@@ -112,8 +113,9 @@ class Identification:
 
 
 def gap(
-    actuator: ActuatorModel, *logs: "Log", validate: Sequence["Log"] = (), jobs: int = 1
-) -> Identification:
+    actuator: ActuatorModel, *logs: "Log", validate: Sequence["Log"] = (), jobs: int = 1,
+    set_points: Answer = "unknown",
+) -> Identification:  # fmt: skip
     """Measure where logs and an actuator's configuration disagree.
 
     Args:
@@ -121,17 +123,21 @@ def gap(
         logs: files in any format of `identify`, or tables, see `reading.as_experiments`.
         validate: logs that take no part in refitting ordinary parameters.
         jobs: threads.
+        set_points: what the current did between the rows of a log slower than the controller:
+            "held", "moves", or "unknown", which asks the readings.
 
     Raises:
         UserError: if a log cannot be used.
 
     """
-    return examined(actuator, logs, validate, Question(search=False), jobs=jobs)
+    question = Question(search=False, set_points=set_points)
+    return examined(actuator, logs, validate, question, jobs=jobs)
 
 
 def identify(
     actuator: ActuatorModel, *logs: "Log", validate: Sequence["Log"] = (), only: Sequence[str] = (),
     exclude: Sequence[str] = (), jobs: int = 1, tell: Callable[[str], None] = lambda _: None,
+    set_points: Answer = "unknown",
 ) -> Identification:  # fmt: skip
     """Name the physical effects that logs show and the configuration lacks.
 
@@ -143,12 +149,14 @@ def identify(
         exclude: effects that may not.
         jobs: threads.
         tell: takes progress in words, such as `print`.
+        set_points: see `gap`.
 
     Raises:
         UserError: if a log cannot be used, or an effect is unknown.
 
     """
-    return examined(actuator, logs, validate, Question(only, exclude), tell, jobs)
+    question = Question(only, exclude, set_points=set_points)
+    return examined(actuator, logs, validate, question, tell, jobs)
 
 
 def findings(result: Result, configs: Sequence[Path]) -> dict[str, str]:

@@ -25,6 +25,10 @@ def _meaning(said: dict[str, Any]) -> Any:
     return Meaning(names=names, headings=headings, **said)
 
 
+def _course(said: dict[str, Any]) -> Any:
+    return said.pop("set_points") or "unknown"
+
+
 @click.command(cls=Examination)
 @recordings
 @click.option("--only", multiple=True, metavar="EFFECT", help="Name none but these.")
@@ -44,7 +48,8 @@ def identify(
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 
-    question = Question(only, exclude, plain_fit=said.pop("method") == "least-squares")
+    plain_fit = said.pop("method") == "least-squares"
+    question = Question(only, exclude, plain_fit=plain_fit, set_points=_course(said))
     command.identify(files, validate, question, out, jobs, _meaning(said), cluster)
 
 
@@ -59,7 +64,7 @@ def gap(
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 
-    question = Question(search=False)
+    question = Question(search=False, set_points=_course(said))
     command.identify(files, validate, question, out, jobs, _meaning(said), cluster)
 
 

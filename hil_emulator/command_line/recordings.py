@@ -48,6 +48,11 @@ def recordings(function: Any) -> Any:
             help="What 100 % of a valve driver's set point are, where nothing states it.",
         ),
         click.option(
+            "--set-points", type=click.Choice(["held", "moves"]),
+            help="What the current did between the rows of a log slower than the controller; asked "
+            "of the readings otherwise.",
+        ),
+        click.option(
             "--channel", "channels", multiple=True, metavar="CHANNEL=NAME",
             help="What a channel is called in the data, such as position=CylPos.",
         ),

@@ -19,7 +19,7 @@ from hil_emulator.identify.conclusion.slow_logger import doubt
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.estimation.set_point_course import Investigation, followed
+from hil_emulator.identify.estimation.set_point_course import Answer, Investigation, followed
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.boundary import as_stated, bounded, with_gain
@@ -45,6 +45,8 @@ class Question:
         exclude: effects that may not.
         search: False measures the gap after refitting ordinary parameters, and names nothing.
         plain_fit: whether to fit what is named by ordinary least squares, too, for comparison.
+        set_points: what the current did between the rows of a log slower than the controller, if
+            that is known.
 
     """
 
@@ -52,6 +54,7 @@ class Question:
     exclude: Sequence[str] = ()
     search: bool = True
     plain_fit: bool = False
+    set_points: Answer = "unknown"
 
 
 EVERYTHING = Question()
@@ -114,12 +117,13 @@ def _identified(
     candidates = _chosen(examinable(model, predictor), question)
     nuisances = parameters.ordinary(model, priors(predictor))
     given = Investigation(learn, check, nuisances, candidates)
-    asked = _followed(predictor, given, tell)
+    asked = _followed(predictor, given, tell, told=question.set_points)
     if asked is None:
         return _too_early()
     searcher = _searcher(predictor, asked, pooled, tell)
     found = _found(searcher, question.search)
-    again = _asked_again(predictor, given, asked, found, tell)
+    told = question.set_points != "unknown"
+    again = None if told else _asked_again(predictor, given, asked, found, tell)
     if again is not None:
         anew = _searcher(predictor, again, pooled, tell)
         # who interrupts that one gets what is known already
@@ -149,11 +153,12 @@ def _identified(
 
 
 def _followed(
-    predictor: Predictor, given: Investigation, tell: Tell, model: Fit | None = None
-) -> Investigation | None:
+    predictor: Predictor, given: Investigation, tell: Tell, model: Fit | None = None,
+    told: Answer = "unknown",
+) -> Investigation | None:  # fmt: skip
     """Return the same with what the current did between rows, or None after Ctrl-C."""
     try:
-        return followed(predictor, given, tell, model)
+        return followed(predictor, given, tell, model, told)
     except KeyboardInterrupt:
         return None
 

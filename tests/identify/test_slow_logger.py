@@ -73,6 +73,23 @@ def test_the_machine_tells_whether_its_current_was_held(ticks: int, answer: str)
     assert any("valve_current" in note for note in found.learn[0].notes)
 
 
+@pytest.mark.parametrize("told", ["held", "moves"])
+def test_nobody_asks_who_is_told(told: Answer) -> None:
+    """Who knows what the controller did between the rows is believed, and it is noted who said it.
+
+    The readings are not looked at: these are none.
+    """
+    current = np.sin(2e-3 * np.pi * 7.0 * TICKS)
+    log = experiment(current, False)
+    known = Investigation([log], [log], [], candidates(knee_model(), INSTRUMENTS))
+    found = followed(Observer(knee_model(), INSTRUMENTS), known, told=told)
+    assert found.answer == told
+    assert found.candidates == known.candidates
+    for e in (*found.learn, *found.check):
+        assert (e.course is None) == (told == "held")
+        assert any("as you say" in note for note in e.notes)
+
+
 def test_as_fast_as_the_controller_nothing_changes() -> None:
     """At 1 kHz a current is held from row to row, and nobody asks."""
     log = recorded({}, "steps", 1, 0.2)

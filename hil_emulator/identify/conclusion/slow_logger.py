@@ -8,7 +8,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
 from hil_emulator.identify.selection.certainty import hardly_believed
 
-ADVICE = "log valve_current at the rate at which it is set"
+ADVICE = "log valve_current at the rate at which it is set, or say with --set-points what it did"
 
 
 def doubt(result: Result, answer: Answer, experiments: Sequence[Experiment]) -> None:

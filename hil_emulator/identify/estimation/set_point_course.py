@@ -55,7 +55,7 @@ class Investigation:
 
 def followed(
     predictor: Predictor, given: Investigation, tell: Callable[[str], None] = lambda _: None,
-    model: Fit | None = None,
+    model: Fit | None = None, told: Answer = "unknown",
 ) -> Investigation:  # fmt: skip
     """Find out what the current did between rows, and say it in the experiments' notes.
 
@@ -65,11 +65,14 @@ def followed(
         tell: takes progress in words.
         model: what is known to act; nothing beside what is configured, if not given. What is
             missing may look like either answer.
+        told: what the user says of it; then nobody asks.
 
     """
     slow = [e for e in given.learn if len(e.current) and slower_than_controller(e)]
     if not slow or not isinstance(predictor, Observer):
         return given
+    if told != "unknown":
+        return _with(given, told, "you say")
     tell("asking whether the current changed between the rows")
     dead_time = [c for c in candidates(predictor.model, ()) if c.name == DEAD_TIME]
     fitter = Fitter(predictor, [moving(e) for e in slow])
@@ -77,8 +80,7 @@ def followed(
     free = [*(c for c in known if c.name != DEAD_TIME), *dead_time]
     values = {} if model is None else {c.name: a for c, a in zip(known, model.at, strict=True)}
     answer = _answer(fitter, free, np.array([values.get(c.name, 0.0) for c in free]))
-    learn, check = ([_as(answer, e) for e in part] for part in (given.learn, given.check))
-    found = replace(given, learn=learn, check=check, answer=answer)
+    found = _with(given, answer, "the readings show")
     if answer != "unknown":
         return found
     period = max(e.period for e in slow)
@@ -88,17 +90,23 @@ def followed(
 
 
 _SAID: dict[Answer, str] = {
-    "held": "held from row to row, as the readings show",
-    "moves": "it changes between the rows, as the readings show",
-    "unknown": "whether it changes between the rows or comes late, the readings do not show",
+    "held": "held from row to row, as",
+    "moves": "it changes between the rows, as",
+    "unknown": "whether it changes between the rows or comes late is more than",
 }
 
 
-def _as(answer: Answer, e: Experiment) -> Experiment:
+def _with(given: Investigation, answer: Answer, who: str) -> Investigation:
+    """Return the same with what the current did between rows, and who says so."""
+    said = f"valve_current: {_SAID[answer]} {who}"
+    learn, check = ([_as(answer, e, said) for e in part] for part in (given.learn, given.check))
+    return replace(given, learn=learn, check=check, answer=answer)
+
+
+def _as(answer: Answer, e: Experiment, said: str) -> Experiment:
     """Return an experiment with what its current did between rows."""
     if not slower_than_controller(e):
         return e
-    said = f"valve_current: {_SAID[answer]}"
     if answer == "held":
         return replace(e, notes=(*e.notes, said))
     taken = f"taken along a curve through them, in steps of {CONTROLLER * 1e3:g} ms (assumed)"
