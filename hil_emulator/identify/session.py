@@ -13,9 +13,8 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion import account
 from hil_emulator.identify.conclusion.conclude import conclude
+from hil_emulator.identify.conclusion.doubts import doubt_haste, doubt_rows
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.conclusion.short_record import doubt_haste
-from hil_emulator.identify.conclusion.slow_logger import doubt
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
 from hil_emulator.identify.estimation.map_fit import Fit
@@ -138,7 +137,7 @@ def _identified(
         result = conclude(searcher, found)
         if not question.search:
             account.judge(result)
-        doubt(result, asked.answer, learn)
+        doubt_rows(result, asked.answer, learn)
         doubt_haste(result, predictor, [*learn, *check])
         if question.plain_fit and result.gap:
             tell("fitting the same by ordinary least squares")

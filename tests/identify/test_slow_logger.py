@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify import session
+from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
 from hil_emulator.identify.conclusion.findings import Refitted, Unexplained
 from hil_emulator.identify.conclusion.result import Result, Verdict
-from hil_emulator.identify.conclusion.slow_logger import ADVICE, doubt
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Answer, Investigation, followed
 from hil_emulator.identify.measured.between_rows import BRIDGE, moving
@@ -108,7 +108,7 @@ def test_a_dead_time_that_may_be_a_hold_leaves_the_answer_open(
     """Half a period late is what a current that is held comes, and what a dead time is."""
     late = Refitted(0.0, 2e-3, low, 3e-3, "s", "ms")
     result = Result("nothing_missing", "", parameters={"transport_delay": late})
-    doubt(result, answer, [experiment(np.sin(TICKS), False)])
+    doubt_rows(result, answer, [experiment(np.sin(TICKS), False)])
     assert result.verdict == verdict
 
 
@@ -124,7 +124,7 @@ def test_a_term_on_the_spool_may_be_the_current_between_the_rows(
     log = experiment(np.sin(TICKS), False)
     for answer in get_args(Answer):
         result = Result(verdict, "", unknown=[term])
-        doubt(result, answer, [log])
+        doubt_rows(result, answer, [log])
         held = answer == "held"
         assert result.verdict == (verdict if held else after)
         assert (ADVICE in result.reason + "".join(result.notes)) != held
