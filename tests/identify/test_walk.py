@@ -1,0 +1,119 @@
+"""The page that leads from a log to a name, held against a log that is identified."""
+
+import json
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hil_emulator
+from hil_emulator.api import identification
+from hil_emulator.api.actuator import ActuatorModel
+from hil_emulator.identify.measured.experiment import UNITS, Experiment
+from hil_emulator.identify.session import Question
+from tests.identify.rig_data import KNEE, knee, recorded
+
+ROOM = Path(hil_emulator.__file__).parent / "identify"
+PAGE = (Path(__file__).parents[2] / "docs" / "walk.md").read_text()
+SECTIONS = {part.partition("\n")[0]: part for part in PAGE.split("\n## ")}
+
+WALK = re.findall(r"^\| \d+ \| `([\w/.]+)`", SECTIONS["The walk"], re.M)
+"""The files that a reader is led through, in order."""
+
+SELECTION = re.findall(r"`(\w+\.py)`", SECTIONS["Who decides"])
+"""The files of `selection/`, by what is asked of them."""
+
+MOST = 25
+"""Files that a newcomer reads to the end."""
+
+MOST_OF_SELECTION = 12
+"""Files in which a newcomer finds who decides."""
+
+HIDDEN = {"hysteresis_width": 2e-4}
+ASKED = Question(only=["hysteresis", "internal_leakage"])
+"""Two candidates are as many as a search needs to compare them."""
+
+
+def written(folder: Path, e: Experiment) -> Path:
+    """Write an experiment as a user's logger does."""
+    columns = {"time [s]": np.arange(e.samples) * e.period, "valve_current [A]": e.current}
+    columns |= {f"{name} [{UNITS[name]}]": values for name, values in e.readings.items()}
+    file = folder / f"{e.name}.csv"
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(file, table, delimiter=",", header=",".join(columns), comments="")
+    return file
+
+
+def entered(run: Callable[[], object]) -> list[str]:
+    """Return the files of `identify` of which a function was called, the first one first."""
+    order: dict[str, None] = {}
+
+    def called(frame: FrameType, event: str, _: Any) -> None:
+        code = frame.f_code
+        # what has no name of its own, such as a default that is made, is no place to read
+        if event == "call" and not code.co_name.startswith("<"):
+            order.setdefault(code.co_filename)
+
+    before = sys.getprofile()
+    sys.setprofile(called)
+    try:
+        run()
+    finally:
+        sys.setprofile(before)
+    files = [Path(name) for name in order]
+    return [str(f.relative_to(ROOM)) for f in files if f.is_relative_to(ROOM)]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], dict[str, Any]]:
+    """Identify logs as the command does; return the files that were entered, and result.json."""
+    folder = tmp_path_factory.mktemp("walk")
+    drives = [("multisine", 1), ("steps", 2), ("multisine", 101)]
+    *logs, held = (written(folder, recorded(HIDDEN, *drive, duration=1.0)) for drive in drives)
+
+    def identify() -> None:
+        found = identification.examined(ActuatorModel("knee", knee()), logs, [held], ASKED)
+        identification.write(folder, identification.findings(found.result, [KNEE]))
+
+    files = entered(identify)
+    return files, json.loads((folder / "result.json").read_text())
+
+
+def test_the_walk_is_short() -> None:
+    """It leads through files that are there, each once, and no more than a newcomer reads."""
+    assert all((ROOM / file).is_file() for file in WALK)
+    assert 0 < len(set(WALK)) == len(WALK) <= MOST
+
+
+def test_the_walk_is_in_the_order_of_a_run(run: tuple[list[str], dict[str, Any]]) -> None:
+    """A log that is identified passes each of its files, first entered in that order."""
+    files, _ = run
+    assert [file for file in files if file in WALK] == WALK
+
+
+def test_the_walk_ends_with_the_result(run: tuple[list[str], dict[str, Any]]) -> None:
+    """What was hidden is named, and the file entered last holds what is written of it."""
+    files, result = run
+    assert [effect["name"] for effect in result["effects"]] == ["hysteresis"]
+    beside_pictures = [file for file in files if not file.startswith("reporting/")]
+    assert beside_pictures[-1] == WALK[-1] == "conclusion/result.py"
+
+
+def test_whatever_else_runs_is_a_side_door(run: tuple[list[str], dict[str, Any]]) -> None:
+    """No file takes part in a run without a word on the page."""
+    files, _ = run
+    doors = set(re.findall(r"`([\w/]+(?:\.py|/))`", SECTIONS["Side doors"]))
+    told = {*WALK, *doors, *(f"selection/{file}" for file in SELECTION)}
+    assert [f for f in files if not told & {f, *(f"{p}/" for p in Path(f).parents)}] == []
+
+
+def test_all_of_selection_is_told_by_what_it_does() -> None:
+    """Who looks for what is proposed, compared and decided finds each file once, and few."""
+    files = [f.name for f in (ROOM / "selection").glob("*.py") if f.name != "__init__.py"]
+    assert sorted(SELECTION) == sorted(files)
+    assert len(files) <= MOST_OF_SELECTION
