@@ -18,7 +18,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify import session
 from hil_emulator.identify.conclusion.findings import Finding
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.estimation.set_point_course import Answer
+from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.reporting import pictures
 from hil_emulator.identify.reporting.headline import headline
@@ -114,7 +114,7 @@ class Identification:
 
 def gap(
     actuator: ActuatorModel, *logs: "Log", validate: Sequence["Log"] = (), jobs: int = 1,
-    set_points: Answer = "unknown",
+    set_points: SetPoints = "unknown",
 ) -> Identification:  # fmt: skip
     """Measure where logs and an actuator's configuration disagree.
 
@@ -137,7 +137,7 @@ def gap(
 def identify(
     actuator: ActuatorModel, *logs: "Log", validate: Sequence["Log"] = (), only: Sequence[str] = (),
     exclude: Sequence[str] = (), jobs: int = 1, tell: Callable[[str], None] = lambda _: None,
-    set_points: Answer = "unknown",
+    set_points: SetPoints = "unknown",
 ) -> Identification:  # fmt: skip
     """Name the physical effects that logs show and the configuration lacks.
 

@@ -18,7 +18,8 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.estimation.set_point_course import Answer, Investigation, followed
+from hil_emulator.identify.estimation.set_point_course import Investigation, followed
+from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.boundary import as_stated, bounded, with_gain
@@ -53,7 +54,7 @@ class Question:
     exclude: Sequence[str] = ()
     search: bool = True
     plain_fit: bool = False
-    set_points: Answer = "unknown"
+    set_points: SetPoints = "unknown"
 
 
 EVERYTHING = Question()
@@ -153,7 +154,7 @@ def _identified(
 
 def _followed(
     predictor: Predictor, given: Investigation, tell: Tell, model: Fit | None = None,
-    told: Answer = "unknown",
+    told: SetPoints = "unknown",
 ) -> Investigation | None:  # fmt: skip
     """Return the same with what the current did between rows, or None after Ctrl-C."""
     try:

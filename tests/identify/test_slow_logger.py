@@ -11,8 +11,8 @@ from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
 from hil_emulator.identify.conclusion.findings import Refitted, Unexplained
 from hil_emulator.identify.conclusion.result import Result, Verdict
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.estimation.set_point_course import Answer, Investigation, followed
-from hil_emulator.identify.measured.between_rows import BRIDGE, moving
+from hil_emulator.identify.estimation.set_point_course import Investigation, followed
+from hil_emulator.identify.measured.between_rows import BRIDGE, SetPoints, moving
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
 from hil_emulator.identify.prediction.observer import Observer
@@ -74,7 +74,7 @@ def test_the_machine_tells_whether_its_current_was_held(ticks: int, answer: str)
 
 
 @pytest.mark.parametrize("told", ["held", "moves"])
-def test_nobody_asks_who_is_told(told: Answer) -> None:
+def test_nobody_asks_who_is_told(told: SetPoints) -> None:
     """Who knows what the controller did between the rows is believed, and it is noted who said it.
 
     The readings are not looked at: these are none.
@@ -103,7 +103,7 @@ def test_as_fast_as_the_controller_nothing_changes() -> None:
      ("unknown", -1e-4, "nothing_missing"), ("moves", 1e-3, "nothing_missing")],
 )  # fmt: skip
 def test_a_dead_time_that_may_be_a_hold_leaves_the_answer_open(
-    answer: Answer, low: float, verdict: Verdict
+    answer: SetPoints, low: float, verdict: Verdict
 ) -> None:
     """Half a period late is what a current that is held comes, and what a dead time is."""
     late = Refitted(0.0, 2e-3, low, 3e-3, "s", "ms")
@@ -122,7 +122,7 @@ def test_a_term_on_the_spool_may_be_the_current_between_the_rows(
     """It is no unknown effect, alone or beside one that has a name; where rows are all, it is."""
     term = Unexplained(SPOOL.name, "rate of the current", "A", (), (), "", 300.0)
     log = experiment(np.sin(TICKS), False)
-    for answer in get_args(Answer):
+    for answer in get_args(SetPoints):
         result = Result(verdict, "", unknown=[term])
         doubt_rows(result, answer, [log])
         held = answer == "held"
@@ -145,7 +145,7 @@ def test_every_fifth_row_raises_no_false_alarm(name: str, rate: int) -> None:
      ("held", "unknown", False)],
 )  # fmt: skip
 def test_a_search_begins_anew_where_what_was_found_gives_another_answer(
-    monkeypatch: pytest.MonkeyPatch, before: Answer, after: Answer, anew: bool
+    monkeypatch: pytest.MonkeyPatch, before: SetPoints, after: SetPoints, anew: bool
 ) -> None:
     """A missing effect may look like a current that moves: with it in the model, it is asked again.
 

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.estimation.set_point_course import DEAD_TIME, Answer
+from hil_emulator.identify.estimation.set_point_course import DEAD_TIME
+from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
 from hil_emulator.identify.prediction.observer import Observer
@@ -18,7 +19,7 @@ whose null drifts as usual, recorded for a second, 2 were said to lack something
 `python -m tests.identify.short_records 1`."""
 
 
-def doubt_rows(result: Result, answer: Answer, experiments: Sequence[Experiment]) -> None:
+def doubt_rows(result: Result, answer: SetPoints, experiments: Sequence[Experiment]) -> None:
     """Take back what the current may have made between the rows: nobody can tell."""
     if answer == "held":
         return

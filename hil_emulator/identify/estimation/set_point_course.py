@@ -7,12 +7,16 @@ because a current that is held comes half a period late on average.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
-from hil_emulator.identify.measured.between_rows import CONTROLLER, moving, slower_than_controller
+from hil_emulator.identify.measured.between_rows import (
+    CONTROLLER,
+    SetPoints,
+    moving,
+    slower_than_controller,
+)
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
@@ -29,8 +33,6 @@ CERTAIN = 3.0
 
 ROUNDS = 5
 """Iterations of a fit (assumed)."""
-
-Answer = Literal["held", "moves", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,12 @@ class Investigation:
     check: list[Experiment]
     nuisances: list[Coordinate]
     candidates: list[Coordinate]
-    answer: Answer = "held"
+    answer: SetPoints = "held"
 
 
 def followed(
     predictor: Predictor, given: Investigation, tell: Callable[[str], None] = lambda _: None,
-    model: Fit | None = None, told: Answer = "unknown",
+    model: Fit | None = None, told: SetPoints = "unknown",
 ) -> Investigation:  # fmt: skip
     """Find out what the current did between rows, and say it in the experiments' notes.
 
@@ -89,21 +91,21 @@ def followed(
     return replace(found, nuisances=[*given.nuisances, *late], candidates=rest)
 
 
-_SAID: dict[Answer, str] = {
+_SAID: dict[SetPoints, str] = {
     "held": "held from row to row, as",
     "moves": "it changes between the rows, as",
     "unknown": "whether it changes between the rows or comes late is more than",
 }
 
 
-def _with(given: Investigation, answer: Answer, who: str) -> Investigation:
+def _with(given: Investigation, answer: SetPoints, who: str) -> Investigation:
     """Return the same with what the current did between rows, and who says so."""
     said = f"valve_current: {_SAID[answer]} {who}"
     learn, check = ([_as(answer, e, said) for e in part] for part in (given.learn, given.check))
     return replace(given, learn=learn, check=check, answer=answer)
 
 
-def _as(answer: Answer, e: Experiment, said: str) -> Experiment:
+def _as(answer: SetPoints, e: Experiment, said: str) -> Experiment:
     """Return an experiment with what its current did between rows."""
     if not slower_than_controller(e):
         return e
@@ -113,7 +115,7 @@ def _as(answer: Answer, e: Experiment, said: str) -> Experiment:
     return moving(replace(e, notes=(*e.notes, f"{said}; {taken}")))
 
 
-def _answer(fitter: Fitter, free: list[Coordinate], at: Array) -> Answer:
+def _answer(fitter: Fitter, free: list[Coordinate], at: Array) -> SetPoints:
     """Return which course of the current the readings follow."""
     fitter.freeze(free, at)
     frozen = [f for f in fitter.frozen if isinstance(f, Frozen)]

@@ -1,6 +1,7 @@
 """A set point that moved between the rows of its recording: how it may have, and how surely."""
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator
@@ -20,6 +21,10 @@ JUMP = 6.0
 
 IMMATERIAL = 1e-3
 """Deviation over the largest current that is no jump: a null drifts by as much (assumed)."""
+
+
+SetPoints = Literal["held", "moves", "unknown"]
+"""What a set point did between the rows."""
 
 
 def slower_than_controller(e: Experiment) -> bool:
