@@ -15,13 +15,15 @@ import argparse
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from hil_emulator.config.load import load
 from hil_emulator.identify import session
+from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.session import EVERYTHING, Question
 from tests.identify.answer import Answer, from_dict, from_result
 from tests.identify.generator.benches import BENCHES, FIRST, Bench
 from tests.identify.generator.cases import Case, campaign, case
@@ -91,7 +93,9 @@ def kept(file: Path) -> Kept:
                 )  # fmt: skip
 
 
-def examine(which: Case, rules: Sequence[str], file: Path) -> None:
+def examine(
+    which: Case, rules: Sequence[str], file: Path, question: Question = EVERYTHING
+) -> None:  # fmt: skip
     """Ask about one case with all rules, and without each of some that decide; keep the answers."""
     done = kept(file)
     met = done.deciding.get(which.name)
@@ -102,12 +106,12 @@ def examine(which: Case, rules: Sequence[str], file: Path) -> None:
     with remembered(), changed({**PLAIN, **once}):
         if met is None:
             with deciding(list(RULES)) as met:
-                answer = _answered(which, learn, check)
+                answer = _answered(which, learn, check, question)
             _keep(file, which, WITH_ALL, answer, deciding=sorted(met))
         for rule in rules:
             if rule in met and (which.name, rule) not in done.answers:
                 with changed(RULES[rule].without):
-                    _keep(file, which, rule, _answered(which, learn, check))
+                    _keep(file, which, rule, _answered(which, learn, check, question))
 
 
 def _keep(file: Path, which: Case, rule: str, answer: Answer, **more: Sequence[str]) -> None:
@@ -129,10 +133,10 @@ def _once(work: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _answered(
-    which: Case, learn: Sequence[Experiment], check: Sequence[Experiment]
+    which: Case, learn: Sequence[Experiment], check: Sequence[Experiment], question: Question
 ) -> Answer:  # fmt: skip
     start = time.monotonic()
-    result = session.identify(load([which.bench.config]), learn, check, cache=CACHE)
+    result = session.identify(load([which.bench.config]), learn, check, question, cache=CACHE)
     return from_result(result, time.monotonic() - start)
 
 
@@ -196,6 +200,10 @@ def main() -> None:
     options.add_argument("--families", nargs="*", choices=FAMILIES, default=FAMILIES)
     options.add_argument("--bench", choices=BENCHES, default=FIRST.name, help="'' is the knee")
     options.add_argument("--rules", nargs="*", choices=list(RULES), default=list(RULES))
+    options.add_argument(
+        "--set-points", choices=get_args(SetPoints), default=EVERYTHING.set_points,
+        help="what a user would say of them; asked of the readings otherwise",
+    )  # fmt: skip
     options.add_argument("--watch", action="store_true", help="with all rules alone")
     options.add_argument("--report", action="store_true", help="only print what the file has")
     chosen = options.parse_args()
@@ -203,8 +211,9 @@ def main() -> None:
         which.name: which for which in drawn(chosen.each, chosen.families, BENCHES[chosen.bench])
     }
     if not chosen.report:
+        question = replace(EVERYTHING, set_points=chosen.set_points)
         for which in wanted.values():
-            examine(which, [] if chosen.watch else chosen.rules, chosen.out)
+            examine(which, [] if chosen.watch else chosen.rules, chosen.out, question)
             print(which.name, ", ".join(which.effects) or "nothing", flush=True)
     print(report(kept(chosen.out), wanted))
 
