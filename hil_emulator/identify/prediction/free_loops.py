@@ -3,6 +3,7 @@
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.extended_kalman_filter import congruence, multiply
 from hil_emulator.identify.prediction.records import (
     Data,
     Errors,
@@ -86,36 +87,56 @@ def carry(
     """
     kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
     count, n, m = kalman.shape
-    sources = len(diffusion) + 1
     drift = n - 2
-    cov = np.zeros((sources, n, n))
-    loose = np.zeros((sources, n, n))
+    cov, loose = np.zeros((len(one), n, n)), np.zeros((len(one), n, n))
+    kept, pushed = np.zeros((n, n)), np.zeros(n)
+    seen, work, before = np.zeros((m, n)), np.zeros((n, n)), np.zeros((n, n))
     for k in range(count - 1):
         if k >= restarts.first and (k - restarts.first) % restarts.window == 0:
             loose[:] = cov
-        kept = maps[k] - kalman[k + 1] @ senses[k]
-        for s in range(sources):
+        multiply(kalman[k + 1], senses[k], kept)
+        for i in range(n):
+            for j in range(n):
+                kept[i, j] = maps[k, i, j] - kept[i, j]
+        for s in range(len(one)):
             if s > 0:
                 for i in range(n):
                     cov[s, i, i] += diffusion[s - 1, i]
                     loose[s, i, i] += diffusion[s - 1, i]
-            seen = senses[k] @ cov[s]
-            seen_free = senses[k] @ loose[s]
-            for c in range(m):
-                one[s, k + 1, c] = np.sum(seen[c] * senses[k, c])
-                free[s, k + 1, c] = np.sum(seen_free[c] * senses[k, c])
-                if s == 0:
-                    own = noise[c] + unknown[k] * senses[k, c, drift] ** 2
-                    one[s, k + 1, c] += own
-                    free[s, k + 1, c] += own
-            cov[s] = kept @ cov[s] @ kept.T
-            loose[s] = maps[k] @ loose[s] @ maps[k].T
-        pushed = maps[k][:, drift].copy()
-        pushed[drift:] = 0.0
-        loose[0] += unknown[k] * np.outer(pushed, pushed)
-        pushed -= kalman[k + 1] @ np.ascontiguousarray(senses[k][:, drift])
-        cov[0] += unknown[k] * np.outer(pushed, pushed)
+            show(senses[k], cov[s], seen, one[s, k + 1])
+            show(senses[k], loose[s], seen, free[s, k + 1])
+            before[:] = cov[s]
+            congruence(kept, before, work, cov[s])
+            before[:] = loose[s]
+            congruence(maps[k], before, work, loose[s])
+        for c in range(m):
+            own = noise[c] + unknown[k] * senses[k, c, drift] ** 2
+            one[0, k + 1, c] += own
+            free[0, k + 1, c] += own
         for i in range(n):
-            for j in range(n):
-                for c in range(m):
-                    cov[0, i, j] += kalman[k + 1, i, c] * noise[c] * kalman[k + 1, j, c]
+            pushed[i] = maps[k, i, drift] if i < drift else 0.0
+        widen(loose[0], pushed, unknown[k])
+        for i in range(n):
+            for c in range(m):
+                pushed[i] -= kalman[k + 1, i, c] * senses[k, c, drift]
+        widen(cov[0], pushed, unknown[k])
+        for c in range(m):
+            for i in range(n):
+                pushed[i] = kalman[k + 1, i, c]
+            widen(cov[0], pushed, noise[c])
+
+
+def show(senses: Array, cov: Array, seen: Array, variance: Array) -> None:
+    """Fill the variance that a state of some covariance gives each channel; `seen` is work."""
+    multiply(senses, cov, seen)
+    for c in range(senses.shape[0]):
+        variance[c] = 0.0
+        for i in range(senses.shape[1]):
+            variance[c] += seen[c, i] * senses[c, i]
+
+
+def widen(cov: Array, direction: Array, variance: float) -> None:
+    """Add what varies along one direction to a covariance."""
+    for i in range(len(cov)):
+        for j in range(len(cov)):
+            cov[i, j] += variance * direction[i] * direction[j]

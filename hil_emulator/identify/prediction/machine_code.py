@@ -68,6 +68,8 @@ _INNER: tuple[Callable[..., object], ...] = (
     extended_kalman_filter.multiply,
     extended_kalman_filter.congruence,
     extended_kalman_filter.update,
+    free_loops.show,
+    free_loops.widen,
     smoothing.observe,
     smoothing.proceed,
     quasi_static.implicit_step,
