@@ -1,9 +1,11 @@
 """Which effects data cannot tell apart, on problems whose answer is known by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from hil_emulator.identify.estimation.clusters import Clusters
+from hil_emulator.identify.estimation.clusters import UNCORRELATED, Clusters
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
@@ -87,6 +89,22 @@ def test_held_out_data_separate_too() -> None:
 
     best, rival = with_held(p.trials[0], 300.0), with_held(p.trials[1], 250.0)
     assert rivals_of(best, p.scores, [best, rival])[0] == []
+
+
+def test_a_derivative_of_noise_makes_nobody_alike() -> None:
+    """Who explains next to nothing is no rival, however uncertain the linearised data are.
+
+    An effect that hits something has a derivative that is a spike, where residuals are large.
+    """
+    p, spike = Problem(0.5, 400.0), np.eye(1, N)[0]
+    named, other = p.trials[0], replace(p.scores[1], statistic=4.0)
+    residual = np.where(spike > 0.0, 100.0, named.fit.residual)
+    chosen = replace(named.score, column=spike)
+    best = replace(named, score=chosen, fit=replace(named.fit, residual=residual))
+    assert UNCORRELATED.variance_factor(spike, residual) > 400.0 / TOLD_APART
+    assert rivals_of(best, [chosen, other])[0] == []
+    alike = replace(other, statistic=chosen.statistic, column=spike)
+    assert rivals_of(best, [chosen, alike])[0] == ["b"]
 
 
 def test_correlated_noise_widens_a_group() -> None:

@@ -111,6 +111,9 @@ def rivals_of(
         if rival.coordinate is chosen.coordinate:
             continue
         linear = _linear_margin(chosen, size, rival, residual, near)
+        if linear[0] > GREATER_PART * best.evidence.delta_chi2:
+            # who leaves most of it is told from it as nothing would be
+            linear = linear[0], max(linear[1], linear[0] / best.evidence.variance_factor)
         apart = margin(best, refitted[name], clusters) if name in refitted else linear
         if _alike(apart, explained):
             found.append((apart[1], name))
