@@ -50,6 +50,7 @@ class Answer:
         verdict: in a word.
         evidence: what speaks for and against the best rivals.
         seconds: time it took.
+        hardly_believed: parameters that hardly any machine has, in words.
         rounds: the numbers behind it, see `numbers_of`.
 
     """
@@ -63,11 +64,12 @@ class Answer:
     seconds: float = 0.0
     extra: dict[str, Any] = field(default_factory=dict)
     rounds: tuple[dict[str, Any], ...] = ()
+    hardly_believed: tuple[str, ...] = ()
 
     @property
     def flagged(self) -> bool:
         """Whether it says that some law is not the catalogue's, or that it cannot tell."""
-        open_ = self.verdict == "cannot_tell" or bool(self.unknown)
+        open_ = self.verdict == "cannot_tell" or bool(self.unknown or self.hardly_believed)
         return open_ or any(n.form_differs for n in self.named)
 
     def to_dict(self) -> dict[str, Any]:
@@ -81,6 +83,7 @@ def from_dict(kept: dict[str, Any]) -> Answer:
     unknown = tuple((b, d) for b, d in kept["unknown"])
     return Answer(**{**kept, "named": named, "unknown": unknown,
                      "evidence": tuple(kept["evidence"]),
+                     "hardly_believed": tuple(kept.get("hardly_believed", ())),
                      "rounds": tuple(kept.get("rounds", ()))})  # fmt: skip
 
 
@@ -93,6 +96,7 @@ def from_result(result: Result, seconds: float) -> Answer:
         nearest=_nearest(result), separates=result.next_experiment or "",
         verdict=result.verdict, evidence=tuple(lines), seconds=seconds,
         rounds=tuple(map(numbers_of, result.search.rounds if result.search else ())),
+        hardly_believed=tuple(result.hardly_believed),
     )  # fmt: skip
 
 

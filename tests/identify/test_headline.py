@@ -44,6 +44,17 @@ def test_it_says_what_remains_and_what_is_in_doubt() -> None:
     assert "These data cannot tell pressure_friction from coulomb_friction." in told
 
 
+def test_it_says_what_hardly_any_machine_has() -> None:
+    """Ordinary parameters that have to be far off beside a name speak for something else."""
+    result = found(GROWTH)
+    result.hardly_believed = ["load_mass is 1.8 times its configured value"]
+    assert headline(result)[-1] == (
+        "Beside that load_mass is 1.8 times its configured value, which hardly any machine has: "
+        "something else is missing as well, or stands in for it."
+    )
+    assert result.to_dict()["hardly_believed"] == result.hardly_believed
+
+
 @pytest.mark.parametrize(
     ("value", "interval", "size"),
     [(100.0, (90.0, 110.0), "100 +- 10 N"), (100.0, (10.0, 110.0), "100 N (10 N to 110 N)"),

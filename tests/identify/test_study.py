@@ -95,6 +95,14 @@ def test_drag_is_no_mixed_friction() -> None:
 
 
 @pytest.mark.slow
+def test_a_name_beside_a_machine_that_nobody_has_is_no_whole_answer() -> None:
+    """A resonance in a tap line, which no catalogue has, is in part taken for dead volume."""
+    assert "cylinder_dead_volume_a" in " ".join(
+        asked("outside", 484, SHORTEST).answer.hardly_believed
+    )
+
+
+@pytest.mark.slow
 def test_ripple_of_the_friction_is_no_lag_of_a_sensor() -> None:
     """What comes again whenever the rod comes by is one error, and no evidence many times over."""
     assert asked("none", 455, SHORTEST, "axis").exact

@@ -63,6 +63,7 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     if findings:
         result.verdict = "missing_effects"
         result.reason = "missing: " + "; ".join(str(f) for f in findings)
+        result.hardly_believed = not_by_chance(_last_fit(search))
     elif unknown:
         result.verdict = "unknown_effect"
         u = unknown[0]

@@ -38,6 +38,8 @@ class Result:
         unknown: what remains and is not explained.
         nearest: the effect that explains a part of it, but by another law, or two that explain as
             much ("fixed_pump or variable_pump"); "" without one.
+        hardly_believed: ordinary parameters that hardly any machine has so far off, beside what was
+            named, in words: something else is missing as well, or stands in for one of them.
         gap: by channel, {"training": {"before", "after", "floor", ...}, "validation": ...}, root
             mean square in `measure` and in percent of the channel's spread, one step ahead and
             (prefix `free_`) in free runs of 500 ms; see `gap.measure`.
@@ -74,6 +76,7 @@ class Result:
     effects: list[Finding] = field(default_factory=list)
     unknown: list[Unexplained] = field(default_factory=list)
     nearest: str = ""
+    hardly_believed: list[str] = field(default_factory=list)
     gap: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     measure: str = ""
     parameters: dict[str, Refitted] = field(default_factory=dict)
@@ -104,6 +107,7 @@ class Result:
             "effects": [_finding(f) for f in self.effects],
             "unknown": [_plain(u) for u in self.unknown],
             "nearest": self.nearest,
+            "hardly_believed": self.hardly_believed,
             "gap": self.gap,
             "gap_measure": self.measure,
             "free_run_by_motion": self.motion,

@@ -16,7 +16,15 @@ def headline(result: Result) -> list[str]:
     doubts = [f"These data cannot tell {f.name} from {' or '.join(f.group)}."
               for f in result.effects if f.group]  # fmt: skip
     cut = ["The search was interrupted: this is what it knew."] if result.interrupted else []
-    return [f"{found[:1].upper()}{found[1:]}.", *cut, *_left(result), *doubts]
+    return [f"{found[:1].upper()}{found[1:]}.", *cut, *_left(result), *doubts, *_too_far(result)]
+
+
+def _too_far(result: Result) -> list[str]:
+    """Return what speaks for something else beside the effects that were named."""
+    if not result.hardly_believed:
+        return []
+    far = f"{' and '.join(result.hardly_believed)}, which hardly any machine has"
+    return [f"Beside that {far}: something else is missing as well, or stands in for it."]
 
 
 def _left(result: Result) -> list[str]:
