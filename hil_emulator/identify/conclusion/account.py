@@ -47,7 +47,8 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
     before, after = first.base, search.final or last.base
     predictor = searcher.fitter.predictor
     training = searcher.fitter.experiments
-    compared = compare(predictor, before, after, training, searcher.validation)
+    jobs = searcher.fitter.jobs
+    compared = compare(predictor, before, after, training, searcher.validation, jobs)
     result.measure = predictor.measure
     result.gap = measure(predictor, compared)
     result.traces = traces(predictor, compared)

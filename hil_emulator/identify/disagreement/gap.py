@@ -6,6 +6,7 @@ is compared with the same readings: so the numbers of several models stand besid
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.pool import Point, side_by_side
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.static import MeasuredStates
 from hil_emulator.identify.prediction.sweep_bench import SweepStates
@@ -62,8 +64,9 @@ class Compared:
 
 
 def view(
-    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], with_floors: bool = False
-) -> list[View]:
+    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], with_floors: bool = False,
+    jobs: int = 1,
+) -> list[View]:  # fmt: skip
     """Return experiments through a fitted model.
 
     Args:
@@ -71,40 +74,43 @@ def view(
         fit: the model.
         experiments: the data.
         with_floors: whether it is asked what disturbances leave.
+        jobs: threads; each takes one experiment at a time.
 
     """
-    par, chan = predictor.model.memory(fit.coordinates, fit.at)
-    found = []
-    for experiment in experiments:
-        frozen = predictor.freeze(experiment, par, chan)
-        if isinstance(predictor, Observer) and isinstance(frozen, Frozen):
-            run = replay(predictor, frozen, par, chan)
-            seen = View(experiment, run, frozen.noise)
-            if with_floors:
-                floors = spread(predictor, frozen, run)
-                strength = strengths([floors], [run], experiment.period)
-                seen = replace(seen, floors=floors, strength=strength)
-            found.append(seen)
-            continue
-        residual, track = predictor.innovations(frozen, par, chan, track=True)
-        assert isinstance(frozen, MeasuredStates)
-        residual = np.where(frozen.present[:, None], residual, np.nan)
-        empty = np.full_like(residual, np.nan)
-        run = Replay(residual, empty, np.zeros(len(residual), np.int64), track)
-        noise = frozen.noise if isinstance(frozen, SweepStates) else np.ones(residual.shape[1])
-        found.append(View(experiment, run, noise))
-    return found
+    point = predictor.model.memory(fit.coordinates, fit.at)
+    seen = partial(_seen, predictor, point=point, with_floors=with_floors)
+    return list(side_by_side(seen, experiments, jobs))
+
+
+def _seen(predictor: Predictor, experiment: Experiment, point: Point, with_floors: bool) -> View:
+    """Return one experiment through a model."""
+    frozen = predictor.freeze(experiment, *point)
+    if isinstance(predictor, Observer) and isinstance(frozen, Frozen):
+        run = replay(predictor, frozen, *point)
+        seen = View(experiment, run, frozen.noise)
+        if not with_floors:
+            return seen
+        floors = spread(predictor, frozen, run)
+        strength = strengths([floors], [run], experiment.period)
+        return replace(seen, floors=floors, strength=strength)
+    residual, track = predictor.innovations(frozen, *point, track=True)
+    assert isinstance(frozen, MeasuredStates)
+    residual = np.where(frozen.present[:, None], residual, np.nan)
+    empty = np.full_like(residual, np.nan)
+    run = Replay(residual, empty, np.zeros(len(residual), np.int64), track)
+    noise = frozen.noise if isinstance(frozen, SweepStates) else np.ones(residual.shape[1])
+    return View(experiment, run, noise)
 
 
 def compare(
     predictor: Predictor, before: Fit, after: Fit, training: Sequence[Experiment],
-    validation: Sequence[Experiment],
+    validation: Sequence[Experiment], jobs: int = 1,
 ) -> Compared:  # fmt: skip
     """Look at all data through the model before and after, and at what is left in the end."""
     parts = {n: e for n, e in {"training": training, "validation": validation}.items() if e}
-    new = {n: view(predictor, after, e, with_floors=True) for n, e in parts.items()}
+    new = {n: view(predictor, after, e, True, jobs) for n, e in parts.items()}
     same = after is before
-    old = new if same else {n: view(predictor, before, e) for n, e in parts.items()}
+    old = new if same else {n: view(predictor, before, e, False, jobs) for n, e in parts.items()}
     return Compared(old, new)
 
 

@@ -7,6 +7,7 @@ says that the law is another one, or that the effect is unknown.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.free_shapes import hats, shapes_along
 from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.pool import side_by_side
+from hil_emulator.identify.prediction.predictor import Predictor
 
 ROWS_AT_ONCE = 4096
 """Rows of a term's columns that are combined at once."""
@@ -105,8 +108,9 @@ def score_terms(
         rows = len(project.residual) - len(coordinates)
         columns: Array = np.empty((rows, len(knots)), dtype=np.float32)
         end = 0
-        for frozen, terms in zip(fitter.frozen, along, strict=True):
-            made = predictor.through(frozen, balance, terms * balance.scale)
+        acting = partial(_through, predictor, balance)
+        parts = list(zip(fitter.frozen, along, strict=True))
+        for made in side_by_side(acting, parts, fitter.jobs):
             begin, end = end, end + made.shape[1]
             columns[begin:end] = made.T
         found.append(
@@ -114,6 +118,12 @@ def score_terms(
         )
         found = _slim(found) if only is None else found
     return sorted(found, key=_short)
+
+
+def _through(predictor: Predictor, balance: Balance, part: tuple[object, Array]) -> Array:
+    """Return what terms in a balance do to the residual of an experiment, one row per term."""
+    frozen, terms = part
+    return predictor.through(frozen, balance, terms * balance.scale)
 
 
 def _short(term: DiscrepancyTerm) -> float:

@@ -74,7 +74,7 @@ class Threads:
     def freeze(self, experiments: Sequence[Experiment], point: Point) -> Batch:
         """Freeze experiments at a point and weigh their channels there."""
         predictor, jobs = self._predictor, self.jobs
-        frozen = list(_side_by_side(lambda e: frozen_at(predictor, e, point), experiments, jobs))
+        frozen = list(side_by_side(lambda e: frozen_at(predictor, e, point), experiments, jobs))
         noise = noise_of_all([predictor.noise_seen(f) for f in frozen])
         batch = LocalBatch(predictor, frozen, jobs)
         return batch if noise is None else batch.sharing(noise)
@@ -109,7 +109,7 @@ class LocalBatch:
         if len(points) == 1:
             yield self._residual(points[0], most, self.jobs)
         else:
-            yield from _side_by_side(lambda p: self._residual(p, most), points, self.jobs)
+            yield from side_by_side(lambda p: self._residual(p, most), points, self.jobs)
 
     def with_other_sensors(self, base: Point, points: Sequence[Point]) -> Iterator[Array]:
         """Yield the residual at each point."""
@@ -119,13 +119,13 @@ class LocalBatch:
             return np.asarray(self.weight * np.concatenate(parts, axis=1))
 
         groups = [points[i : i + TOGETHER] for i in range(0, len(points), TOGETHER)]
-        for group in _side_by_side(seen, groups, self.jobs):
+        for group in side_by_side(seen, groups, self.jobs):
             yield from group
 
     def _residual(self, point: Point, most: float, jobs: int = 1) -> Array:
         parts: list[Array] = []
         power, most = 0.0, most / self.weight**2
-        for part in _side_by_side(lambda f: residual(self.predictor, f, point), self.frozen, jobs):
+        for part in side_by_side(lambda f: residual(self.predictor, f, point), self.frozen, jobs):
             parts.append(part)
             power += float(part @ part)
             if power > most:
@@ -133,7 +133,7 @@ class LocalBatch:
         return np.asarray(self.weight * np.concatenate(parts))
 
 
-def _side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterator[R]:
+def side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterator[R]:
     """Yield the work on each in order; the compiled code does not hold the interpreter."""
     if jobs <= 1 or len(over) <= 1:
         yield from map(work, over)
