@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import get_args
 
 import scipy.linalg  # noqa: F401  only a library that is loaded can be kept to one thread
 from threadpoolctl import threadpool_limits
@@ -48,6 +49,9 @@ class Question:
         set_points: what the current did between the rows of a log slower than the controller, if
             that is known.
 
+    Raises:
+        UserError: if it is said to have done anything else.
+
     """
 
     only: Sequence[str] = ()
@@ -55,6 +59,13 @@ class Question:
     search: bool = True
     plain_fit: bool = False
     set_points: SetPoints = "unknown"
+
+    def __post_init__(self) -> None:
+        """Refuse what nobody would understand later on."""
+        if self.set_points not in get_args(SetPoints):
+            raise UserError(
+                f"set_points: {self.set_points!r} is none of {', '.join(get_args(SetPoints))}"
+            )
 
 
 EVERYTHING = Question()

@@ -6,6 +6,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from hil_emulator.errors import UserError
 from hil_emulator.identify import session
 from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
 from hil_emulator.identify.conclusion.findings import Refitted, Unexplained
@@ -95,6 +96,23 @@ def test_as_fast_as_the_controller_nothing_changes() -> None:
     log = recorded({}, "steps", 1, 0.2)
     known = Investigation([log], [log], [], [])
     assert followed(Observer(knee_model(), INSTRUMENTS), known) is known
+
+
+def test_what_is_said_of_a_fast_log_is_noted_as_needless() -> None:
+    """Who says it of a log at 1 kHz reads that it changed nothing."""
+    log = recorded({}, "steps", 1, 0.2)
+    known = Investigation([log], [log], [], [])
+    found = followed(Observer(knee_model(), INSTRUMENTS), known, told="moves")
+    assert found.answer == "held"
+    for e in (*found.learn, *found.check):
+        assert e.course is None
+        assert "--set-points" in e.notes[-1]
+
+
+def test_what_nobody_understands_is_refused() -> None:
+    """A program that says anything else is told what may be said."""
+    with pytest.raises(UserError, match="held, moves, unknown"):
+        session.Question(set_points="sometimes")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ def followed(
     """
     slow = [e for e in given.learn if len(e.current) and slower_than_controller(e)]
     if not slow or not isinstance(predictor, Observer):
-        return given
+        return given if told == "unknown" else _needless(given)
     if told != "unknown":
         return _with(given, told, "you say")
     tell("asking whether the current changed between the rows")
@@ -96,6 +96,14 @@ _SAID: dict[SetPoints, str] = {
     "moves": "it changes between the rows, as",
     "unknown": "whether it changes between the rows or comes late is more than",
 }
+
+
+def _needless(given: Investigation) -> Investigation:
+    """Return the same, with a note that nothing was to be said of the current."""
+    said = "valve_current: what --set-points says changes nothing in data like these"
+    learn, check = ([replace(e, notes=(*e.notes, said)) for e in part]
+                    for part in (given.learn, given.check))  # fmt: skip
+    return replace(given, learn=learn, check=check)
 
 
 def _with(given: Investigation, answer: SetPoints, who: str) -> Investigation:
