@@ -6,13 +6,14 @@
 
 Cases are none of the study's; each experiment lasts two seconds. A case is searched once with all
 rules, which tells those that decided something on the way; without each of these it is searched
-again, unless `--watch` asks for the first alone. Without any other the answer is the same. Answers
-are kept in the file of `--out`: the same command goes on where it was stopped, and a larger
-`--each` adds cases.
+again, unless `--watch` asks for the first alone; `--again` bounds in how many cases a rule is left
+out. Without any other the answer is the same. Answers are kept in the file of `--out`: the same
+command goes on where it was stopped, and a larger `--each` adds cases.
 """
 
 import argparse
 import json
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -75,6 +76,10 @@ class Kept:
         same = rule not in self.deciding[name]
         return self.answers.get((name, WITH_ALL if same else rule))
 
+    def asked(self, rule: str) -> int:
+        """Return in how many cases the rule was left out."""
+        return sum(left_out == rule for _, left_out in self.answers)
+
 
 def drawn(
     each: int, families: Sequence[str] = FAMILIES, bench: Bench = FIRST
@@ -94,10 +99,15 @@ def kept(file: Path) -> Kept:
 
 
 def examine(
-    which: Case, rules: Sequence[str], file: Path, question: Question = EVERYTHING
+    which: Case, rules: Sequence[str], file: Path, question: Question = EVERYTHING,
+    again: float = math.inf,
 ) -> None:  # fmt: skip
-    """Ask about one case with all rules, and without each of some that decide; keep the answers."""
+    """Ask about one case with all rules, and without each of some that decide; keep the answers.
+
+    No rule is left out in more than so many cases of the file.
+    """
     done = kept(file)
+    rules = [rule for rule in rules if done.asked(rule) < again]
     met = done.deciding.get(which.name)
     if met is not None and all(done.without(which.name, rule) for rule in rules):
         return
@@ -205,6 +215,9 @@ def main() -> None:
         help="what a user would say of them; asked of the readings otherwise",
     )  # fmt: skip
     options.add_argument("--watch", action="store_true", help="with all rules alone")
+    options.add_argument(
+        "--again", type=float, default=math.inf, help="most cases in which a rule is left out"
+    )
     options.add_argument("--report", action="store_true", help="only print what the file has")
     chosen = options.parse_args()
     wanted = {
@@ -213,7 +226,8 @@ def main() -> None:
     if not chosen.report:
         question = replace(EVERYTHING, set_points=chosen.set_points)
         for which in wanted.values():
-            examine(which, [] if chosen.watch else chosen.rules, chosen.out, question)
+            rules = [] if chosen.watch else chosen.rules
+            examine(which, rules, chosen.out, question, chosen.again)
             print(which.name, ", ".join(which.effects) or "nothing", flush=True)
     print(report(kept(chosen.out), wanted))
 

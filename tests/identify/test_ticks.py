@@ -48,7 +48,26 @@ def test_code_for_what_acts_computes_the_same(
     assert own is not kept.whole
     np.testing.assert_array_equal(course(model, own), course(model, kept.whole))
     again = Ticks(model.kernel, tmp_path)
-    assert again.at(model.par, 1) is not again.whole
+    assert again.at(model.par, ticks.WORTH_LOADING) is not again.whole
+
+
+def test_code_is_loaded_only_for_many_steps(
+    model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the cache holds is not loaded for few steps, in whose place other code serves."""
+    kept = Ticks(model.kernel, tmp_path)
+    leak = next(e for e in model.effects if e.name == "external_leakage")
+    leaking, _ = model.memory([model.knob(leak, "", np.inf)], [1.0])
+    with monkeypatch.context() as patched:
+        patched.setattr(ticks, "WORTH_COMPILING", 1)
+        known = kept.at(model.par, 1), kept.at(leaking, 1)
+    assert known[0] is not known[1]
+    again = Ticks(model.kernel, tmp_path)
+    assert again.at(model.par, 1) is again.whole
+    leaks = again.at(leaking, ticks.WORTH_LOADING)
+    assert leaks is not again.whole
+    assert again.at(model.par, 1) is leaks
+    assert again.at(model.par, ticks.WORTH_LOADING) not in (again.whole, leaks)
 
 
 def test_an_effect_that_acts_is_known(

@@ -75,7 +75,8 @@ def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: 
     effects = [c.name for c in search.effects]
     for term in _mapped(first, result.where):
         old = after.without(effects) if effects else beside(before, term)
-        drawn = draw(searcher.fitter.predictor, old, after, term, searcher.fitter.experiments)
+        fitter = searcher.fitter
+        drawn = draw(fitter.predictor, old, after, term, fitter.experiments, fitter.jobs)
         result.maps.append(drawn)
 
 

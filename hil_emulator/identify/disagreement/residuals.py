@@ -16,6 +16,7 @@ from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.pool import side_by_side
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.records import Entries
 from hil_emulator.identify.prediction.regressors import REGRESSORS
@@ -156,7 +157,7 @@ def beside(fit: Fit, term: DiscrepancyTerm) -> Fit:
 
 def draw(
     predictor: Predictor, before: Fit, after: Fit, term: DiscrepancyTerm,
-    experiments: Sequence[Experiment],
+    experiments: Sequence[Experiment], jobs: int = 1,
 ) -> Map:  # fmt: skip
     """Return what a term's balance lacks over its regressor, with both models.
 
@@ -166,11 +167,16 @@ def draw(
         after: the final model.
         term: balance and regressor.
         experiments: the first of them are drawn.
+        jobs: threads; each takes one experiment at a time.
 
     """
     chosen = _first(experiments)
-    old = _along(predictor, before, chosen, term)
-    new = _along(predictor, after, chosen, term)
+    wanted = [(fit, experiment) for fit in (before, after) for experiment in chosen]
+    found = list(side_by_side(lambda one: _along(predictor, *one, term), wanted, jobs))
+    old, new = (
+        (np.concatenate([value for value, _ in part]), np.concatenate([left for _, left in part]))
+        for part in (found[: len(chosen)], found[len(chosen) :])
+    )
     return _map(term, chosen[0].period, old, new)
 
 
@@ -183,18 +189,15 @@ def _first(experiments: Sequence[Experiment]) -> list[Experiment]:
 
 
 def _along(
-    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], term: DiscrepancyTerm
+    predictor: Predictor, fit: Fit, experiment: Experiment, term: DiscrepancyTerm
 ) -> tuple[Array, Array]:
-    """Return regressor and residual, all experiments in a row."""
+    """Return regressor and residual along an experiment."""
     par, chan = predictor.model.memory(fit.coordinates, fit.at)
-    values, residuals = [], []
-    for experiment in experiments:
-        frozen = predictor.freeze(experiment, par, chan)
-        predictor.weigh(frozen, par, chan)
-        track = predictor.innovations(frozen, par, chan, track=True)[1]
-        values.append(predictor.regressors(frozen, track)[term.regressor])
-        residuals.append(lacking(predictor, frozen, par, chan, term.balance))
-    return np.concatenate(values), np.concatenate(residuals)
+    frozen = predictor.freeze(experiment, par, chan)
+    predictor.weigh(frozen, par, chan)
+    track = predictor.innovations(frozen, par, chan, track=True)[1]
+    values = predictor.regressors(frozen, track)[term.regressor]
+    return values, lacking(predictor, frozen, par, chan, term.balance)
 
 
 def _map(

@@ -7,7 +7,6 @@ says that the law is another one, or that the effect is unknown.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
@@ -15,10 +14,11 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.balances import Balance
-from hil_emulator.identify.prediction.free_shapes import hats, shapes_along
+from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import side_by_side
 from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.regressors import Regressors
 
 ROWS_AT_ONCE = 4096
 """Rows of a term's columns that are combined at once."""
@@ -94,36 +94,35 @@ def score_terms(
         only: titles of those that are asked about; None for all.
 
     """
-    model = fitter.predictor.model
-    par, chan = model.memory(coordinates, at)
-    tracks = [fitter.predictor.innovations(f, par, chan, track=True)[1] for f in fitter.frozen]
-    predictor = fitter.predictor
-    values = [predictor.regressors(f, t) for f, t in zip(fitter.frozen, tracks, strict=True)]
+    predictor, frozen = fitter.predictor, fitter.frozen
+    point = predictor.model.memory(coordinates, at)
+
+    def seen(one: object) -> Regressors:
+        return predictor.regressors(one, predictor.innovations(one, *point, track=True)[1])
+
+    def scored(shape: FreeShape) -> DiscrepancyTerm:
+        columns = _columns(predictor, frozen, values, shape)
+        return _score(shape, columns, project, seed, fitter.correlation_length)
+
+    values = list(side_by_side(seen, frozen, fitter.jobs))
+    asked = [s for s in shapes_along(predictor, values) if only is None or s.title in only]
     found: list[DiscrepancyTerm] = []
-    for shape in shapes_along(predictor, values):
-        balance, regressor, knots = shape.balance, shape.regressor, shape.knots
-        if only is not None and shape.title not in only:
-            continue
-        along = [hats(v[regressor], knots) for v in values]
-        rows = len(project.residual) - len(coordinates)
-        columns: Array = np.empty((rows, len(knots)), dtype=np.float32)
-        end = 0
-        acting = partial(_through, predictor, balance)
-        parts = list(zip(fitter.frozen, along, strict=True))
-        for made in side_by_side(acting, parts, fitter.jobs):
-            begin, end = end, end + made.shape[1]
-            columns[begin:end] = made.T
-        found.append(
-            _score(balance, regressor, knots, columns, project, seed, fitter.correlation_length)
-        )
-        found = _slim(found) if only is None else found
+    # what the first one computes of an experiment serves all others
+    for shapes in (asked[:1], asked[1:]):
+        for term in side_by_side(scored, shapes, fitter.jobs):
+            found = _slim([*found, term]) if only is None else [*found, term]
     return sorted(found, key=_short)
 
 
-def _through(predictor: Predictor, balance: Balance, part: tuple[object, Array]) -> Array:
-    """Return what terms in a balance do to the residual of an experiment, one row per term."""
-    frozen, terms = part
-    return predictor.through(frozen, balance, terms * balance.scale)
+def _columns(
+    predictor: Predictor, frozen: Sequence[object], values: Sequence[Regressors], shape: FreeShape
+) -> Array:  # fmt: skip
+    """Return what each hat of a shape does to the residuals, shape (residuals, hats)."""
+    parts: list[Array] = []
+    for one, along in zip(frozen, values, strict=True):
+        terms = hats(along[shape.regressor], shape.knots) * shape.balance.scale
+        parts.append(predictor.through(one, shape.balance, terms).astype(np.float32))
+    return np.ascontiguousarray(np.concatenate(parts, axis=1).T)
 
 
 def _short(term: DiscrepancyTerm) -> float:
@@ -139,8 +138,7 @@ def _slim(found: Sequence[DiscrepancyTerm]) -> list[DiscrepancyTerm]:
 
 
 def _score(
-    balance: Balance, regressor: str, knots: Array, columns: Array, project: Projection, seed: int,
-    correlation_length: int,
+    shape: FreeShape, columns: Array, project: Projection, seed: int, correlation_length: int
 ) -> DiscrepancyTerm:  # fmt: skip
     residual = project.residual
     projected, responses = project.together(columns)
@@ -150,14 +148,22 @@ def _score(
     keep = values > 1e-4 * max(values[-1], 1e-30)
     basis = combined(projected, vectors[:, keep] / np.sqrt(values[keep]))
     components = basis.T @ residual
-    curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ components * balance.scale
+    curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ components * shape.balance.scale
     statistic = float(components @ components)
     # what the term explains is no measure of chance
     usual, limit = chance(basis, residual - basis @ components, seed, 2 * correlation_length)
     strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
     uncertainty = np.sqrt(strength * np.sum(np.square(responses), axis=1))
     return DiscrepancyTerm(
-        balance, regressor, statistic, limit, knots, curve, columns, uncertainty, usual
+        shape.balance,
+        shape.regressor,
+        statistic,
+        limit,
+        shape.knots,
+        curve,
+        columns,
+        uncertainty,
+        usual,
     )
 
 

@@ -6,13 +6,14 @@ time, and again where they are needed again.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
-from hil_emulator.identify.prediction.pool import Batch
+from hil_emulator.identify.prediction.pool import Batch, side_by_side
 from hil_emulator.identify.prediction.regressors import Regressors
 
 MOST_ROWS = 300_000
@@ -145,17 +146,23 @@ class ShapeSums:
     def _regressors(self, batch: Batch) -> Iterator[Regressors]:
         predictor = self._fitter.predictor
         point = predictor.model.memory(self._fit.coordinates, self._fit.at)
-        for frozen in batch.frozen:
+
+        def seen(frozen: object) -> Regressors:
             path = predictor.innovations(frozen, *point, track=True)[1]
-            yield predictor.regressors(frozen, path)
+            return predictor.regressors(frozen, path)
+
+        yield from side_by_side(seen, batch.frozen, self._fitter.jobs)
 
     def _rows(
         self, batch: Batch, values: Sequence[Regressors], residual: Array, jacobian: Array
     ) -> Iterator[tuple[Array, Array, Array]]:
         """Yield columns, Jacobian and residual of each experiment."""
-        begin = 0
+        begin, jobs = 0, self._fitter.jobs
+        first, *rest = self._groups()
         for frozen, along in zip(batch.frozen, values, strict=True):
-            columns = np.concatenate([self._columns(frozen, along, g) for g in self._groups()])
+            made = partial(self._columns, frozen, along)
+            # what the first one computes of an experiment serves all others
+            columns = np.concatenate([made(first), *side_by_side(made, rest, jobs)])
             kept = slice(begin, begin + min(columns.shape[1], MOST_ROWS))
             begin += columns.shape[1]
             yield (columns[:, :MOST_ROWS], jacobian[kept].astype(np.float64), residual[kept])
