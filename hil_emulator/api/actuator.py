@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hil_emulator.api.linear_model import LinearModel, linearised
-from hil_emulator.api.standalone import StandAlone
 from hil_emulator.api.tables import recorded
 from hil_emulator.config.load import Configuration, built_in, load_texts, whole
 from hil_emulator.config.load import load as load_one
@@ -27,6 +25,8 @@ from hil_emulator.units import show, to_si
 
 if TYPE_CHECKING:
     import pandas
+
+    from hil_emulator.api.linear_model import LinearModel
 
 Quantity = str | float
 """A number with its unit, such as "3 mA", or a number in SI."""
@@ -77,6 +77,9 @@ class ActuatorModel:
         ticks = _ticks(courses, duration, tick)
         times = tick * np.arange(ticks, dtype=np.float64)
         driven = {n: _sampled(n, c, times) for n, c in courses.items()}
+        # the same
+        from hil_emulator.api.standalone import StandAlone
+
         alone = StandAlone(built_in(whole(self.config)))
         rows = np.empty((ticks, len(columns())))
         for i in range(ticks):
@@ -84,7 +87,7 @@ class ActuatorModel:
             rows[i] = alone.row()
         return recorded(rows, machine=self.name, digest=self.config.digest)
 
-    def linearise(self, position: Quantity | None = None, current: Quantity = 0.0) -> LinearModel:
+    def linearise(self, position: Quantity | None = None, current: Quantity = 0.0) -> "LinearModel":
         """Return the linear models around a position, at rest or in the motion of a current.
 
         Args:
@@ -95,6 +98,9 @@ class ActuatorModel:
             UserError: if nothing is in equilibrium there.
 
         """
+        # slow to import, and few ask for it
+        from hil_emulator.api.linear_model import linearised
+
         place = None if position is None else si("position", position, "m")
         return linearised(built_in(whole(self.config)), place, si("current", current, "A"))
 

@@ -4,11 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from hil_emulator.captures import by_database, by_dictionary, capture
+from hil_emulator.bus import log_endings
 from hil_emulator.captures.carrier import Carrier
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.one_supply import supply_effects
-from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import formats
 from hil_emulator.identify.measured.data import experiments as experiments_of
@@ -17,9 +16,8 @@ from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
 from hil_emulator.identify.measured.reading import MeasuredFile, digest_of, read, recording
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.recording import SUFFIX, journal
-from hil_emulator.simulation.node_factory import nodes
 
-ENDINGS = (*formats.ENDINGS, SUFFIX, *capture.SUFFIXES)
+ENDINGS = (*formats.ENDINGS, SUFFIX, *log_endings.SUFFIXES)
 """Endings of files that can be examined."""
 
 
@@ -61,7 +59,10 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
     found: list[Experiment] = []
     for file in files:
         ending = file.suffix.lower()
-        if ending in capture.SUFFIXES:
+        if ending in log_endings.SUFFIXES:
+            # slow to import, and tables need none of it
+            from hil_emulator.captures import capture
+
             digest = digest_of(file)
             table = capture.read(file, carriers, sync_id, meaning.rated_current)
             found += experiments_of(recording(file, table, digest))
@@ -94,11 +95,15 @@ def _carriers(
     files: Sequence[Path], config: Configuration, meaning: Meaning
 ) -> tuple[list[Carrier], int]:
     """Return what captured frames mean, and the identifier of SYNC."""
-    if not any(file.suffix.lower() in capture.SUFFIXES for file in files):
+    if not any(file.suffix.lower() in log_endings.SUFFIXES for file in files):
         return [], 0
+    # slow to import, too
+    from hil_emulator.captures import by_database, by_dictionary
+    from hil_emulator.simulation.node_factory import nodes
+
     found = [c for f in meaning.databases for c in by_database.from_file(f, meaning.names)]
     found += by_dictionary.from_files(meaning.sheets, meaning.node_ids)
-    made: list[Node] = nodes(config, [channel.name for channel in CHANNELS])
+    made = nodes(config, [channel.name for channel in CHANNELS])
     sync_id = by_dictionary.sync_id(made[0].dictionary) if made else by_dictionary.SYNC
     if not found and not made:
         raise UserError(

@@ -10,9 +10,6 @@ import can
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 
-SUFFIXES = (".blf", ".asc", ".log")
-"""Vector's binary and text logs, and that of candump."""
-
 _OBJECT, _HEADER = b"LOBJ", 16
 """What an object of a BLF file begins with, and the bytes of its shortest header."""
 
@@ -27,7 +24,7 @@ def write(file: Path, frames: Iterable[tuple[int, bool, Frame]], remarks: Iterab
     """Write frames on the emulator's time base.
 
     Args:
-        file: where to; its ending, one of `SUFFIXES`, decides the format.
+        file: where to; its ending, one of `log_endings.SUFFIXES`, decides the format.
         frames: time [ns], whether the emulator sent it, frame; oldest first.
         remarks: what made the data; written at time 0, where the format can hold it.
 

@@ -15,9 +15,6 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
 from hil_emulator.identify.measured.reading import KNOWN, SET_POINT, TIME
 
-SUFFIXES = frame_log.SUFFIXES
-"""Endings of captures."""
-
 LONGEST = 1_000_000
 """Samples of one capture; more is an error in its times (assumed: a quarter of an hour)."""
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from hil_emulator.bus import log_endings
 from hil_emulator.command_line.kinds import (
     CONFIGURATION,
     Duration,
@@ -15,6 +16,12 @@ from hil_emulator.command_line.kinds import (
 from hil_emulator.command_line.recordings import Examination, recordings
 from hil_emulator.errors import UserError
 from hil_emulator.platform.lean_start import lean_bus
+
+
+def _lean(*files: Path) -> None:
+    """Load python-can as lean as it gets, where captures need it at all."""
+    if any(file.suffix.lower() in log_endings.SUFFIXES for file in files):
+        lean_bus()
 
 
 def _meaning(said: dict[str, Any]) -> Any:
@@ -44,7 +51,7 @@ def identify(
     exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, **said: Any,
 ) -> None:  # fmt: skip
     """Name the physical effects that a recording shows and the configuration lacks."""
-    lean_bus()
+    _lean(*files, *validate)
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 
@@ -60,7 +67,7 @@ def gap(
     **said: Any,
 ) -> None:  # fmt: skip
     """Measure where a recording and the configuration disagree."""
-    lean_bus()
+    _lean(*files, *validate)
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 

@@ -10,7 +10,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hil_emulator.bus import frame_log
+from hil_emulator.bus import frame_log, log_endings
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.effect_files import digest
@@ -168,7 +168,7 @@ def _deviations(recording: Recording, repeated: Recording) -> dict[str, float]:
 
 def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration]:
     """Return a recording and the configuration to repeat it with."""
-    if file.suffix in frame_log.SUFFIXES:
+    if file.suffix in log_endings.SUFFIXES:
         if not files:
             raise UserError(f"{file}: a log does not say what was emulated; name the CONFIG too")
         config = load_rig(files)

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from hil_emulator.bus import frame_log
+from hil_emulator.bus import frame_log, log_endings
 from hil_emulator.recording import messages
 from hil_emulator.recording.format import Format
 from hil_emulator.recording.streaming import frames, header_of
@@ -25,4 +25,4 @@ def write(source: Path, file: Path) -> None:
         beside.write_text(json.dumps(header["provenance"], indent=2), encoding="utf-8")
 
 
-FORMAT = Format(frame_log.SUFFIXES, write)
+FORMAT = Format(log_endings.SUFFIXES, write)
