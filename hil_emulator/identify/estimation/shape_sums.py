@@ -7,6 +7,7 @@ time, and again where they are needed again.
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 
 import numpy as np
 
@@ -138,10 +139,15 @@ class ShapeSums:
         return np.array([np.median(part) for part in np.split(widened, ends[:-1])])
 
     def _sums(self, rows: Iterable[tuple[Array, Array, Array]]) -> Sums:
-        sums = Sums.nothing(sum(len(s.knots) for s in self.shapes), len(self._fit.at))
+        sums = Sums.nothing(self._hats, len(self._fit.at))
         for columns, jacobian, residual in rows:
             sums.add(columns, jacobian, residual)
         return sums
+
+    @property
+    def _hats(self) -> int:
+        """Number of hats of all shapes."""
+        return sum(len(s.knots) for s in self.shapes)
 
     def _regressors(self, batch: Batch) -> Iterator[Regressors]:
         predictor = self._fitter.predictor
@@ -161,11 +167,15 @@ class ShapeSums:
         first, *rest = self._groups()
         for frozen, along in zip(batch.frozen, values, strict=True):
             made = partial(self._columns, frozen, along)
-            # what the first one computes of an experiment serves all others
-            columns = np.concatenate([made(first), *side_by_side(made, rest, jobs)])
-            kept = slice(begin, begin + min(columns.shape[1], MOST_ROWS))
-            begin += columns.shape[1]
-            yield (columns[:, :MOST_ROWS], jacobian[kept].astype(np.float64), residual[kept])
+            begun = made(first)  # what it computes of an experiment serves all others
+            rows, at = begun.shape[1], 0
+            columns = np.empty((self._hats, min(rows, MOST_ROWS)), dtype=np.float32)
+            for part in chain([begun], side_by_side(made, rest, jobs)):
+                columns[at : at + len(part)] = part[:, :MOST_ROWS]
+                at += len(part)
+            kept = slice(begin, begin + columns.shape[1])
+            begin += rows
+            yield columns, jacobian[kept].astype(np.float64), residual[kept]
 
     def _groups(self) -> Iterator[list[FreeShape]]:
         """Yield the shapes in their order, those of one balance together as far as hats allow."""
