@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
 import scipy.linalg  # noqa: F401  only a library that is loaded can be kept to one thread
 from threadpoolctl import threadpool_limits
 
@@ -18,8 +19,8 @@ from hil_emulator.identify.conclusion.doubts import doubt_haste, doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
-from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.estimation.set_point_course import Investigation, followed
+from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
+from hil_emulator.identify.estimation.set_point_course import Investigation, followed, held
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
@@ -29,6 +30,7 @@ from hil_emulator.identify.prediction.instrumentation import examinable, predict
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.pool import Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.selection.certainty import hardly_believed
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.platform.cluster import connected
@@ -135,10 +137,15 @@ def _identified(
     found = _found(searcher, question.search)
     told = question.set_points != "unknown"
     again = None if told else _asked_again(predictor, given, asked, found, tell)
+    doubted = again is None and asked.answer == "unknown" and _strained(found)
+    if doubted:
+        tell("searching once more: a current that was held may need nothing hard to believe")
+        again = held(given)
     if again is not None:
         anew = _searcher(predictor, again, pooled, tell)
         # who interrupts that one gets what is known already
-        if (better := _found(anew, question.search)) is not None:
+        better = _found(anew, question.search)
+        if better is not None and not (doubted and _strain(better) > _strain(found)):
             asked, searcher, found = again, anew, better
     learn, check, candidates = asked.learn, asked.check, asked.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
@@ -195,6 +202,17 @@ def _asked_again(
         return None
     tell("searching once more: with what was found, the current is seen to be otherwise")
     return again
+
+
+def _strained(found: Search | None) -> bool:
+    """Whether a finished search needs an ordinary parameter that hardly any machine has."""
+    return found is not None and found.final is not None and bool(hardly_believed(found.final))
+
+
+def _strain(found: Search | None) -> float:
+    """Return the sum of squares of what ordinary parameters deviate by, in usual deviations."""
+    fit = found.final if found is not None else None
+    return 0.0 if fit is None else float(np.sum((prior_rows(fit.coordinates) * fit.at) ** 2))
 
 
 def _too_early() -> Result:

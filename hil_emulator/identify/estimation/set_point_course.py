@@ -91,6 +91,11 @@ def followed(
     return replace(found, nuisances=[*given.nuisances, *late], candidates=rest)
 
 
+def held(given: Investigation) -> Investigation:
+    """Return the same with the current held, where the readings tell nothing of it."""
+    return _with(given, "held", "no parameter is hard to believe then")
+
+
 _SAID: dict[SetPoints, str] = {
     "held": "held from row to row, as",
     "moves": "it changes between the rows, as",
