@@ -6,6 +6,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify import session
 from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
@@ -19,7 +20,10 @@ from hil_emulator.identify.prediction.balances import SPOOL
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.selection.progress import Search
-from tests.identify.rig_data import INSTRUMENTS, campaign, knee_model, recorded, thinned
+from tests.identify.generator.benches import BENCHES
+from tests.identify.generator.cases import campaign as blind
+from tests.identify.generator.cases import case
+from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee_model, recorded, thinned
 from tests.identify.slow_logger import CASES, logged, sort_of
 
 SLOW = pytest.mark.slow
@@ -179,3 +183,24 @@ def test_a_search_begins_anew_where_what_was_found_gives_another_answer(
     )
     assert (again is not None) == anew
     assert session._asked_again(model, given, asked, Search([]), lambda _: None) is None
+
+
+def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:
+    """Three of them are nine, however wide one is; an effect may have any size."""
+    model = knee_model()
+    ordinary_one = replace(ordinary(model)[0], prior=0.5)
+    effect = replace(candidates(model, INSTRUMENTS)[0], prior=np.inf)
+    fit = Fit([ordinary_one, effect], np.array([1.5, 7.0]), np.zeros(0), np.zeros((0, 2)), 0.0)
+    assert session._strain(Search([], final=fit)) == pytest.approx(9.0)
+    assert session._strain(Search([])) == 0.0
+    assert not session._strained(Search([]))
+    assert not session._strained(None)
+
+
+@SLOW
+def test_where_the_readings_do_not_tell_it_belief_does() -> None:
+    """A healthy axis on a dirty bench, its current held, needs no valve half as fast again."""
+    which = case("none", 509, 2.0, BENCHES["axis"])
+    result = session.identify(load([which.bench.config]), *blind(which), cache=CACHE)
+    assert result.verdict == "nothing_missing", result.reason
+    assert any("hard to believe" in note for note in result.notes)
