@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import get_args
 
-import numpy as np
 import scipy.linalg  # noqa: F401  only a library that is loaded can be kept to one thread
 from threadpoolctl import threadpool_limits
 
@@ -19,7 +18,7 @@ from hil_emulator.identify.conclusion.doubts import doubt_haste, doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
-from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
+from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Investigation, followed, held
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
@@ -30,7 +29,7 @@ from hil_emulator.identify.prediction.instrumentation import examinable, predict
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.pool import Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.selection.certainty import hardly_believed
+from hil_emulator.identify.selection.certainty import disbelief, hardly_believed
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.platform.cluster import connected
@@ -145,7 +144,7 @@ def _identified(
         anew = _searcher(predictor, again, pooled, tell)
         # who interrupts that one gets what is known already
         better = _found(anew, question.search)
-        if better is not None and not (doubted and _strain(better) > _strain(found)):
+        if better is not None and not (doubted and _disbelief(better) > _disbelief(found)):
             asked, searcher, found = again, anew, better
     learn, check, candidates = asked.learn, asked.check, asked.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
@@ -209,10 +208,9 @@ def _strained(found: Search | None) -> bool:
     return found is not None and found.final is not None and bool(hardly_believed(found.final))
 
 
-def _strain(found: Search | None) -> float:
-    """Return the sum of squares of what ordinary parameters deviate by, in usual deviations."""
-    fit = found.final if found is not None else None
-    return 0.0 if fit is None else float(np.sum((prior_rows(fit.coordinates) * fit.at) ** 2))
+def _disbelief(found: Search | None) -> float:
+    """Return how little what a finished search has fitted is believed."""
+    return disbelief(found.final) if found is not None and found.final is not None else 0.0
 
 
 def _too_early() -> Result:

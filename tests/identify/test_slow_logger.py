@@ -19,6 +19,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
+from hil_emulator.identify.selection.certainty import disbelief
 from hil_emulator.identify.selection.progress import Search
 from tests.identify.generator.benches import BENCHES
 from tests.identify.generator.cases import campaign as blind
@@ -191,10 +192,7 @@ def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:
     ordinary_one = replace(ordinary(model)[0], prior=0.5)
     effect = replace(candidates(model, INSTRUMENTS)[0], prior=np.inf)
     fit = Fit([ordinary_one, effect], np.array([1.5, 7.0]), np.zeros(0), np.zeros((0, 2)), 0.0)
-    assert session._strain(Search([], final=fit)) == pytest.approx(9.0)
-    assert session._strain(Search([])) == 0.0
-    assert not session._strained(Search([]))
-    assert not session._strained(None)
+    assert disbelief(fit) == pytest.approx(9.0)
 
 
 @SLOW

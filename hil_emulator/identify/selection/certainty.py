@@ -12,7 +12,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.selection.levels import (
@@ -160,6 +160,11 @@ def hardly_believed(fit: Fit, chance: float = ONE_IN_TWENTY) -> list[str]:
         for c, at in zip(fit.coordinates, fit.at, strict=True)
         if np.isfinite(c.prior) and c.neutral and abs(at) > deviations * c.prior
     ]
+
+
+def disbelief(fit: Fit) -> float:
+    """Return the sum of squares of what ordinary parameters deviate by, in usual deviations."""
+    return float(np.sum((prior_rows(fit.coordinates) * fit.at) ** 2))
 
 
 def not_by_chance(fit: Fit) -> list[str]:
