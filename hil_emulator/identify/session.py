@@ -138,7 +138,7 @@ def _identified(
     again = None if told else _asked_again(predictor, given, asked, found, tell)
     doubted = again is None and asked.answer == "unknown" and _strained(found)
     if doubted:
-        tell("searching once more: a current that was held may need nothing hard to believe")
+        tell("searching once more: of a current that was held less may have to be believed")
         again = held(given)
     if again is not None:
         anew = _searcher(predictor, again, pooled, tell)
@@ -204,7 +204,7 @@ def _asked_again(
 
 
 def _strained(found: Search | None) -> bool:
-    """Whether a finished search needs an ordinary parameter that hardly any machine has."""
+    """Whether a finished search needs an ordinary parameter that one of twenty machines has."""
     return found is not None and found.final is not None and bool(hardly_believed(found.final))
 
 

@@ -201,4 +201,4 @@ def test_where_the_readings_do_not_tell_it_belief_does() -> None:
     which = case("none", 509, 2.0, BENCHES["axis"])
     result = session.identify(load([which.bench.config]), *blind(which), cache=CACHE)
     assert result.verdict == "nothing_missing", result.reason
-    assert any("hard to believe" in note for note in result.notes)
+    assert any("less has to be believed" in note for note in result.notes)

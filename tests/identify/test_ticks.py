@@ -24,6 +24,12 @@ def model() -> PlantModel:
     return PlantModel(knee(), CACHE)
 
 
+def with_leakage(model: PlantModel) -> Array:
+    """Return the parameters of a machine that leaks to the outside."""
+    leak = next(e for e in model.effects if e.name == "external_leakage")
+    return model.memory([model.knob(leak, "", np.inf)], [1.0])[0]
+
+
 def course(model: PlantModel, tick: Tick) -> Array:
     """Return states and signals along a run in which the rod moves to and fro."""
     state = model.start(model.par, STEP, None)
@@ -56,8 +62,7 @@ def test_code_is_loaded_only_for_many_steps(
 ) -> None:
     """What the cache holds is not loaded for few steps, in whose place other code serves."""
     kept = Ticks(model.kernel, tmp_path)
-    leak = next(e for e in model.effects if e.name == "external_leakage")
-    leaking, _ = model.memory([model.knob(leak, "", np.inf)], [1.0])
+    leaking = with_leakage(model)
     with monkeypatch.context() as patched:
         patched.setattr(ticks, "WORTH_COMPILING", 1)
         known = kept.at(model.par, 1), kept.at(leaking, 1)
@@ -75,8 +80,7 @@ def test_an_effect_that_acts_is_known(
 ) -> None:
     """Code without an effect never takes a step in which the effect is on."""
     kept = Ticks(model.kernel, tmp_path)
-    leak = next(e for e in model.effects if e.name == "external_leakage")
-    leaking, _ = model.memory([model.knob(leak, "", np.inf)], [1.0])
+    leaking = with_leakage(model)
     with monkeypatch.context() as patched:
         patched.setattr(ticks, "WORTH_COMPILING", 1)
         kept.at(model.par, 1)

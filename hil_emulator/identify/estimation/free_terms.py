@@ -155,16 +155,9 @@ def _score(
     strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
     uncertainty = np.sqrt(strength * np.sum(np.square(responses), axis=1))
     return DiscrepancyTerm(
-        shape.balance,
-        shape.regressor,
-        statistic,
-        limit,
-        shape.knots,
-        curve,
-        columns,
-        uncertainty,
+        shape.balance, shape.regressor, statistic, limit, shape.knots, curve, columns, uncertainty,
         usual,
-    )
+    )  # fmt: skip
 
 
 def combined(columns: Array, weights: Array) -> Array:

@@ -93,7 +93,7 @@ def followed(
 
 def held(given: Investigation) -> Investigation:
     """Return the same with the current held, where the readings tell nothing of it."""
-    return _with(given, "held", "no parameter is hard to believe then")
+    return _with(given, "held", "less has to be believed then")
 
 
 _SAID: dict[SetPoints, str] = {
