@@ -132,20 +132,8 @@ def _identified(
     asked = _followed(predictor, given, tell, told=question.set_points)
     if asked is None:
         return _too_early()
-    searcher = _searcher(predictor, asked, pooled, tell)
-    found = _found(searcher, question.search)
-    told = question.set_points != "unknown"
-    again = None if told else _asked_again(predictor, given, asked, found, tell)
-    doubted = again is None and asked.answer == "unknown" and _strained(found)
-    if doubted:
-        tell("searching once more: of a current that was held less may have to be believed")
-        again = held(given)
-    if again is not None:
-        anew = _searcher(predictor, again, pooled, tell)
-        # who interrupts that one gets what is known already
-        better = _found(anew, question.search)
-        if better is not None and not (doubted and _disbelief(better) > _disbelief(found)):
-            asked, searcher, found = again, anew, better
+    examined = _examined(predictor, given, asked, question, pooled, tell)
+    asked, searcher, found = examined.asked, examined.searcher, examined.found
     learn, check, candidates = asked.learn, asked.check, asked.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     if found is None:
@@ -155,7 +143,7 @@ def _identified(
         result = conclude(searcher, found)
         if not question.search:
             account.judge(result)
-        doubt_rows(result, asked.answer, learn)
+        doubt_rows(result, asked.answer, learn, examined.believed)
         doubt_haste(result, predictor, [*learn, *check])
         if question.plain_fit and result.gap:
             tell("fitting the same by ordinary least squares")
@@ -167,6 +155,48 @@ def _identified(
     beyond = set() if question.only or question.exclude else every - {c.name for c in candidates}
     result.unseen = sorted({*result.unseen, *beyond})
     return result
+
+
+@dataclass(frozen=True)
+class _Examined:
+    """A search, None if it was interrupted, and of what.
+
+    Attributes:
+        asked: what was examined.
+        searcher: that searched.
+        found: by it.
+        believed: whether its current was held for less to be believed.
+
+    """
+
+    asked: Investigation
+    searcher: Searcher
+    found: Search | None
+    believed: bool = False
+
+
+def _examined(
+    predictor: Predictor, given: Investigation, asked: Investigation, question: Question,
+    pooled: Pools, tell: Tell,
+) -> _Examined:  # fmt: skip
+    """Search, and once more if the current has done something else between the rows."""
+    searcher = _searcher(predictor, asked, pooled, tell)
+    found = _found(searcher, question.search)
+    first = _Examined(asked, searcher, found)
+    told = question.set_points != "unknown"
+    again = None if told else _asked_again(predictor, given, asked, found, tell)
+    doubted = again is None and asked.answer == "unknown" and _strained(found)
+    if doubted:
+        tell("searching once more: of a current that was held less may have to be believed")
+        again = held(given)
+    if again is None:
+        return first
+    searcher = _searcher(predictor, again, pooled, tell)
+    # who interrupts that one gets what is known already
+    better = _found(searcher, question.search)
+    if better is None or (doubted and _disbelief(better) > _disbelief(found)):
+        return first
+    return _Examined(again, searcher, better, doubted)
 
 
 def _followed(

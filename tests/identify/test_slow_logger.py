@@ -10,7 +10,7 @@ from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify import session
 from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
-from hil_emulator.identify.conclusion.findings import Refitted, Unexplained
+from hil_emulator.identify.conclusion.findings import Finding, Refitted, Unexplained
 from hil_emulator.identify.conclusion.result import Result, Verdict
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Investigation, followed
@@ -30,6 +30,15 @@ from tests.identify.slow_logger import CASES, logged, sort_of
 SLOW = pytest.mark.slow
 EVERY = 5
 TICKS = np.arange(1000)
+
+
+def dead_time() -> Finding:
+    """Return a dead time that was named."""
+    return Finding(
+        name="transport_delay", knob="time", value=2e-3, unit="s", shown="ms",
+        interval=(1e-3, 3e-3), explained=0.5, delta_chi2=100.0, held_out=50.0, group=(),
+        form_differs=False, rivals=(),
+    )  # fmt: skip
 
 
 def experiment(current: np.ndarray, set_point_first: bool) -> Experiment:
@@ -202,3 +211,12 @@ def test_where_the_readings_do_not_tell_it_belief_does() -> None:
     result = session.identify(load([which.bench.config]), *blind(which), cache=CACHE)
     assert result.verdict == "nothing_missing", result.reason
     assert any("less has to be believed" in note for note in result.notes)
+
+
+@pytest.mark.parametrize("believed", [False, True])
+def test_a_dead_time_beside_a_current_that_is_believed_held_may_be_longer(believed: bool) -> None:
+    """By the half period that a current which is held comes late; readings that show it tell."""
+    result = Result("missing_effects", "", effects=[dead_time()])
+    doubt_rows(result, "held", [experiment(np.sin(TICKS), False)], believed)
+    told = any("transport_delay is 2.5 ms longer" in note for note in result.notes)
+    assert told == believed

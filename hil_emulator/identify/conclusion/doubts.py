@@ -19,9 +19,23 @@ whose null drifts as usual, recorded for a second, 2 were said to lack something
 `python -m tests.identify.short_records 1`."""
 
 
-def doubt_rows(result: Result, answer: SetPoints, experiments: Sequence[Experiment]) -> None:
-    """Take back what the current may have made between the rows: nobody can tell."""
+def doubt_rows(
+    result: Result, answer: SetPoints, experiments: Sequence[Experiment], believed: bool = False
+) -> None:
+    """Take back what the current may have made between the rows: nobody can tell.
+
+    Args:
+        result: of the search.
+        answer: what the current did.
+        experiments: the data.
+        believed: whether that was held for less to be believed, not for what readings show.
+
+    """
     if answer == "held":
+        if believed and any(f.name == DEAD_TIME for f in result.effects):
+            half = 0.5e3 * max(e.period for e in experiments)
+            said = f"{DEAD_TIME} is {half:g} ms longer if the current moved between the rows"
+            result.notes = [*result.notes, f"{said}; {ADVICE}"]
         return
     rows = f"(logged every {max(e.period for e in experiments) * 1e3:g} ms)"
     spool = [u for u in result.unknown if u.balance == SPOOL.name]
