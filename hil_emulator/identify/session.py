@@ -18,8 +18,7 @@ from hil_emulator.identify.conclusion.doubts import doubt_haste, doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
-from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.estimation.set_point_course import Investigation, followed, held
+from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
@@ -29,12 +28,10 @@ from hil_emulator.identify.prediction.instrumentation import examinable, predict
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.pool import Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.selection.certainty import disbelief, hardly_believed
-from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.second_search import Searched, Tell, course, searched
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.platform.cluster import connected
 
-Tell = Callable[[str], None]
 Pools = Callable[[Predictor], Pool]
 
 
@@ -129,11 +126,13 @@ def _identified(
     candidates = _chosen(examinable(model, predictor), question)
     nuisances = parameters.ordinary(model, priors(predictor))
     given = Investigation(learn, check, nuisances, candidates)
-    asked = _followed(predictor, given, tell, told=question.set_points)
+    asked = course(predictor, given, tell, told=question.set_points)
     if asked is None:
         return _too_early()
-    examined = _examined(predictor, given, asked, question, pooled, tell)
-    asked, searcher, found = examined.asked, examined.searcher, examined.found
+    search = partial(_searched, predictor, pooled=pooled, tell=tell, thorough=question.search)
+    told = question.set_points != "unknown"
+    last = searched(predictor, given, asked, told, search, tell)
+    asked, searcher, found = last.asked, last.searcher, last.found
     learn, check, candidates = asked.learn, asked.check, asked.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     if found is None:
@@ -143,7 +142,7 @@ def _identified(
         result = conclude(searcher, found)
         if not question.search:
             account.judge(result)
-        doubt_rows(result, asked.answer, learn, examined.believed)
+        doubt_rows(result, asked.answer, learn, last.believed)
         doubt_haste(result, predictor, [*learn, *check])
         if question.plain_fit and result.gap:
             tell("fitting the same by ordinary least squares")
@@ -157,104 +156,24 @@ def _identified(
     return result
 
 
-@dataclass(frozen=True)
-class _Examined:
-    """A search, None if it was interrupted, and of what.
-
-    Attributes:
-        asked: what was examined.
-        searcher: that searched.
-        found: by it.
-        believed: whether its current was held for less to be believed.
-
-    """
-
-    asked: Investigation
-    searcher: Searcher
-    found: Search | None
-    believed: bool = False
-
-
-def _examined(
-    predictor: Predictor, given: Investigation, asked: Investigation, question: Question,
-    pooled: Pools, tell: Tell,
-) -> _Examined:  # fmt: skip
-    """Search, and once more if the current has done something else between the rows."""
-    searcher = _searcher(predictor, asked, pooled, tell)
-    found = _found(searcher, question.search)
-    first = _Examined(asked, searcher, found)
-    told = question.set_points != "unknown"
-    again = None if told else _asked_again(predictor, given, asked, found, tell)
-    doubted = again is None and asked.answer == "unknown" and _strained(found)
-    if doubted:
-        tell("searching once more: of a current that was held less may have to be believed")
-        again = held(given)
-    if again is None:
-        return first
-    searcher = _searcher(predictor, again, pooled, tell)
-    # who interrupts that one gets what is known already
-    better = _found(searcher, question.search)
-    if better is None or (doubted and _disbelief(better) > _disbelief(found)):
-        return first
-    return _Examined(again, searcher, better, doubted)
-
-
-def _followed(
-    predictor: Predictor, given: Investigation, tell: Tell, model: Fit | None = None,
-    told: SetPoints = "unknown",
-) -> Investigation | None:  # fmt: skip
-    """Return the same with what the current did between rows, or None after Ctrl-C."""
-    try:
-        return followed(predictor, given, tell, model, told)
-    except KeyboardInterrupt:
-        return None
-
-
-def _searcher(
-    predictor: Predictor, asked: Investigation, pooled: Pools, tell: Tell
-) -> Searcher:  # fmt: skip
-    return Searcher(
+def _searched(
+    predictor: Predictor, asked: Investigation, pooled: Pools, tell: Tell, thorough: bool
+) -> Searched:  # fmt: skip
+    """Search, or look for terms alone; after Ctrl-C nothing is found, with nothing under way."""
+    searcher = Searcher(
         predictor, asked.learn, asked.check, asked.candidates, asked.nuisances, pooled(predictor),
         tell,
     )  # fmt: skip
-
-
-def _asked_again(
-    predictor: Predictor, given: Investigation, asked: Investigation, found: Search | None,
-    tell: Tell,
-) -> Investigation | None:  # fmt: skip
-    """Return what the current did between rows by a model with what was found, if it did else."""
-    if found is None or not found.effects or found.final is None:
-        return None
-    again = _followed(predictor, given, tell, found.final)
-    if again is None or again.answer in ("unknown", asked.answer):
-        return None
-    tell("searching once more: with what was found, the current is seen to be otherwise")
-    return again
-
-
-def _strained(found: Search | None) -> bool:
-    """Whether a finished search needs an ordinary parameter that one of twenty machines has."""
-    return found is not None and found.final is not None and bool(hardly_believed(found.final))
-
-
-def _disbelief(found: Search | None) -> float:
-    """Return how little what a finished search has fitted is believed."""
-    return disbelief(found.final) if found is not None and found.final is not None else 0.0
+    try:
+        return Searched(asked, searcher, searcher.run() if thorough else searcher.look())
+    except KeyboardInterrupt:
+        return Searched(asked, searcher, None)
 
 
 def _too_early() -> Result:
     """Return that nothing is known so far."""
     why = "interrupted before the first screening of the effects was complete"
     return Result("cannot_examine", why, interrupted=True)
-
-
-def _found(searcher: Searcher, search: bool) -> Search | None:
-    """Return a finished search, or None after Ctrl-C, with nothing of it left under way."""
-    try:
-        return searcher.run() if search else searcher.look()
-    except KeyboardInterrupt:
-        return None
 
 
 def _so_far(searcher: Searcher) -> Result:

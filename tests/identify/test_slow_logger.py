@@ -8,7 +8,7 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.identify import session
+from hil_emulator.identify import second_search, session
 from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
 from hil_emulator.identify.conclusion.findings import Finding, Refitted, Unexplained
 from hil_emulator.identify.conclusion.result import Result, Verdict
@@ -19,8 +19,10 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
+from hil_emulator.identify.second_search import Searched, searched
 from hil_emulator.identify.selection.certainty import disbelief
 from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.search import Searcher
 from tests.identify.generator.benches import BENCHES
 from tests.identify.generator.cases import campaign as blind
 from tests.identify.generator.cases import case
@@ -186,13 +188,38 @@ def test_a_search_begins_anew_where_what_was_found_gives_another_answer(
     given = Investigation([], [], [], [])
     knob = candidates(knee_model(), INSTRUMENTS)[0]
     fit = Fit([knob], np.ones(1), np.zeros(0), np.zeros((0, 1)), 0.0)
-    monkeypatch.setattr(session, "followed", lambda *_: replace(given, answer=after))
+    monkeypatch.setattr(second_search, "followed", lambda *_: replace(given, answer=after))
     model, asked = Observer(knee_model(), INSTRUMENTS), replace(given, answer=before)
-    again = session._asked_again(
+    again = second_search.asked_again(
         model, given, asked, Search([], effects=[knob], final=fit), lambda _: None
     )
     assert (again is not None) == anew
-    assert session._asked_again(model, given, asked, Search([]), lambda _: None) is None
+    assert second_search.asked_again(model, given, asked, Search([]), lambda _: None) is None
+
+
+@pytest.mark.parametrize(
+    ("moving", "holding", "holds"), [(4.0, 3.0, True), (4.0, 5.0, False), (0.5, 0.0, False)]
+)
+def test_a_current_is_held_where_less_has_to_be_believed(
+    moving: float, holding: float, holds: bool
+) -> None:
+    """It is asked where one of two answers is hard to believe, and the other may be harder."""
+    model = knee_model()
+    knob = replace(ordinary(model)[0], prior=1.0)
+    given = Investigation([experiment(np.sin(TICKS), False)], [], [], [])
+
+    def search(asked: Investigation) -> Searched:
+        at = holding if asked.answer == "held" else moving
+        fit = Fit([knob], np.array([at]), np.zeros(0), np.zeros((0, 1)), 0.0)
+        return Searched(asked, searcher, Search([], final=fit))
+
+    observer = Observer(model, INSTRUMENTS)
+    searcher = Searcher(observer, [], [], [], [])
+    asked = replace(given, answer="unknown")
+    last = searched(observer, given, asked, False, search, lambda _: None)
+    assert last.believed == holds
+    assert (last.asked.answer == "held") == holds
+    assert searched(observer, given, asked, True, search, lambda _: None).asked is asked
 
 
 def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:

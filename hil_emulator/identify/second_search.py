@@ -1,0 +1,106 @@
+"""A search, and a second one if a slow log's current did something else between the rows.
+
+What is missing may look like a current that moves there, and a current that is taken to move may
+look like an ordinary parameter that hardly any machine has.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.set_point_course import Investigation, followed, held
+from hil_emulator.identify.measured.between_rows import SetPoints
+from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.selection.certainty import disbelief, hardly_believed
+from hil_emulator.identify.selection.progress import Search
+from hil_emulator.identify.selection.search import Searcher
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Searched:
+    """A search, and of what.
+
+    Attributes:
+        asked: what was examined.
+        searcher: that searched.
+        found: by it; None if it was interrupted.
+        believed: whether its current was held for less to be believed.
+
+    """
+
+    asked: Investigation
+    searcher: Searcher
+    found: Search | None
+    believed: bool = False
+
+    @property
+    def strained(self) -> bool:
+        """Whether it needs an ordinary parameter that one of twenty machines has."""
+        fit = self.found.final if self.found else None
+        return fit is not None and bool(hardly_believed(fit))
+
+    @property
+    def disbelief(self) -> float:
+        """How little of what was fitted is believed."""
+        fit = self.found.final if self.found else None
+        return 0.0 if fit is None else disbelief(fit)
+
+
+def searched(
+    predictor: Predictor, given: Investigation, asked: Investigation, told: bool,
+    search: Callable[[Investigation], Searched], tell: Tell,
+) -> Searched:  # fmt: skip
+    """Search, and once more with another course of the current if that is seen or easier believed.
+
+    Who interrupts the second one gets what is known already.
+
+    Args:
+        predictor: computes innovations.
+        given: what is examined, the current as it was recorded.
+        asked: the same with what the current did between the rows.
+        told: whether the user has said that; then nobody asks again.
+        search: searches.
+        tell: takes progress in words.
+
+    """
+    first = search(asked)
+    if told:
+        return first
+    again = asked_again(predictor, given, asked, first.found, tell)
+    if again is not None:
+        second = search(again)
+        return first if second.found is None else second
+    if asked.answer != "unknown" or not first.strained:
+        return first
+    tell("searching once more: of a current that was held less may have to be believed")
+    second = search(held(given))
+    if second.found is None or second.disbelief > first.disbelief:
+        return first
+    return Searched(second.asked, second.searcher, second.found, believed=True)
+
+
+def asked_again(
+    predictor: Predictor, given: Investigation, asked: Investigation, found: Search | None,
+    tell: Tell,
+) -> Investigation | None:  # fmt: skip
+    """Return what the current did between rows by a model with what was found, if it did else."""
+    if found is None or not found.effects or found.final is None:
+        return None
+    again = course(predictor, given, tell, found.final)
+    if again is None or again.answer in ("unknown", asked.answer):
+        return None
+    tell("searching once more: with what was found, the current is seen to be otherwise")
+    return again
+
+
+def course(
+    predictor: Predictor, given: Investigation, tell: Tell, model: Fit | None = None,
+    told: SetPoints = "unknown",
+) -> Investigation | None:  # fmt: skip
+    """Return the same with what the current did between rows, or None after Ctrl-C."""
+    try:
+        return followed(predictor, given, tell, model, told)
+    except KeyboardInterrupt:
+        return None
