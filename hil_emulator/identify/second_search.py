@@ -5,7 +5,7 @@ look like an ordinary parameter that hardly any machine has.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Investigation, followed, held
@@ -78,7 +78,7 @@ def searched(
     second = search(held(given))
     if second.found is None or second.disbelief > first.disbelief:
         return first
-    return Searched(second.asked, second.searcher, second.found, believed=True)
+    return replace(second, believed=True)
 
 
 def asked_again(
