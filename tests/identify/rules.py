@@ -158,6 +158,7 @@ EFFORT = (
     "search.REFITTED", "search.RETURNS", "search.MOST_EFFECTS", "search.AGAIN", "search.KEPT_TERMS",
     "starts.DEAR", "starts.TAKEOVER_ITERATIONS", "starts.SAME_EFFECT", "starts.TRIED_SIZES",
     "law_between.RIVAL_SHARE", "rivals.MOST_TOLD", "law_form.MOST_NEAREST", "law_form.LEFT",
+    "law_form.MOST_BESIDE",
 )  # fmt: skip
 """Constants that decide nothing: how long is computed and from where, how finely, how much is kept
 or told."""

@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
+from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction.balances import FLOW_B, LEAKAGE, LOAD, Balance
+from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.selection.evidence import Evidence, Trial, ranked
-from hil_emulator.identify.selection.law_form import ConditionalTest, judge
+from hil_emulator.identify.selection.law_form import ConditionalTest, judge, others_beside
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score, score_of
 from tests.identify.rig_data import INSTRUMENTS, knee_model
@@ -102,6 +104,38 @@ def test_no_name_where_something_else_explains_far_more(spring: float, accepted:
     found = judged(spring, "null_bias")
     assert found.accepted is accepted
     assert found.unknown is not accepted
+
+
+@pytest.mark.parametrize(
+    ("tried", "law", "found"),
+    [
+        # another leak explains more of what the leak's law leaves, and is tried first
+        ("external_leakage", 70.0, ["null_bias"]),
+        # nobody asks twice
+        ("null_bias", 70.0, []),
+        # a law that leaves nothing overshadows nothing
+        ("external_leakage", 0.0, []),
+    ],
+)
+def test_what_acts_elsewhere_is_tried_beside_a_law_that_does_not_fit(
+    tried: str, law: float, found: list[str]
+) -> None:
+    """A null is as plain beside what the leak leaves, although four others may explain more."""
+    fit = base(law * SHAPE + 22.0 * NULL)
+    sensitivities = {
+        "null_bias": NULL,
+        "external_leakage": OTHER_LEAK,
+        # acts elsewhere, but half of it looks like what the leak leaves
+        "gain_asymmetry": 0.7 * SHAPE + 0.7 * NULL,
+    }
+    scores = [candidate(name, fit, column) for name, column in sensitivities.items()]
+    first = next(s for s in scores if s.coordinate.name == tried)
+    weak = Trial(first, fit, Evidence(300.0, 9.0, 300.0, 20.0, 300.0), 1.0)
+    whole = Excerpt(Fitter(Observer(knee_model(), INSTRUMENTS), []), fit)
+    terms = [term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)]
+    judged = Round(fit, scores, [weak], terms, excerpt=whole)
+    search = Search([], effects=[COORDINATES["internal_leakage"]])
+    assert [s.coordinate.name for s in others_beside(search, judged)] == found
 
 
 def test_candidates_that_all_do_harm_are_in_order() -> None:

@@ -68,6 +68,19 @@ def test_a_drifting_zero_is_no_shape_of_friction() -> None:
     assert found.accepted
 
 
+@pytest.mark.parametrize(("home", "accepted"), [(500.0, True), (1200.0, False)])
+def test_what_mimics_a_law_elsewhere_explains_no_more_than_the_law(
+    home: float, accepted: bool
+) -> None:
+    """What outdoes any shape of friction at the load is something else, and hides no candidate."""
+    terms = [term(PISTON, "velocity", home), term(LOAD, "velocity", 1150.0)]
+    friction, found = named("friction_asymmetry", 1000.0, terms)
+    search = Search([], effects=[friction.score.coordinate])
+    found.trials, found.accepted = [named("pressure_a.offset", 850.0, [])[0]], False
+    judge(search, found)
+    assert found.accepted is accepted
+
+
 def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_first() -> None:
     """What a delay of another form leaves, looks like cross-talk of the same sensor."""
     late, found = named("position.delay", 1000.0, [term(RULER, "acceleration", 900.0)])

@@ -6,7 +6,7 @@ stand for all of the data: its residuals count as often as there are more of the
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,16 +30,24 @@ class Excerpt:
         fitter: with the excerpt frozen.
         fit: coordinates, residual and Jacobian there.
         rows: which residuals of all data these are; None for all of them.
+        weights: of these residuals, how often they count and whether.
 
     """
 
     fitter: Fitter
     fit: Fit
     rows: Index | None = None
+    weights: Array = field(default_factory=lambda: np.ones(1))
 
     def of(self, residual: Array) -> Array:
         """Return the excerpt of a residual of all data."""
         return residual if self.rows is None else residual[self.rows]
+
+    def columns(self, columns: Array) -> Array:
+        """Return the excerpt of derivatives of the residual of all data, one column each."""
+        if self.rows is None:
+            return columns
+        return np.asarray(self.weights[:, None] * columns[self.rows])
 
     def clusters(self, clusters: Clusters) -> Clusters:
         """Return which residuals of the excerpt may be correlated, from those of all data."""
@@ -67,10 +75,10 @@ def excerpt_of(fitter: Fitter, fit: Fit) -> Excerpt:
     weight = math.sqrt(sum(int(np.sum(counted(f))) for f in frozen) / int(np.sum(count)))
     seen = fitter.seeing(LocalBatch(fitter.predictor, windows, fitter.jobs, weight=weight))
     residual = seen.residual(fit.coordinates, fit.at)
-    jacobian = np.where(count[:, None], weight * fit.jacobian[rows], 0.0)
+    weights = weight * count
     chi2 = seen.loss(fit.coordinates, fit.at, residual)
-    there = replace(fit, residual=residual, jacobian=jacobian, chi2=chi2)
-    return Excerpt(seen, there, rows)
+    there = Excerpt(seen, replace(fit, residual=residual, chi2=chi2), rows, weights)
+    return replace(there, fit=replace(there.fit, jacobian=there.columns(fit.jacobian)))
 
 
 def _windows(frozen: Sequence[Frozen], part: float) -> tuple[list[Frozen], Index]:

@@ -8,7 +8,8 @@ law could.
 """
 
 import inspect
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,15 +30,21 @@ LEFT = 1e-4
 """Part of its information that something must keep beside free terms to be told from them
 (assumed)."""
 
+MOST_BESIDE = 2
+"""Most candidates that are refitted because they stand out beside a law."""
+
 MOST_NEAREST = 2
 """Most effects that are told as the nearest to something unknown."""
 
 
-def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]) -> dict[str, str]:
+def own_terms(
+    fit: Fit, effects: Collection[str], terms: Sequence[DiscrepancyTerm]
+) -> dict[str, str]:  # fmt: skip
     """Return, by term, the effect whose law lives there.
 
     In the balance of a law, a term over what the law looks at is a shape of it; any other term, if
-    it reproduces the greater part of what the effect does. A term over time is of an effect of its
+    it reproduces the greater part of what the effect does. Elsewhere it may only mimic one: it
+    explains no more than a term in the law's own balance. A term over time is of an effect of its
     balance only: it is no shape of a law elsewhere, however much it resembles what friction does to
     a sensor with a free zero.
 
@@ -50,15 +57,17 @@ def own_terms(fit: Fit, effects: Iterable[str], terms: Sequence[DiscrepancyTerm]
         {term's title: effect's name}, the effect whose sensitivity the term reproduces best.
 
     """
-    names = [c.name for c in fit.coordinates]
+    indices = {c.name: i for i, c in enumerate(fit.coordinates) if c.name in effects}
+    at_home = {effect: max((t.statistic for t in terms if acts_in(fit.coordinates[i], t.balance)),
+                           default=0.0) for effect, i in indices.items()}  # fmt: skip
     owners: dict[str, tuple[float, str]] = {}
     for term in terms:
         columns = term.columns.astype(np.float64)
         basis = directions(columns)
-        for effect in effects:
-            i = names.index(effect)
+        for effect, i in indices.items():
             there = acts_in(fit.coordinates[i], term.balance)
-            if term.regressor == "time" and not there:
+            mimics = term.regressor != "time" and term.statistic <= at_home[effect]
+            if not there and not mimics:
                 continue
             sensitivity = fit.jacobian[:, i]
             power = float(sensitivity @ sensitivity)
@@ -144,7 +153,7 @@ class ConditionalTest:
     """
 
     def __init__(self, laws: Sequence[DiscrepancyTerm], fit: Fit) -> None:
-        self._project = Projection(fit)
+        self._laws, self._project = list(laws), Projection(fit)
         self._columns = np.column_stack([self._project(c) for t in laws for c in t.columns.T])
         self._basis = directions(self._columns)
         self._rest = self._basis.T @ (self._columns.T @ self._project.residual)
@@ -170,6 +179,18 @@ class ConditionalTest:
     def stands_out(self, score: Score, needed: float) -> bool:
         """Tell whether a candidate keeps enough of its gain, and enough for a name."""
         return self.candidate(score) > max(needed, GREATER_PART * score.statistic)
+
+    def elsewhere(self, score: Score) -> bool:
+        """Tell whether a candidate acts in no law's balance, and explains beside them the same."""
+        if any(acts_in(score.coordinate, t.balance) for t in self._laws):
+            return False
+        gain = self.candidate(score)
+        return NEARLY_ALL * max(gain, score.statistic) < min(gain, score.statistic)
+
+    def part_of_a_law(self, score: Score) -> bool:
+        """Tell whether a law explains far more than a candidate that acts where that law does."""
+        here = [t.certain for t in self._laws if acts_in(score.coordinate, t.balance)]
+        return bool(here) and self.candidate(score) / GREATER_PART < max(here)
 
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
@@ -202,17 +223,40 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
             for t in found.trials
             if t.score.coordinate.name not in without
             and beside.stands_out(t.score, found.needed * t.evidence.variance_factor)
+            and not beside.part_of_a_law(t.score)
         ]
     )
     found.trials = there + [t for t in found.trials if t not in there]
     if not there or not there[0].evidence.passed:
         return False
-    first = there[0]
-    most = beside.candidate(first.score) / GREATER_PART
-    rest = [beside.term(t) - t.limit for t in found.worthwhile if t not in laws]
-    # what acts where that law does may be a part of it
-    rest += [t.certain for t in laws if acts_in(first.score.coordinate, t.balance)]
-    return all(explained <= most for explained in rest)
+    most = beside.candidate(there[0].score) / GREATER_PART
+    return all(beside.term(t) - t.limit <= most for t in found.worthwhile if t not in laws)
+
+
+def others_beside(search: Search, found: Round) -> list[Score]:
+    """Return the candidates that nobody has refitted yet and that stand out beside given laws.
+
+    A law that does not fit leaves what candidates at its place explain the most of; what acts
+    elsewhere is not among the likeliest then, however plain it is.
+
+    Args:
+        search: with the effects in the model.
+        found: a round of it, with the columns of its candidates.
+
+    Returns:
+        Those that gain the most beside the laws, the best first.
+
+    """
+    laws = _laws(search, found, _owners(search, found)) if search.effects else []
+    if found.excerpt is None or not overshadowed(found, laws):
+        return []
+    there = [replace(t, columns=found.excerpt.columns(t.columns)) for t in laws]
+    beside = ConditionalTest(there, found.excerpt.fit)
+    tried = {t.score.coordinate.name for t in found.trials}
+    rest = [s for s in found.scores if s.sensible and s.coordinate.name not in tried]
+    gains = [(beside.candidate(s), s) for s in rest if beside.elsewhere(s)]
+    gains.sort(key=lambda told: -told[0])
+    return [s for gain, s in gains[:MOST_BESIDE] if gain > found.needed]
 
 
 def _of_one_sensor(found: Round, term: DiscrepancyTerm) -> bool:
@@ -232,9 +276,8 @@ def judge(search: Search, found: Round) -> None:
     """
     completing = completions(search.selections, found.trials)
     found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
-    owners = own_terms(found.base, [c.name for c in search.effects], found.significant)
-    sensors = {c.channel for c in search.effects if c.channel}
-    own = [t for t in found.significant if t.title in owners or t.balance.channel in sensors]
+    owners = _owners(search, found)
+    own = _laws(search, found, owners)
     if overshadowed(found, own):
         found.accepted = stands_beside(found, own, completing)
     else:
@@ -244,6 +287,16 @@ def judge(search: Search, found: Round) -> None:
     found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
     search.between = {c.named: c for c in reversed(list(completing.values()))}
     found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
+
+
+def _owners(search: Search, found: Round) -> dict[str, str]:
+    return own_terms(found.base, [c.name for c in search.effects], found.significant)
+
+
+def _laws(search: Search, found: Round, owners: Collection[str]) -> list[DiscrepancyTerm]:
+    """Return the terms of a round that are shapes of the laws of effects in the model."""
+    sensors = {c.channel for c in search.effects if c.channel}
+    return [t for t in found.significant if t.title in owners or t.balance.channel in sensors]
 
 
 def _named_for(search: Search) -> float:

@@ -142,10 +142,10 @@ def anew(fitter: Fitter, fit: Fit, score: Score) -> Score:
     Args:
         fitter: with those data frozen.
         fit: as it is seen there.
-        score: of an excerpt of them, or of all; then it is returned as it is.
+        score: of an excerpt of them, or lean; of all of them it is returned as it is.
 
     """
-    if len(score.column) == len(fit.residual) + len(fit.at):
+    if len(score.sensitivity) == len(fit.residual):
         return score
     free, at = [*fit.coordinates, score.coordinate], np.append(fit.at, 0.0)
     sensitivity = fitter.column(free, at, fit.residual, len(fit.at))

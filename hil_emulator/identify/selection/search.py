@@ -19,7 +19,7 @@ from hil_emulator.identify.selection.certainty import faint, not_by_chance, re_e
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.law_between import between
-from hil_emulator.identify.selection.law_form import displacing, judge, nearest
+from hil_emulator.identify.selection.law_form import displacing, judge, nearest, others_beside
 from hil_emulator.identify.selection.levels import INEXACT, needed_delta_chi2
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.refits import (
@@ -102,6 +102,8 @@ class Searcher:
                 search.rounds[-1] = found = self._round(search)
                 judge(search, found)
             if not found.accepted:
+                self._beside_laws(search, found)
+            if not found.accepted:
                 found = self._in_less_noise(search, found)
             if found.accepted:
                 self._accept(search, found)
@@ -161,6 +163,17 @@ class Searcher:
             return False
         search.adopt(fit)
         return True
+
+    def _beside_laws(self, search: Search, found: Round) -> None:
+        """Refit what stands out beside a law that does not fit, and judge the round with it."""
+        likely = others_beside(search, found)
+        if not likely:
+            return
+        self.tell(f"refitting {len(likely)} effects beside a law that does not fit")
+        base = found.base
+        refits = CandidateRefits(self.fitter, base, self._held_out(base), found.needed)
+        found.trials += refits.refit([anew(self.fitter, base, s) for s in likely])
+        judge(search, found)
 
     def _judged_from(self, search: Search, base: Fit, best: Fit | None = None) -> Round:
         """Return what candidates and free terms explain that a fit does not."""
