@@ -6,6 +6,12 @@ import pytest
 
 import hil_emulator as hil
 from hil_emulator.api.reading import as_experiments
+from hil_emulator.identify.estimation.finite_difference import (
+    DIFFERENCE,
+    LARGEST_CHANGE,
+    Derivative,
+    Steps,
+)
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction import parameters
@@ -42,6 +48,19 @@ def test_the_first_jacobian_holds_no_noise() -> None:
 
     exact = (innovations(SMALL) - innovations(-SMALL)) / (2.0 * SMALL)
     assert np.linalg.norm(column - exact) < 0.02 * np.linalg.norm(exact)
+
+
+@pytest.mark.parametrize(("at", "step"), [(-2.0, DIFFERENCE), (-1.0, 2e-6)])
+def test_a_step_from_an_end_of_the_range_stays(at: float, step: float) -> None:
+    """Without any air the pressure falls below vacuum, with a trace of it it does not.
+
+    A quotient over that jump is the larger the shorter its step, and asks for a shorter one.
+    """
+    air = [c for c in parameters.ordinary(knee_model()) if c.name == "entrained_air"]
+    assert air[0].bounds[0] == -2.0
+    wanted, steps = Derivative(air, np.array([at]), 0), Steps()
+    steps.learn(wanted, np.full(1, LARGEST_CHANGE / 2e-6))
+    assert steps.of(wanted) == pytest.approx(step)
 
 
 @pytest.mark.slow

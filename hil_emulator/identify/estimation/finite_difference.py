@@ -66,7 +66,8 @@ class Steps:
             size = 1.0
         elif not np.isfinite(coordinate.prior) and at != 0.0:
             size = max(0.05 * abs(at), 0.01)
-        if at != 0.0 or np.isfinite(coordinate.prior):
+        # at an end of its range a law may begin with a jump, however short the step
+        if low < at < high and (at != 0.0 or np.isfinite(coordinate.prior)):
             # far beyond its own uncertainty a parameter has another sensitivity
             size = min(size, LARGEST_CHANGE / self._sensitivity.get(coordinate.name, 1e-9))
         return min(size, high - at) if high - at > at - low else -min(size, at - low)

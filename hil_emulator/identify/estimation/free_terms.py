@@ -7,6 +7,7 @@ says that the law is another one, or that the effect is unknown.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 
@@ -100,28 +101,32 @@ def score_terms(
     def seen(one: object) -> Regressors:
         return predictor.regressors(one, predictor.innovations(one, *point, track=True)[1])
 
-    def scored(shape: FreeShape) -> DiscrepancyTerm:
-        columns = _columns(predictor, frozen, values, shape)
+    def scored(shape: FreeShape, jobs: int = 1) -> DiscrepancyTerm:
+        columns = _columns(predictor, frozen, values, shape, jobs)
         return _score(shape, columns, project, seed, fitter.correlation_length)
 
     values = list(side_by_side(seen, frozen, fitter.jobs))
     asked = [s for s in shapes_along(predictor, values) if only is None or s.title in only]
     found: list[DiscrepancyTerm] = []
-    # what the first one computes of an experiment serves all others
-    for shapes in (asked[:1], asked[1:]):
-        for term in side_by_side(scored, shapes, fitter.jobs):
-            found = _slim([*found, term]) if only is None else [*found, term]
+    # what the first one computes of each experiment serves all others
+    first = (scored(shape, fitter.jobs) for shape in asked[:1])
+    for term in chain(first, side_by_side(scored, asked[1:], fitter.jobs)):
+        found = _slim([*found, term]) if only is None else [*found, term]
     return sorted(found, key=_short)
 
 
 def _columns(
-    predictor: Predictor, frozen: Sequence[object], values: Sequence[Regressors], shape: FreeShape
+    predictor: Predictor, frozen: Sequence[object], values: Sequence[Regressors], shape: FreeShape,
+    jobs: int,
 ) -> Array:  # fmt: skip
     """Return what each hat of a shape does to the residuals, shape (residuals, hats)."""
-    parts: list[Array] = []
-    for one, along in zip(frozen, values, strict=True):
+
+    def made(one: object, along: Regressors) -> Array:
         terms = hats(along[shape.regressor], shape.knots) * shape.balance.scale
-        parts.append(predictor.through(one, shape.balance, terms).astype(np.float32))
+        return predictor.through(one, shape.balance, terms).astype(np.float32)
+
+    several = list(zip(frozen, values, strict=True))
+    parts = list(side_by_side(lambda both: made(*both), several, jobs))
     return np.ascontiguousarray(np.concatenate(parts, axis=1).T)
 
 

@@ -49,7 +49,9 @@ TERMS: tuple[tuple[Balance, str], ...] = (
     (PISTON, "pressure difference with the sign of velocity"),
     (PISTON, "pressure sum with the sign of velocity"), (PISTON, "time"),
     (LOAD, "velocity"), (LOAD, "position"), (LOAD, "time"),
-    (SUPPLY, "supply flow"), (RETURN, "return flow"), (TAP_A, "time"), (TAP_B, "time"),
+    (SUPPLY, "supply flow"), (RETURN, "return flow"),
+    (TAP_A, "time"), (TAP_A, "rate of pressure a"), (TAP_A, "second derivative of pressure a"),
+    (TAP_B, "time"), (TAP_B, "rate of pressure b"), (TAP_B, "second derivative of pressure b"),
     (CELL, "time"), (CELL, "pressure sum"),
     (RULER, "velocity"), (RULER, "acceleration"),
 )  # fmt: skip

@@ -1,0 +1,30 @@
+"""What a free term depends on, along a predicted trajectory."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.prediction.regressors import Trajectory
+
+PERIOD = 1e-3
+TIME = np.arange(20) * PERIOD
+
+
+@pytest.mark.parametrize(("order", "slope"), [(1, 6.0 * TIME - 3.0 * PERIOD), (2, 6.0)])
+def test_rates_are_those_of_the_last_periods(order: int, slope: np.ndarray | float) -> None:
+    """Of 3 t^2 the mean rate over the last period, and the second derivative, once they know it."""
+    found = Trajectory({"pressure_a": 3.0 * TIME**2}, PERIOD).rate("pressure_a", order)
+    expected = np.broadcast_to(slope, found.shape)
+    np.testing.assert_allclose(found[order:], expected[order:], rtol=1e-6)
+    assert found[0] == 0.0
+
+
+def test_a_rate_knows_nothing_of_the_next_sample() -> None:
+    """Which is predicted from this one's reading, and holds its noise."""
+    signal = np.random.default_rng(4).standard_normal(20)
+    changed = signal.copy()
+    changed[11:] += 1.0
+    before, after = (
+        Trajectory({"velocity": s}, PERIOD).rate("velocity", 2) for s in (signal, changed)
+    )
+    np.testing.assert_array_equal(after[:11], before[:11])
+    assert not np.allclose(after[11:], before[11:])
