@@ -2,13 +2,15 @@
 
     python -m tests.identify.ablation --out ablation.jsonl --each 6 --watch
     python -m tests.identify.ablation --out ablation.jsonl --each 6
+    python -m tests.identify.ablation --out ablation.jsonl --each 6 --rules kin returning --together
     python -m tests.identify.ablation --out ablation.jsonl --each 6 --report
 
 Cases are none of the study's; each experiment lasts two seconds. A case is searched once with all
 rules, which tells those that decided something on the way; without each of these it is searched
-again, unless `--watch` asks for the first alone; `--again` bounds in how many cases a rule is left
-out. Without any other the answer is the same. Answers are kept in the file of `--out`: the same
-command goes on where it was stopped, and a larger `--each` adds cases.
+again, or once without all of them (`--together`), unless `--watch` asks for the first alone;
+`--again` bounds in how many cases a rule is left out. Without any other the answer is the same.
+Answers are kept in the file of `--out`: the same command goes on where it was stopped, and a larger
+`--each` adds cases.
 """
 
 import argparse
@@ -57,6 +59,14 @@ PLAIN = {
 PREPARED = ("counted", "without_contradictions", "PlantModel", "predicting")
 """What is done with the data before anything is decided, once for each case."""
 
+AND = " and "
+"""Between the names of rules that are left out together."""
+
+
+def parts(rule: str) -> list[str]:
+    """Return the rules that are left out together, or the one."""
+    return rule.split(AND)
+
 
 @dataclass
 class Kept:
@@ -73,7 +83,7 @@ class Kept:
 
     def without(self, name: str, rule: str) -> Answer | None:
         """Return the answer in a case without a rule; None where nobody has asked."""
-        same = rule not in self.deciding[name]
+        same = not self.deciding[name] & set(parts(rule))
         return self.answers.get((name, WITH_ALL if same else rule))
 
     def asked(self, rule: str) -> int:
@@ -119,9 +129,13 @@ def examine(
                 answer = _answered(which, learn, check, question)
             _keep(file, which, WITH_ALL, answer, deciding=sorted(met))
         for rule in rules:
-            if rule in met and (which.name, rule) not in done.answers:
-                with changed(RULES[rule].without):
+            if met & set(parts(rule)) and (which.name, rule) not in done.answers:
+                with changed(_without(rule)):
                     _keep(file, which, rule, _answered(which, learn, check, question))
+
+
+def _without(rule: str) -> dict[str, Any]:
+    return {name: new for part in parts(rule) for name, new in RULES[part].without.items()}
 
 
 def _keep(file: Path, which: Case, rule: str, answer: Answer, **more: Sequence[str]) -> None:
@@ -162,13 +176,15 @@ def report(known: Kept, cases: Mapping[str, Case]) -> str:
             for name in known.deciding if name in cases}  # fmt: skip
     heads = ["rule", "protects from", "decided in", "answers changed", *FAMILIES, "wrong names"]
     rows = [["(all rules)", "", "", "", *_counted(base.values()), _wrong(base.values())]]
-    for name, rule in RULES.items():
+    together = sorted({rule for _, rule in known.answers if AND in rule})
+    for name in (*RULES, *together):
         asked = {case: known.without(case, name) for case in base}
         without = {case: judge(cases[case], answer) for case, answer in asked.items() if answer}
         beside = [base[case] for case in without]
         other = sum(said(o.answer) != said(base[case].answer) for case, o in without.items())
-        decided = sum(name in known.deciding[case] for case in base)
-        rows.append([name, rule.protects, _share(decided, len(base)), _share(other, len(without)),
+        decided = sum(bool(known.deciding[case] & set(parts(name))) for case in base)
+        protects = RULES[name].protects if name in RULES else ""
+        rows.append([name, protects, _share(decided, len(base)), _share(other, len(without)),
                      *_beside(without.values(), beside),
                      f"{_wrong(beside)} → {_wrong(without.values())}"])  # fmt: skip
     lines = [f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows)]
@@ -214,6 +230,7 @@ def main() -> None:
         "--set-points", choices=get_args(SetPoints), default=EVERYTHING.set_points,
         help="what a user would say of them; asked of the readings otherwise",
     )  # fmt: skip
+    options.add_argument("--together", action="store_true", help="leave them out at once")
     options.add_argument("--watch", action="store_true", help="with all rules alone")
     options.add_argument(
         "--again", type=float, default=math.inf, help="most cases in which a rule is left out"
@@ -226,7 +243,8 @@ def main() -> None:
     if not chosen.report:
         question = replace(EVERYTHING, set_points=chosen.set_points)
         for which in wanted.values():
-            rules = [] if chosen.watch else chosen.rules
+            rules = [AND.join(chosen.rules)] if chosen.together else chosen.rules
+            rules = [] if chosen.watch else rules
             examine(which, rules, chosen.out, question, chosen.again)
             print(which.name, ", ".join(which.effects) or "nothing", flush=True)
     print(report(kept(chosen.out), wanted))

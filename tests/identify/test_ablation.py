@@ -10,7 +10,7 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from tests.identify import ablation
-from tests.identify.ablation import WITH_ALL, Kept, examine, kept, report
+from tests.identify.ablation import AND, WITH_ALL, Kept, examine, kept, report
 from tests.identify.answer import Answer, Named
 from tests.identify.generator.cases import case
 from tests.identify.generator.effects import EFFECTS
@@ -40,7 +40,7 @@ def test_what_is_remembered_is_what_would_be_computed() -> None:
 def test_a_rule_is_counted_by_the_answers_that_change_without_it() -> None:
     """Of three cases it decides in two: one loses its name without it, the other was not asked.
 
-    Where it decides nothing, the answer without it is known.
+    Where it decides nothing, the answer without it is known; so it is of several at once.
     """
     cases = [case("medium", number) for number in (121, 125, 129)]
     names = [c.name for c in cases]
@@ -48,7 +48,11 @@ def test_a_rule_is_counted_by_the_answers_that_change_without_it() -> None:
     answers = {(name, WITH_ALL): answer for name, answer in right.items()}
     answers[names[0], "chance"] = replace(right[names[0]], named=())
     deciding = dict(zip(names, map(frozenset, (["chance"], ["chance"], [])), strict=True))
+    both = f"chance{AND}kin"
+    answers[names[1], both] = right[names[1]]
     table = report(Kept(answers, deciding), {c.name: c for c in cases}).splitlines()
+    (line,) = [row for row in table if row.startswith(f"| {both} |")]
+    assert "| 2 of 3 (0.21-0.94) | 0 of 2 (0.00-0.66) |" in line
     (line,) = [row for row in table if row.startswith("| chance |")]
     assert "| 2 of 3 (0.21-0.94) | 1 of 2 (0.09-0.91) |" in line
     assert "2/2 → 1/2" in line
