@@ -4,7 +4,6 @@ import copy
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from statistics import NormalDist
 
 import numpy as np
 
@@ -16,8 +15,8 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, LocalBatch, Point, Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 
-TOLERATED = NormalDist().inv_cdf(0.975)
-"""Prior standard deviations within which an ordinary parameter is believed: 95 of a hundred are."""
+TOLERATED = 2.0
+"""Prior standard deviations within which an ordinary parameter is believed (assumed)."""
 
 HARDLY_TOLD = 1e-13
 """Part of the best known direction's information below which rounding decides: 16 digits hold the

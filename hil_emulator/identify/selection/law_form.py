@@ -205,7 +205,7 @@ def outshone(found: Round) -> bool:
 
 
 def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collection[str]) -> bool:
-    """Put the best candidate first that stands out beside given laws; tell whether it is named.
+    """Put the best one first that is justified and stands out beside given laws; is it named?
 
     For that it has to explain, beside them, what any other free term does; in the balance of such a
     law, what that does.
@@ -221,13 +221,14 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
         [
             t
             for t in found.trials
-            if t.score.coordinate.name not in without
+            if t.evidence.passed
+            and t.score.coordinate.name not in without
             and beside.stands_out(t.score, found.needed * t.evidence.variance_factor)
             and not beside.part_of_a_law(t.score)
         ]
     )
     found.trials = there + [t for t in found.trials if t not in there]
-    if not there or not there[0].evidence.passed:
+    if not there:
         return False
     most = beside.candidate(there[0].score) / GREATER_PART
     return all(beside.term(t) - t.limit <= most for t in found.worthwhile if t not in laws)
