@@ -12,7 +12,7 @@ TIME = np.arange(20) * PERIOD
 @pytest.mark.parametrize(("order", "slope"), [(1, 6.0 * TIME - 3.0 * PERIOD), (2, 6.0)])
 def test_rates_are_those_of_the_last_periods(order: int, slope: np.ndarray | float) -> None:
     """Of 3 t^2 the mean rate over the last period, and the second derivative, once they know it."""
-    found = Trajectory({"pressure_a": 3.0 * TIME**2}, PERIOD).rate("pressure_a", order)
+    found = Trajectory({"pressure_a": 3.0 * TIME**2}, PERIOD).latest_rate("pressure_a", order)
     expected = np.broadcast_to(slope, found.shape)
     np.testing.assert_allclose(found[order:], expected[order:], rtol=1e-6)
     assert found[0] == 0.0
@@ -24,7 +24,8 @@ def test_a_rate_knows_nothing_of_the_next_sample() -> None:
     changed = signal.copy()
     changed[11:] += 1.0
     before, after = (
-        Trajectory({"velocity": s}, PERIOD).rate("velocity", 2) for s in (signal, changed)
+        Trajectory({"pressure_b": s}, PERIOD).latest_rate("pressure_b", 2)
+        for s in (signal, changed)
     )
     np.testing.assert_array_equal(after[:11], before[:11])
     assert not np.allclose(after[11:], before[11:])

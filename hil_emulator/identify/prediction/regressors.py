@@ -44,8 +44,12 @@ class Trajectory:
         """Sum of both pressures [Pa]."""
         return np.asarray(self["pressure_a"] + self["pressure_b"])
 
-    def rate(self, name: str, order: int = 1) -> Array:
-        """Return a derivative of a signal by time, over the last periods.
+    def rate(self, name: str) -> Array:
+        """Return the derivative of a signal by time."""
+        return np.asarray(np.gradient(self[name], self.period))
+
+    def latest_rate(self, name: str, order: int = 1) -> Array:
+        """Return a derivative of what a sensor reads, over the last periods.
 
         The next sample is predicted from this one's reading: a difference with it would resemble
         the noise of that reading.
@@ -97,10 +101,10 @@ REGRESSORS = {r.name: r for r in (
                lambda t: t["spool_position"]),
     _regressor("pressure a", "Pa", "pressure", lambda t: t["pressure_a"]),
     _regressor("pressure b", "Pa", "pressure", lambda t: t["pressure_b"]),
-    _regressor("rate of pressure a", "", "", lambda t: t.rate("pressure_a")),
-    _regressor("rate of pressure b", "", "", lambda t: t.rate("pressure_b")),
-    _regressor("second derivative of pressure a", "", "", lambda t: t.rate("pressure_a", 2)),
-    _regressor("second derivative of pressure b", "", "", lambda t: t.rate("pressure_b", 2)),
+    _regressor("rate of pressure a", "", "", lambda t: t.latest_rate("pressure_a")),
+    _regressor("rate of pressure b", "", "", lambda t: t.latest_rate("pressure_b")),
+    _regressor("second derivative of pressure a", "", "", lambda t: t.latest_rate("pressure_a", 2)),
+    _regressor("second derivative of pressure b", "", "", lambda t: t.latest_rate("pressure_b", 2)),
     _regressor("position", "m", "position", lambda t: t["position"]),
     _regressor("pressure difference", "Pa", "pressure_a", lambda t: t.drop),
     _regressor("position times pressure difference", "", "pressure_a",

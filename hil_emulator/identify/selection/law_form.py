@@ -205,7 +205,7 @@ def outshone(found: Round) -> bool:
 
 
 def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collection[str]) -> bool:
-    """Put the best one first that is justified and stands out beside given laws; is it named?
+    """Put the best one first that is justified beside given laws; tell whether it is named.
 
     For that it has to explain, beside them, what any other free term does; in the balance of such a
     law, what that does.
