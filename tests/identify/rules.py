@@ -119,6 +119,8 @@ RULES: dict[str, Rule] = {
                          {"law_form.overshadowed": Always(False)}),
     "one sensor": Rule("two errors of one sensor for one",
                        {"law_form._of_one_sensor": Always(False)}),
+    "tried elsewhere": Rule("silence about what acts elsewhere than a law that does not fit",
+                            {"search.others_beside": Always([])}),
     "stands beside": Rule("silence about a further effect beside a foreign law",
                           {"law_form.stands_beside": lambda *_: False}),
     # whether the law of what was named fits, and what remains
