@@ -96,9 +96,9 @@ def test_drag_is_no_mixed_friction() -> None:
 
 @pytest.mark.slow
 def test_a_name_beside_a_machine_that_nobody_has_is_no_whole_answer() -> None:
-    """A resonance in a tap line, which no catalogue has, is in part taken for dead volume."""
-    assert "cylinder_dead_volume_a" in " ".join(
-        asked("outside", 484, SHORTEST).answer.hardly_believed
+    """Three lags of the set point beside a weight are taken for a valve of half the bandwidth."""
+    assert "valve_natural_frequency" in " ".join(
+        asked("foreign-pairs", 488, SHORTEST).answer.hardly_believed
     )
 
 
