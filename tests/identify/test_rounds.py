@@ -1,9 +1,12 @@
 """What a round of the search remembers."""
 
+from typing import cast
+
 import numpy as np
 
+from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction.balances import LOAD, PISTON
 from hil_emulator.identify.selection.progress import Round
 
@@ -26,3 +29,20 @@ def test_of_each_balance_the_strongest_terms_keep_their_traces() -> None:
         "pressure sum",
     ]
     assert [t.statistic for t in found.terms] == [t.statistic for t in terms]
+
+
+def test_of_long_recordings_an_excerpt_of_the_traces_is_kept() -> None:
+    """What is shown of a gap later is seen in the rows in which candidates were looked for."""
+    rows, at = np.arange(2, 6), np.zeros(1)
+    whole = Fit([], at, np.arange(10.0), np.arange(10.0)[:, None], 0.0)
+    part = Fit([], at, 2.0 * whole.residual[rows], 2.0 * whole.jacobian[rows], 0.0)
+    fitter = cast(Fitter, None)  # nothing is fitted
+    excerpt = Excerpt(fitter, part, rows, np.full(4, 2.0))
+    columns = np.arange(20.0, dtype=np.float32).reshape(10, 2)
+    term = DiscrepancyTerm(PISTON, "position", 100.0, 50.0, at, at, columns)
+    found = Round(whole, [], [], [term], excerpt=excerpt)
+    found.thin(1)
+    assert found.terms[0].columns.tolist() == (2.0 * columns[rows]).tolist()
+    assert found.seen is part
+    assert found.base.sample_size == 10
+    assert not found.base.jacobian.size

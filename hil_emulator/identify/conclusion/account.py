@@ -69,12 +69,12 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
 def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: Result) -> None:
     """Fill in what only pictures and tables show: where the final model disagrees, and maps."""
     first, last = search.rounds[0], search.rounds[-1]
-    before, after = first.base, search.final or last.base
+    after = search.final or last.base
     if last is not first:
         result.remaining = _where(searcher, last, compared.after["training"])
     effects = [c.name for c in search.effects]
     for term in _mapped(first, result.where):
-        old = after.without(effects) if effects else beside(before, term)
+        old = after.without(effects) if effects else beside(first.seen, term)
         fitter = searcher.fitter
         drawn = draw(fitter.predictor, old, after, term, fitter.experiments, fitter.jobs)
         result.maps.append(drawn)
@@ -109,7 +109,9 @@ def _where(searcher: Searcher, found: Round, views: Sequence[View]) -> list[Disa
     parts = [regressors(v.replay.track, names, v.experiment.period) for v in views]
     states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     count = len(searcher.fitter.predictor.channels)
-    return disagreements(found.base, found.worthwhile, states, count)
+    if found.rows is not None:
+        states = {name: values[found.rows[::count] // count] for name, values in states.items()}
+    return disagreements(found.seen, found.worthwhile, states, count)
 
 
 def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.clusters import Clusters
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
-from hil_emulator.identify.measured.experiment import Array, Index
+from hil_emulator.identify.measured.experiment import Array, Index, Single
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.pool import LocalBatch
 from hil_emulator.identify.prediction.windows import WINDOW, counted, first_samples, window
@@ -43,10 +43,10 @@ class Excerpt:
         """Return the excerpt of a residual of all data."""
         return residual if self.rows is None else residual[self.rows]
 
-    def columns(self, columns: Array) -> Array:
+    def columns(self, columns: Array | Single) -> Array:
         """Return the excerpt of derivatives of the residual of all data, one column each."""
         if self.rows is None:
-            return columns
+            return columns.astype(np.float64, copy=False)
         return np.asarray(self.weights[:, None] * columns[self.rows])
 
     def clusters(self, clusters: Clusters) -> Clusters:

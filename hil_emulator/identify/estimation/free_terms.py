@@ -13,7 +13,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
 from hil_emulator.identify.prediction.plant_model import Coordinate
@@ -50,9 +50,13 @@ class DiscrepancyTerm:
     limit: float
     knots: Array
     curve: Array
-    columns: Array
+    columns: Array | Single
     uncertainty: Array = field(default_factory=lambda: np.zeros(0))
     usual: float = 0.0
+
+    def slim(self) -> "DiscrepancyTerm":
+        """Return the term without its columns: those of a long recording are large."""
+        return replace(self, columns=np.zeros((0, 0), np.float32))
 
     @property
     def title(self) -> str:
@@ -118,10 +122,10 @@ def score_terms(
 def _columns(
     predictor: Predictor, frozen: Sequence[object], values: Sequence[Regressors], shape: FreeShape,
     jobs: int,
-) -> Array:  # fmt: skip
+) -> Single:  # fmt: skip
     """Return what each hat of a shape does to the residuals, shape (residuals, hats)."""
 
-    def made(one: object, along: Regressors) -> Array:
+    def made(one: object, along: Regressors) -> Single:
         terms = hats(along[shape.regressor], shape.knots) * shape.balance.scale
         return predictor.through(one, shape.balance, terms).astype(np.float32)
 
@@ -136,14 +140,13 @@ def _short(term: DiscrepancyTerm) -> float:
 
 
 def _slim(found: Sequence[DiscrepancyTerm]) -> list[DiscrepancyTerm]:
-    """Return terms with the columns that are asked for: those of a long recording are large."""
+    """Return terms with the columns that are asked for."""
     best = min((t for t in found if not t.balance.channel), key=_short, default=None)
-    return [t if t.significant or t is best or not t.columns.size
-            else replace(t, columns=t.columns[:, :0].copy()) for t in found]  # fmt: skip
+    return [t if t.significant or t is best else t.slim() for t in found]
 
 
 def _score(
-    shape: FreeShape, columns: Array, project: Projection, seed: int, correlation_length: int
+    shape: FreeShape, columns: Single, project: Projection, seed: int, correlation_length: int
 ) -> DiscrepancyTerm:  # fmt: skip
     residual = project.residual
     projected, responses = project.together(columns)

@@ -252,8 +252,10 @@ class Fitter:
     def jacobian(self, coordinates: Sequence[Coordinate], at: Array, base: Array) -> Array:
         """Return the derivative of the residual, shape (residuals, coordinates)."""
         wanted = [Derivative(coordinates, at, i) for i in range(len(coordinates))]
-        columns = list(self.columns(wanted, base))
-        return np.column_stack(columns) if columns else np.zeros((len(base), 0))
+        jacobian = np.empty((len(base), len(wanted)))
+        for i, column in enumerate(self.columns(wanted, base)):
+            jacobian[:, i] = column
+        return jacobian
 
     def elsewhere(
         self, coordinates: Sequence[Coordinate], at: Array, batch: Batch
@@ -262,10 +264,13 @@ class Fitter:
         wanted = [Derivative(coordinates, at, i) for i in range(len(coordinates))]
         steps = [self._steps.of(w) for w in wanted]
         points = [w.moved(step) for w, step in zip(wanted, steps, strict=True)]
-        base, *moved = batch.residuals([self._memory(coordinates, p) for p in (at, *points)])
-        columns = [(r - base) / step if step else np.zeros_like(base)
-                   for r, step in zip(moved, steps, strict=True)]  # fmt: skip
-        return base, np.column_stack(columns) if columns else np.zeros((len(base), 0))
+        residuals = batch.residuals([self._memory(coordinates, p) for p in (at, *points)])
+        base = next(residuals)
+        jacobian = np.zeros((len(base), len(wanted)))
+        for i, (moved, step) in enumerate(zip(residuals, steps, strict=True)):
+            if step:
+                jacobian[:, i] = (moved - base) / step
+        return base, jacobian
 
     def fit(
         self, coordinates: Sequence[Coordinate], start: Array, rounds: int = 3,

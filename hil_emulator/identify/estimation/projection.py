@@ -3,7 +3,7 @@
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Single
 
 
 class Projection:
@@ -19,12 +19,12 @@ class Projection:
         self._inverse = np.linalg.pinv(scaled, rcond=1e-10, hermitian=True)
         self.residual = np.concatenate([fit.residual, self._weights * fit.at])
 
-    def response(self, column: Array) -> Array:
+    def response(self, column: Array | Single) -> Array:
         """Return what the free parameters do to compensate a unit of the column, or of several."""
         scale = self._scale.reshape(-1, *[1] * (column.ndim - 1))
         return np.asarray(-scale * (self._inverse @ (scale * (self._jacobian.T @ column))))
 
-    def together(self, columns: Array) -> tuple[Array, Array]:
+    def together(self, columns: Array | Single) -> tuple[Array, Array]:
         """Return several projected columns side by side, and the response to each."""
         rows, moved = len(columns), self.response(columns)
         projected = np.empty((len(self.residual), columns.shape[1]))

@@ -12,7 +12,7 @@ from itertools import chain
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
 from hil_emulator.identify.prediction.pool import Batch, side_by_side
 from hil_emulator.identify.prediction.regressors import Regressors
@@ -59,7 +59,7 @@ class Sums:
         return cls(np.zeros((hats, hats)), np.zeros((hats, coordinates)), np.zeros(hats),
                    np.zeros((coordinates, coordinates)), np.zeros(coordinates))  # fmt: skip
 
-    def add(self, columns: Array, jacobian: Array, residual: Array) -> None:
+    def add(self, columns: Single, jacobian: Array, residual: Array) -> None:
         """Add rows.
 
         Args:
@@ -138,7 +138,7 @@ class ShapeSums:
         ends = np.cumsum([len(s.knots) for s in self.shapes])
         return np.array([np.median(part) for part in np.split(widened, ends[:-1])])
 
-    def _sums(self, rows: Iterable[tuple[Array, Array, Array]]) -> Sums:
+    def _sums(self, rows: Iterable[tuple[Single, Array, Array]]) -> Sums:
         sums = Sums.nothing(self._hats, len(self._fit.at))
         for columns, jacobian, residual in rows:
             sums.add(columns, jacobian, residual)
@@ -161,15 +161,18 @@ class ShapeSums:
 
     def _rows(
         self, batch: Batch, values: Sequence[Regressors], residual: Array, jacobian: Array
-    ) -> Iterator[tuple[Array, Array, Array]]:
-        """Yield columns, Jacobian and residual of each experiment."""
+    ) -> Iterator[tuple[Single, Array, Array]]:
+        """Yield columns, Jacobian and residual of each experiment; the next take the same room."""
         begin, jobs = 0, self._fitter.jobs
         first, *rest = self._groups()
+        room = np.zeros((0, 0), np.float32)
         for frozen, along in zip(batch.frozen, values, strict=True):
             made = partial(self._columns, frozen, along)
             begun = made(first)  # what it computes of an experiment serves all others
             rows, at = begun.shape[1], 0
-            columns = np.empty((self._hats, min(rows, MOST_ROWS)), dtype=np.float32)
+            if room.shape[1] < min(rows, MOST_ROWS):
+                room = np.empty((self._hats, min(rows, MOST_ROWS)), np.float32)
+            columns = room[:, :rows]
             for part in chain([begun], side_by_side(made, rest, jobs)):
                 columns[at : at + len(part)] = part[:, :MOST_ROWS]
                 at += len(part)
@@ -189,7 +192,7 @@ class ShapeSums:
         if group:
             yield group
 
-    def _columns(self, frozen: object, along: Regressors, group: Sequence[FreeShape]) -> Array:
+    def _columns(self, frozen: object, along: Regressors, group: Sequence[FreeShape]) -> Single:
         """Return what each hat of shapes of one balance does to one experiment: (hats, rows)."""
         balance = group[0].balance
         terms = np.concatenate([hats(along[s.regressor], s.knots) for s in group], axis=1)

@@ -8,6 +8,7 @@ import numpy as np
 from hil_emulator.model.sensors import CHANNELS
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Single = np.ndarray[Any, np.dtype[np.float32]]
 Mask = np.ndarray[Any, np.dtype[np.bool_]]
 Index = np.ndarray[Any, np.dtype[np.int64]]
 

@@ -123,7 +123,7 @@ def linearise(
     count, n, m = len(current), len(start.z), len(chosen)
     drift = n - 2
     gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
-    jacobians = Jacobians(np.zeros((count, n, n)), np.zeros((count, m, n)))
+    jacobians = Jacobians(np.zeros((count, n, n), np.float32), np.zeros((count, m, n), np.float32))
     kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
     predicted = np.zeros((count, n))
     run = begin(model, start, current[0])
@@ -135,7 +135,7 @@ def linearise(
     error = np.zeros(m)
     scales = tuning.scales
     widths = scales[0].copy()
-    work, before_step = np.zeros((n, n)), np.zeros((n, n))
+    work, before_step, onward = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
     for k in range(count):
         sense(*instruments)
         predicted[k] = z
@@ -163,18 +163,19 @@ def linearise(
             moved.z[j] += widths[j]
             elapse(moved, current[k], model.steps)
             for i in range(n):
-                maps[k, i, j] = (moved.z[i] - z[i]) / widths[j]
+                onward[i, j] = (moved.z[i] - z[i]) / widths[j]
             for i in range(m):
                 source = sources[chosen[i]]
                 senses[k, i, j] = (moved.signals[source] - signals[source]) / widths[j]
+        maps[k] = onward
         before_step[:, :] = cov
-        congruence(maps[k], before_step, work, cov)
+        congruence(onward, before_step, work, cov)
         for i in range(n):
             cov[i, i] += tuning.diffusion[i]
         # another current would have acted as the null's drift does, but only in this period
         for i in range(drift):
             for j in range(drift):
-                cov[i, j] += maps[k, i, drift] * data.unknown[k] * maps[k, j, drift]
+                cov[i, j] += onward[i, drift] * data.unknown[k] * onward[j, drift]
         if k < tuning.settling:
             for i in range(2):
                 cov[i, i] += tuning.covariance[i, i]

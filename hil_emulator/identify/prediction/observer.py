@@ -29,7 +29,7 @@ STABLE = 2.0
 INNOVATION_CORRELATION_TIME = 0.1
 """Time over which innovations may be correlated [s] (assumed)."""
 
-RECENT = 8
+RECENT = 4
 """Points at which the innovations are kept."""
 
 BURN_IN = 0.05
@@ -153,7 +153,7 @@ class Observer:
         for i, other in enumerate(others):
             self.model.loops.reread(self.at(par, other, data), data, seen, change)
             changes[:, :, i] = change
-        none = Entries(np.zeros((0, 0)), np.zeros((0, 0)))
+        none = Entries(np.zeros((0, 0), np.float32), np.zeros((0, 0), np.float32))
         columns = self._propagated(frozen, none, np.zeros((0, len(others))), changes)
         return np.asarray((base + columns) * frozen.weights)
 
@@ -201,7 +201,7 @@ class Observer:
         """Return what a term in a balance adds to the next z and the next reading."""
         if balance is SUPPLY:
             return Entries(*(np.ascontiguousarray(j[:, :, -1]) for j in frozen.jacobians))
-        weights = np.zeros(len(PROBES))
+        weights = np.zeros(len(PROBES), np.float32)
         for probe, weight in balance.probes:
             weights[_INDEX[probe]] = weight
         drives, feeds = self.probed(frozen)

@@ -35,7 +35,9 @@ def probe(
     """
     current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
     count, n, m = len(current), len(start.z), len(chosen)
-    entries = Entries(np.zeros((count, n, len(probes))), np.zeros((count, m, len(probes))))
+    entries = Entries(
+        np.zeros((count, n, len(probes)), np.float32), np.zeros((count, m, len(probes)), np.float32)
+    )
     run = begin(model, start, current[0])
     instruments = install(model, run.signals, run.path, data.period)
     corrected, moved = beside(run), beside(run)

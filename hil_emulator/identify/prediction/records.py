@@ -7,7 +7,7 @@ that is kept for the next start finds it again by that name.
 from collections.abc import Callable
 from typing import NamedTuple
 
-from hil_emulator.identify.measured.experiment import Array, Index, Mask
+from hil_emulator.identify.measured.experiment import Array, Index, Mask, Single
 
 Tick = Callable[[Array, Array, Array, Array, Array, Array, float, int], bool]
 """The model's integration over one sample, see `Kernel.tick`."""
@@ -124,7 +124,9 @@ class Gains(NamedTuple):
 
 
 class Jacobians(NamedTuple):
-    """What a change of the corrected z does within a sample.
+    """What a change of the corrected z does within a sample, in single precision.
+
+    Difference quotients are no more exact than that, and those of a long recording are large.
 
     Attributes:
         maps: derivative of the next z, shape (samples, z, z).
@@ -132,12 +134,14 @@ class Jacobians(NamedTuple):
 
     """
 
-    maps: Array
-    senses: Array
+    maps: Single
+    senses: Single
 
 
 class Entries(NamedTuple):
-    """What terms in the balances do within a sample; of a single term the last axis is missing.
+    """What terms in the balances do within a sample, in single precision as `Jacobians` are.
+
+    Of a single term the last axis is missing.
 
     Attributes:
         drives: derivative of the next z, shape (samples, z, terms).
@@ -145,8 +149,8 @@ class Entries(NamedTuple):
 
     """
 
-    drives: Array
-    feeds: Array
+    drives: Single
+    feeds: Single
 
 
 class Seen(NamedTuple):

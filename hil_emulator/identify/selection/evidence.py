@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -124,6 +124,10 @@ class Trial:
     evidence: Evidence
     deviation: float
     beside: str = ""
+
+    def slim(self) -> None:
+        """Forget the Jacobian of the fit: those of long recordings are large."""
+        self.fit = replace(self.fit, jacobian=np.zeros((0, len(self.fit.at))))
 
 
 def ranked(trials: Sequence[Trial]) -> list[Trial]:

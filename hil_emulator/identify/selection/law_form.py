@@ -61,7 +61,7 @@ def own_terms(
     at_home = {effect: max((t.statistic for t in terms if acts_in(fit.coordinates[i], t.balance)),
                            default=0.0) for effect, i in indices.items()}  # fmt: skip
     owners: dict[str, tuple[float, str]] = {}
-    for term in terms:
+    for term in terms if indices else ():
         columns = term.columns.astype(np.float64)
         basis = directions(columns)
         for effect, i in indices.items():

@@ -8,7 +8,7 @@ import numpy as np
 from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction.free_shapes import HATS
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Trial
@@ -37,6 +37,8 @@ class Round:
         separating: size at which the nearest of them would separate; None without any.
         near: rivals that nearly explain as much in the finished model, the best first.
         excerpt: where the candidates were scored, the trials' apart; None for all data.
+        rows: which residuals of all data the columns of its terms are kept of; None for all.
+        shown: the fit before it there; None for all.
 
     """
 
@@ -50,22 +52,41 @@ class Round:
     separating: float | None = None
     near: dict[str, StandIn] = field(default_factory=dict)
     excerpt: Excerpt | None = None
+    rows: Index | None = None
+    shown: Fit | None = None
 
     def slim(self) -> None:
         """Forget the candidates' sensitivities: long recordings would fill the memory."""
         self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
         self.excerpt = None
-        for trial in self.trials[1:]:
-            trial.fit = replace(trial.fit, jacobian=np.zeros((0, len(trial.fit.at))))
+        for trial in self.trials[1:] if self.accepted else self.trials:
+            trial.slim()
+        if not self.accepted:
+            told = {t.title for t in (*self.worthwhile, *self.strongest, *self._drawn)}
+            self.terms = [t if t.title in told else t.slim() for t in self.terms]
 
     def thin(self, kept: int) -> None:
-        """Forget the columns of all terms but the strongest of each balance."""
+        """Forget the columns of all terms but the strongest of each balance, and the base's.
+
+        Those of a long recording are large, and kept of the excerpt only.
+        """
         seen: Counter[str] = Counter()
         for i in sorted(range(len(self.terms)), key=lambda i: -self.terms[i].statistic):
             term = self.terms[i]
             if seen[term.balance.name] >= kept:
-                self.terms[i] = replace(term, columns=np.zeros((0, 0), np.float32))
+                self.terms[i] = term.slim()
+            elif self.excerpt is not None and term.columns.size:
+                columns = self.excerpt.columns(term.columns).astype(np.float32)
+                self.terms[i] = replace(term, columns=columns)
             seen[term.balance.name] += 1
+        if self.excerpt is not None and self.excerpt.rows is not None:
+            self.rows, self.shown = self.excerpt.rows, self.excerpt.fit
+            self.base = replace(self.base, jacobian=np.zeros((0, len(self.base.at))))
+
+    @property
+    def seen(self) -> Fit:
+        """The fit before it, by the residuals that the columns of its terms are kept of."""
+        return self.base if self.shown is None else self.shown
 
     @property
     def best(self) -> float:
@@ -87,6 +108,11 @@ class Round:
         """Terms that are neither chance nor too small for a word."""
         least = NOTICEABLE * self.base.sample_size
         return [t for t in self.significant if t.surplus > least * len(t.knots) / HATS]
+
+    @property
+    def _drawn(self) -> list[DiscrepancyTerm]:
+        """What is drawn where nothing is worth a word: the first term that is no sensor's error."""
+        return [t for t in self.terms if t.columns.size and not t.balance.channel][:1]
 
     @property
     def strongest(self) -> list[DiscrepancyTerm]:

@@ -226,6 +226,10 @@ class Searcher:
             leader = replace(leader, score=anew(self.fitter, base, leader.score).lean())
             others = [t for t in trials if t.score.coordinate != leader.score.coordinate]
             trials = [leader, *others]
+        nearest_fit = min(trials, key=lambda t: t.fit.chi2, default=None)
+        for trial in trials:
+            if trial is not nearest_fit and not trial.evidence.passed:
+                trial.slim()
         return scores, trials
 
     def _terms(self, base: Fit) -> list[DiscrepancyTerm]:
