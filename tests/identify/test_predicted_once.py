@@ -42,6 +42,21 @@ def test_gains_are_computed_anew_only_where_something_moved(
     assert not np.array_equal(before.gains.kalman, after.gains.kalman)
 
 
+def test_gains_that_somebody_still_has_are_not_computed_again(free: list[Coordinate]) -> None:
+    """They serve with weights of their own; of another recording, or when gone, they are new."""
+    observer, point = Observer(knee_model(), INSTRUMENTS), knee_model().memory(free, np.zeros(2))
+    one, other = (recorded({}, "multisine", seed, 0.5) for seed in (5, 6))
+    first = observer.freeze(one, *point)
+    first.weights = np.full(len(INSTRUMENTS), 3.0)
+    again = observer.freeze(one, *point)
+    assert again.gains is first.gains
+    assert again.weights.tolist() == [1.0] * len(INSTRUMENTS)
+    assert observer.freeze(other, *point).gains is not first.gains
+    kept = first.gains
+    del first, again
+    assert observer.freeze(one, *point).gains is not kept
+
+
 def test_a_prediction_that_is_remembered_is_that_of_its_point_and_data(
     fitter: Fitter, free: list[Coordinate]
 ) -> None:

@@ -80,8 +80,8 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         if thorough:
             result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
         result.next_experiment = str(result.plan or "") or _advice(searcher, f)
-    searcher.fitter.release()
     _measure(searcher, search, result)
+    searcher.fitter.release()
     return result
 
 

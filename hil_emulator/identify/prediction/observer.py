@@ -1,6 +1,9 @@
 """Experiments seen through one model: gains frozen once, innovations for any parameters."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -58,6 +61,15 @@ class Observer:
         self.largest_step = step
         self.chosen = np.array([model.names.index(c) for c in channels])
         self._last = (b"", step)
+        self._living: WeakValueDictionary[tuple[int, bytes], Frozen] = WeakValueDictionary()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what another process gets: what lives here does not live there."""
+        return {**self.__dict__, "_living": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take it."""
+        self.__dict__.update(state, _living=WeakValueDictionary())
 
     @property
     def correlation_time(self) -> float:
@@ -79,7 +91,18 @@ class Observer:
         return self.largest_step / self.step(par)
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
-        """Run the extended Kalman filter at given parameters and keep its gains."""
+        """Run the extended Kalman filter at given parameters and keep its gains.
+
+        Where somebody still has what it made of the same experiment there, it is not run again.
+        """
+        point = id(experiment), par.tobytes() + chan.tobytes()
+        known = self._living.get(point)
+        if known is not None and known.experiment is experiment:
+            return replace(known, weights=np.ones(len(self.channels)))
+        frozen = self._living[point] = self._linearised(experiment, par, chan)
+        return frozen
+
+    def _linearised(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
         measured = experiment.matrix(self.channels)
         noise = noise_levels(experiment, self.channels)
         names = list(self.model.kernel.state.names or ())

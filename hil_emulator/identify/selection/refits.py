@@ -114,8 +114,18 @@ class CandidateRefits:
         return self._converged(Fit(free, at, fit.residual, jacobian, fit.chi2))
 
     def _pushed(self, fit: Fit) -> Fit:
-        other = nudged(self._fitter, fit, len(fit.at) - 1, self._enough(fit))
-        return fit if other is fit else self._converged(other)
+        """Push the candidate on; of long recordings an excerpt shows where that leads anywhere."""
+        excerpt, last, enough = excerpt_of(self._fitter, fit), len(fit.at) - 1, self._enough(fit)
+        if excerpt.rows is None:
+            other = nudged(self._fitter, fit, last, enough)
+            return fit if other is fit else self._converged(other)
+        seen, there = excerpt.fitter, excerpt.fit
+        unpushed = seen.fit(fit.coordinates, fit.at, ITERATIONS_AT_ONCE, there.jacobian, enough)
+        other = nudged(seen, unpushed, last, enough)
+        if unpushed.chi2 - other.chi2 < enough:
+            return fit
+        begun = self._fitter.fit(fit.coordinates, other.at, 1, fit.jacobian, enough)
+        return min(fit, self._converged(begun), key=lambda f: f.chi2)
 
     def _converged(self, fit: Fit) -> Fit:
         for _ in range(MOST_CONTINUATIONS):
