@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 import hil_emulator as hil
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.pages.palette import BLUE, VERMILION
 from hil_emulator.platform.paths import cache_folder

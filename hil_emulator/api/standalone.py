@@ -4,7 +4,7 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration
 from hil_emulator.model.layout import Vector
-from hil_emulator.model.plant import Sensors
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.signals.columns import columns, fill_row
 from hil_emulator.simulation.active_effects import acting

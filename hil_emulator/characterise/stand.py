@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from hil_emulator.characterise.result import Series
 from hil_emulator.model.kernel import Kernel
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 
 _CLAMPED = {"load_mass": 1e12}  # the largest force moves it by less than 1 um in a minute
 SMALL_CHAMBERS = {

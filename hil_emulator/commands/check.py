@@ -17,8 +17,8 @@ from hil_emulator.device.dictionary import UNCONFIGURED
 from hil_emulator.device.eds.report import lines
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
-from hil_emulator.model.plant import longest_delay
 from hil_emulator.model.quantities import PARAMS
+from hil_emulator.model.sampling import longest_delay
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stability import Bound, required_step, step_bound
 from hil_emulator.platform.paths import cache_folder, near

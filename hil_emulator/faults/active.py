@@ -21,7 +21,8 @@ from hil_emulator.faults.plant_parameters import PlantParameters
 from hil_emulator.faults.sensor import Act, Place, SensorFaultKind
 from hil_emulator.faults.strength import Change, Strength
 from hil_emulator.frame import Frame
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.model.sensors import CHANNELS
 
 MOST = 64

@@ -11,7 +11,8 @@ from hil_emulator.errors import UserError
 from hil_emulator.fmi.importing.supply import FmuSupply
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect
-from hil_emulator.model.plant import Plant, Sensors, on_one_supply
+from hil_emulator.model.plant import Plant, on_one_supply
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.node_factory import nodes

@@ -8,7 +8,8 @@ import numpy as np
 
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
-from hil_emulator.model.plant import Sensors, Supply, on_one_supply
+from hil_emulator.model.plant import Supply, on_one_supply
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.assembly import assemble_together, compiled
 from hil_emulator.simulation.not_finite import NotFiniteError

@@ -13,7 +13,8 @@ from hil_emulator.device.node import Node
 from hil_emulator.faults.active import Faults
 from hil_emulator.frame import NO_FRAMES
 from hil_emulator.model.digits import NOT_FINITE
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.simulation.wire_door import FrameDoor
 

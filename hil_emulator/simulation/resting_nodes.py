@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
 from hil_emulator.device.packed_tpdos import PackedTpdos
-from hil_emulator.model.plant import Sensors
+from hil_emulator.model.sampling import Sensors
 
 
 class RestingNodes:

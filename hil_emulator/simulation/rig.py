@@ -18,7 +18,8 @@ from hil_emulator.faults.frames import BusFaultKind
 from hil_emulator.faults.objects import ObjectFaultKind
 from hil_emulator.faults.plant import SUPPLY, PlantFaultKind
 from hil_emulator.frame import Frame
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.signals.columns import MODEL
 from hil_emulator.signals.inputs import COMMANDS, OF_SUPPLY, checked

@@ -18,7 +18,8 @@ from hil_emulator.config.load import load
 from hil_emulator.model.declare import Param, effect
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.kernel import Kernel, build
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED, friction
 from hil_emulator.platform.paths import cache_folder, shipped

@@ -7,7 +7,8 @@ import pytest
 
 from hil_emulator.identify.measured.bad_samples import without_bad_samples
 from hil_emulator.identify.measured.reading import Series
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from tests.identify.rig_data import INSTRUMENTS, knee, knee_model, recorded
 
 Readings = dict[str, np.ndarray]

@@ -12,7 +12,8 @@ from hil_emulator.identify.prediction.metered import through_edge
 from hil_emulator.identify.prediction.valve_bench import ValveBench, bench
 from hil_emulator.identify.session import identify
 from hil_emulator.model.actuator import edge_flow, transition
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from tests.identify.rig_data import CACHE, OFF, PERIOD, knee, knee_model, recorded
 
 CHANNELS = ("pressure_a", "pressure_b", "supply_pressure")

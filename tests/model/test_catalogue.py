@@ -12,7 +12,8 @@ from reference_machine import STEP, machine
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import Effect, is_on
 from hil_emulator.model.effects import CATALOGUE
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 
 TICK = 1e-3
 

@@ -8,7 +8,8 @@ import pytest
 from hil_emulator.config.load import load
 from hil_emulator.device import packed_tpdos
 from hil_emulator.model import digits
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.simulation.assembly import compiled
 

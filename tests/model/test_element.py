@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 
 from hil_emulator.model.effects.cylinder import internal_leakage
 from hil_emulator.model.kernel import Kernel, build, zeros
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.model.sensors import CHANNELS
 
 PERIOD, STEPS = 1e-3, 50

@@ -11,7 +11,8 @@ from reference_machine import STEP, machine
 from hil_emulator.model import kernel
 from hil_emulator.model.declare import DeclarationError, Param, Quantity, Stage, effect
 from hil_emulator.model.effects import CATALOGUE, friction
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.model.stages import friction as friction_stage
 from hil_emulator.model.stages import metering
 

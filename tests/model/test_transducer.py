@@ -7,7 +7,7 @@ import pytest
 
 from hil_emulator.model.kernel import Kernel, zeros
 from hil_emulator.model.layout import named
-from hil_emulator.model.plant import Sensors
+from hil_emulator.model.sampling import Sensors
 
 PERIOD = 1e-3
 

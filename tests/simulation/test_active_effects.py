@@ -9,7 +9,8 @@ from rigs import reference
 from hil_emulator.config.load import Configuration
 from hil_emulator.faults.plant import KINDS, PlantFaultKind
 from hil_emulator.model import kernel
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.assembly import compiled

@@ -14,7 +14,8 @@ from hil_emulator.identify.experiment_design.library import Target
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.rating import largest_current, velocity_gain
-from hil_emulator.model.plant import Plant, Sensors
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sampling import Sensors
 
 BANDWIDTH = 45.0
 """Bandwidth of the position loop, where the oil spring allows it [rad/s] (assumed)."""
