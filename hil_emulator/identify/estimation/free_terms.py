@@ -54,7 +54,7 @@ class DiscrepancyTerm:
     uncertainty: Array = field(default_factory=lambda: np.zeros(0))
     usual: float = 0.0
 
-    def slim(self) -> "DiscrepancyTerm":
+    def lean(self) -> "DiscrepancyTerm":
         """Return the term without its columns: those of a long recording are large."""
         return replace(self, columns=np.zeros((0, 0), np.float32))
 
@@ -142,7 +142,7 @@ def _short(term: DiscrepancyTerm) -> float:
 def _slim(found: Sequence[DiscrepancyTerm]) -> list[DiscrepancyTerm]:
     """Return terms with the columns that are asked for."""
     best = min((t for t in found if not t.balance.channel), key=_short, default=None)
-    return [t if t.significant or t is best else t.slim() for t in found]
+    return [t if t.significant or t is best else t.lean() for t in found]
 
 
 def _score(

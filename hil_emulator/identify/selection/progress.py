@@ -63,7 +63,7 @@ class Round:
             trial.slim()
         if not self.accepted:
             told = {t.title for t in (*self.worthwhile, *self.strongest, *self._drawn)}
-            self.terms = [t if t.title in told else t.slim() for t in self.terms]
+            self.terms = [t if t.title in told else t.lean() for t in self.terms]
 
     def thin(self, kept: int) -> None:
         """Forget the columns of all terms but the strongest of each balance, and the base's.
@@ -74,7 +74,7 @@ class Round:
         for i in sorted(range(len(self.terms)), key=lambda i: -self.terms[i].statistic):
             term = self.terms[i]
             if seen[term.balance.name] >= kept:
-                self.terms[i] = term.slim()
+                self.terms[i] = term.lean()
             elif self.excerpt is not None and term.columns.size:
                 columns = self.excerpt.columns(term.columns).astype(np.float32)
                 self.terms[i] = replace(term, columns=columns)
