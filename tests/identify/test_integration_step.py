@@ -1,6 +1,5 @@
 """Whether what an effect does to the residuals hangs on the integration step of a prediction."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,9 +7,8 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import CAREFUL_STEP, LARGEST_STEP, Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_model, recorded
+from hil_emulator.identify.prediction.observer import LARGEST_STEP, Observer
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 FINE = 2e-5
 """Step of the emulator itself [s]."""
@@ -28,18 +26,6 @@ def fitter(step: float) -> Fitter:
     found = Fitter(Observer(knee_model(), INSTRUMENTS, step), [recorded({}, "multisine", 3, 0.5)])
     found.freeze(ORDINARY, np.zeros(len(ORDINARY)))
     return found
-
-
-def test_a_fast_machine_gets_careful_steps() -> None:
-    """A valve of twice the bandwidth is not followed as far, nor the flux of a torque motor."""
-    model = knee_model()
-    usual = Observer(model, INSTRUMENTS)
-    assert usual.step(model.par) == LARGEST_STEP
-    loop, _ = model.memory([EFFECTS["hysteresis"]], [1.0])
-    assert usual.step(loop) == CAREFUL_STEP
-    fast = replace(knee(), plant=knee().plant | {"valve_natural_frequency": 560.0})
-    quick = PlantModel(fast, CACHE)
-    assert Observer(quick, INSTRUMENTS).step(quick.par) == CAREFUL_STEP
 
 
 def done(name: str, step: float) -> np.ndarray:

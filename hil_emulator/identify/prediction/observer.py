@@ -19,17 +19,9 @@ from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.tuning import decay, tuning
 from hil_emulator.model.sensors import wiring
 
-LARGEST_STEP = 5e-4
-"""Integration step of a prediction [s]; half of it moves no estimate by more than a seventh of the
-interval that a minute of data leaves."""
-
-CAREFUL_STEP = 2.5e-4
-"""The same where something is too fast for that [s]: a third of a millisecond loses a sixth of the
-width of a loop, whose flux follows the current within a fifth of one."""
-
-FOLLOWED = 1.0
-"""Step times largest eigenvalue of the configured machine up to which classical Runge-Kutta follows
-its fastest mode: to 1 % of amplitude and phase in a step."""
+LARGEST_STEP = 2.5e-4
+"""Integration step of a prediction [s]; half of it moves no estimate by more than 1 %, and a third
+of a millisecond loses what hits an end of the stroke, and half the width of a loop."""
 
 SMALLEST_STEP = 1e-5
 """Integration step below which no effect is followed [s]."""
@@ -55,7 +47,7 @@ class Observer:
     Args:
         model: the model.
         channels: the channels that take part.
-        step: largest integration step [s]; a machine too fast for it gets a careful one.
+        step: largest integration step [s].
 
     """
 
@@ -66,10 +58,9 @@ class Observer:
     ) -> None:
         self.model = model
         self.channels = channels
-        followed = FOLLOWED / max(model.fastest(model.par), 1.0)
-        self.largest_step = step if step <= max(CAREFUL_STEP, followed) else CAREFUL_STEP
+        self.largest_step = step
         self.chosen = np.array([model.names.index(c) for c in channels])
-        self._last = (b"", self.largest_step)
+        self._last = (b"", step)
         self._living: WeakValueDictionary[tuple[int, bytes], Frozen] = WeakValueDictionary()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -90,16 +81,14 @@ class Observer:
         key, last = par.tobytes(), self._last
         if key != last[0]:
             fastest = max(self.model.fastest(par), 1.0)
-            stable = max(SMALLEST_STEP, STABLE / fastest)
-            usual = stable >= self.largest_step
-            last = key, self.largest_step if usual else min(CAREFUL_STEP, stable)
+            last = key, min(self.largest_step, max(SMALLEST_STEP, STABLE / fastest))
             # as a whole: other threads predict as well
             self._last = last
         return last[1]
 
     def cost(self, par: Array) -> float:
-        """Return how much longer a prediction takes than one with careful steps."""
-        return CAREFUL_STEP / self.step(par)
+        """Return how much longer a prediction takes than one with the largest step."""
+        return self.largest_step / self.step(par)
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
         """Run the extended Kalman filter at given parameters and keep its gains.

@@ -111,8 +111,7 @@ SHARED_STATES = (
 
 DIVISION = {"PIECES": 4, "VELOCITY_DOUBT": 3e-5}
 """How a step is divided in which something hits. A prediction reaches one sample ahead and readings
-correct it: of a rod that is driven against the ends of its stroke, chi-square changes by less than
-one in a thousand at the largest step, and a stiff coupling takes half as long.
+correct it: chi-square changes by less than one in a million, a stiff coupling takes half as long.
 """
 
 
