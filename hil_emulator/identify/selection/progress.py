@@ -38,7 +38,7 @@ class Round:
         near: rivals that nearly explain as much in the finished model, the best first.
         excerpt: where the candidates were scored, the trials' apart; None for all data.
         rows: which residuals of all data the columns of its terms are kept of; None for all.
-        shown: the fit before it there; None for all.
+        part: the fit before it by these residuals; None for all.
 
     """
 
@@ -53,7 +53,7 @@ class Round:
     near: dict[str, StandIn] = field(default_factory=dict)
     excerpt: Excerpt | None = None
     rows: Index | None = None
-    shown: Fit | None = None
+    part: Fit | None = None
 
     def slim(self) -> None:
         """Forget the candidates' sensitivities: long recordings would fill the memory."""
@@ -66,9 +66,9 @@ class Round:
             self.terms = [t if t.title in told else t.lean() for t in self.terms]
 
     def thin(self, kept: int) -> None:
-        """Forget the columns of all terms but the strongest of each balance, and the base's.
+        """Forget the columns of all terms but the strongest of each balance.
 
-        Those of a long recording are large, and kept of the excerpt only.
+        Those of a long recording, and the base's, are large, and kept of the excerpt only.
         """
         seen: Counter[str] = Counter()
         for i in sorted(range(len(self.terms)), key=lambda i: -self.terms[i].statistic):
@@ -80,13 +80,13 @@ class Round:
                 self.terms[i] = replace(term, columns=columns)
             seen[term.balance.name] += 1
         if self.excerpt is not None and self.excerpt.rows is not None:
-            self.rows, self.shown = self.excerpt.rows, self.excerpt.fit
+            self.rows, self.part = self.excerpt.rows, self.excerpt.fit
             self.base = replace(self.base, jacobian=np.zeros((0, len(self.base.at))))
 
     @property
     def seen(self) -> Fit:
         """The fit before it, by the residuals that the columns of its terms are kept of."""
-        return self.base if self.shown is None else self.shown
+        return self.base if self.part is None else self.part
 
     @property
     def best(self) -> float:

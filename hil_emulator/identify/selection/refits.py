@@ -114,7 +114,7 @@ class CandidateRefits:
         return self._converged(Fit(free, at, fit.residual, jacobian, fit.chi2))
 
     def _pushed(self, fit: Fit) -> Fit:
-        """Push the candidate on; of long recordings an excerpt shows where that leads anywhere."""
+        """Push the candidate on; of long recordings an excerpt shows whether that leads on."""
         excerpt, last, enough = excerpt_of(self._fitter, fit), len(fit.at) - 1, self._enough(fit)
         if excerpt.rows is None:
             other = nudged(self._fitter, fit, last, enough)
