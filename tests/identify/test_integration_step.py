@@ -1,5 +1,6 @@
 """Whether what an effect does to the residuals hangs on the integration step of a prediction."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -7,8 +8,10 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import LARGEST_STEP, Observer
-from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+from hil_emulator.identify.prediction.observer import CAREFUL_STEP, LARGEST_STEP, Observer
+from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.model.stages import element
+from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_model, recorded
 
 FINE = 2e-5
 """Step of the emulator itself [s]."""
@@ -17,7 +20,9 @@ SEEN = 1.0
 """Norm of what an effect does, in standard deviations of the noise, below which it does nothing."""
 
 ORDINARY = parameters.ordinary(knee_model())
-EFFECTS = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS) if not c.channel}
+FILTERS = [e for e in knee_model().effects if e.stage is element]
+CANDIDATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}
+EFFECTS = [name for name, c in CANDIDATES.items() if not c.channel or c.effect in FILTERS]
 
 
 @cache
@@ -28,11 +33,23 @@ def fitter(step: float) -> Fitter:
     return found
 
 
+def test_a_fast_machine_gets_careful_steps() -> None:
+    """A valve of twice the bandwidth is not followed as far, nor the flux of a torque motor."""
+    model = knee_model()
+    usual = Observer(model, INSTRUMENTS)
+    assert usual.step(model.par, model.chan) == LARGEST_STEP
+    for name in ("hysteresis", "pressure_a.lag", "load_force.anti_aliasing"):
+        assert usual.step(*model.memory([CANDIDATES[name]], [1.0])) == CAREFUL_STEP
+    fast = replace(knee(), plant=knee().plant | {"valve_natural_frequency": 560.0})
+    quick = PlantModel(fast, CACHE)
+    assert Observer(quick, INSTRUMENTS).step(quick.par, quick.chan) == CAREFUL_STEP
+
+
 def done(name: str, step: float) -> np.ndarray:
     """Return what an effect of its typical size does to the residuals."""
-    free, at = [*ORDINARY, EFFECTS[name]], np.zeros(len(ORDINARY) + 1)
+    free, at = [*ORDINARY, CANDIDATES[name]], np.zeros(len(ORDINARY) + 1)
     healthy = fitter(step).residual(free, at)
-    at[-1] = np.clip(1.0, *EFFECTS[name].bounds)
+    at[-1] = np.clip(1.0, *CANDIDATES[name].bounds)
     return fitter(step).residual(free, at) - healthy
 
 

@@ -1,6 +1,7 @@
-"""A lag shorter than a sample is told in its true size."""
+"""What a sensor filters between two samples is told in its true size."""
 
 import numpy as np
+import pytest
 from rig_data import INSTRUMENTS, knee_model, recorded
 
 from hil_emulator.identify.estimation.map_fit import Fitter
@@ -8,21 +9,33 @@ from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import ordinary
 
 
-def test_a_pressure_sensors_lag_of_half_a_sample_is_estimated() -> None:
-    """0.5 ms, hidden in a recording with 1 ms between rows, is within twice its deviation."""
+@pytest.mark.parametrize(
+    ("effect", "knob", "true", "close"),
+    [
+        ("lag", "lag_time_constant", 5e-4, 0.01),
+        ("anti_aliasing", "anti_aliasing_cut_off", 200.0, 0.005),
+    ],
+)
+def test_what_a_pressure_sensor_filters_is_estimated(
+    effect: str, knob: str, true: float, close: float
+) -> None:
+    """A lag of half a sample, or a filter ahead of sampling, is within twice its deviation.
+
+    Rows are 1 ms apart.
+    """
     model = knee_model()
-    hidden = {"pressure_a": {"lag_time_constant": 5e-4}}
+    hidden = {"pressure_a": {knob: true}}
     data = [recorded({}, kind, 3, sensors=hidden) for kind in ("multisine", "steps")]
-    lag = next(e for e in model.effects if e.name == "lag")
-    free = [*ordinary(model), model.knob(lag, "pressure_a", np.inf)]
+    filters = next(e for e in model.effects if e.name == effect)
+    free = [*ordinary(model), model.knob(filters, "pressure_a", np.inf)]
     fitter = Fitter(Observer(model, INSTRUMENTS), data)
     at = np.zeros(len(free))
-    for _ in range(2):
+    for _ in range(3):
         fitter.freeze(free, at)
         fit = fitter.fit(free, at, 5)
         at = fit.at
-    found = free[-1].value(float(fit.at[-1]))
-    deviation = free[-1].scale * np.sqrt(fit.covariance()[-1, -1])
-    print(f"{found * 1e3:.3f} ± {deviation * 1e3:.3f} ms")
-    assert deviation < 1e-4
-    assert abs(found - 5e-4) < 2.0 * deviation
+    deviation = np.sqrt(fit.covariance()[-1, -1])
+    found, low, high = (free[-1].value(fit.at[-1] + d) for d in (0.0, -deviation, deviation))
+    print(f"{found:.5g} ({low:.5g} to {high:.5g})")
+    assert abs(high - low) < 2.0 * close * true
+    assert abs(found - true) < abs(high - low)

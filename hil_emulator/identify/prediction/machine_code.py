@@ -63,7 +63,7 @@ _INNER: tuple[Callable[..., object], ...] = (
     run.beside,
     run.install,
     run.correct,
-    run.remember,
+    run.trace,
     extended_kalman_filter.root_of_inverse,
     extended_kalman_filter.multiply,
     extended_kalman_filter.congruence,

@@ -19,9 +19,18 @@ from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.tuning import decay, tuning
 from hil_emulator.model.sensors import wiring
 
-LARGEST_STEP = 2.5e-4
-"""Integration step of a prediction [s]; half of it moves no estimate by more than 1 %, and a third
-of a millisecond loses what hits an end of the stroke, and half the width of a loop."""
+LARGEST_STEP = 5e-4
+"""Integration step of a prediction [s]; half of it moves no estimate by more than a seventh of the
+interval that a minute of data leaves."""
+
+CAREFUL_STEP = 2.5e-4
+"""The same where something is too fast for that [s]: a third of a millisecond loses a sixth of the
+width of a loop, whose flux follows the current within a fifth of one, and half of one a hundredth
+of a sensor's lag of that size, as its element takes what it meets in a step for straight."""
+
+FOLLOWED = 1.0
+"""Step times largest eigenvalue of the configured machine up to which classical Runge-Kutta follows
+its fastest mode: to 1 % of amplitude and phase in a step."""
 
 SMALLEST_STEP = 1e-5
 """Integration step below which no effect is followed [s]."""
@@ -47,7 +56,7 @@ class Observer:
     Args:
         model: the model.
         channels: the channels that take part.
-        step: largest integration step [s].
+        step: largest integration step [s]; a machine too fast for it gets a careful one.
 
     """
 
@@ -58,9 +67,10 @@ class Observer:
     ) -> None:
         self.model = model
         self.channels = channels
-        self.largest_step = step
+        followed = FOLLOWED / max(model.fastest(model.par), 1.0)
+        self.largest_step = step if step <= max(CAREFUL_STEP, followed) else CAREFUL_STEP
         self.chosen = np.array([model.names.index(c) for c in channels])
-        self._last = (b"", step)
+        self._last = (b"", self.largest_step)
         self._living: WeakValueDictionary[tuple[int, bytes], Frozen] = WeakValueDictionary()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -76,19 +86,25 @@ class Observer:
         """Time over which innovations may be correlated [s]."""
         return INNOVATION_CORRELATION_TIME
 
-    def step(self, par: Array) -> float:
-        """Return an integration step that is stable for these parameters [s]."""
+    def step(self, par: Array, chan: Array) -> float:
+        """Return an integration step that follows these parameters of plant and sensors [s]."""
+        step = self._step(par)
+        return min(step, CAREFUL_STEP) if self.model.filtered(chan) else step
+
+    def _step(self, par: Array) -> float:
         key, last = par.tobytes(), self._last
         if key != last[0]:
             fastest = max(self.model.fastest(par), 1.0)
-            last = key, min(self.largest_step, max(SMALLEST_STEP, STABLE / fastest))
+            stable = max(SMALLEST_STEP, STABLE / fastest)
+            usual = stable >= self.largest_step
+            last = key, self.largest_step if usual else min(CAREFUL_STEP, stable)
             # as a whole: other threads predict as well
             self._last = last
         return last[1]
 
     def cost(self, par: Array) -> float:
-        """Return how much longer a prediction takes than one with the largest step."""
-        return self.largest_step / self.step(par)
+        """Return how much longer a prediction takes than one with careful steps."""
+        return CAREFUL_STEP / self._step(par)
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
         """Run the extended Kalman filter at given parameters and keep its gains.
@@ -141,7 +157,7 @@ class Observer:
         It serves for so many runs along the data at these parameters; for none at others as well.
         """
         period = data.period / data.current.shape[1]
-        steps = max(1, int(np.ceil(period / self.step(par) - 1e-9)))
+        steps = max(1, int(np.ceil(period / self.step(par, chan) - 1e-9)))
         ticks = self.model.loops.ticks
         tick = ticks.at(par, runs * steps * data.current.size) if runs else ticks.whole
         return self.model.at(par, chan, period / steps, steps, tick)

@@ -26,8 +26,9 @@ class ParametrisedModel(NamedTuple):
         position: index of the position of the rod there.
         sources: index of each channel's signal.
         remembered: how many values the set point, the transducers, and their histories remember.
-        traced: which of those of the transducers are positions of the rod.
-        recorded: which of those of the histories are.
+        traced: which of those of the transducers are quantities that an acting element follows,
+            and the indices of their signals, shape (traced, 2).
+        recorded: which of those of the histories are positions of the rod.
         signals: number of signals.
         step: integration step [s].
         steps: integration steps in each part of a sample period that has a current of its own.
@@ -159,6 +160,7 @@ class Seen(NamedTuple):
     Attributes:
         watched: indices of the signals that any sensor looks at.
         signals: these signals at each sample, shape (samples, watched).
+        corrected: the same after its correction.
         path: what their elements met since the last sample, shape (samples, steps, channels).
         reading: what they showed, shape (samples, chosen).
         farther: by how much the position was corrected after it, shape (samples,) [m].
@@ -167,6 +169,7 @@ class Seen(NamedTuple):
 
     watched: Index
     signals: Array
+    corrected: Array
     path: Array
     reading: Array
     farther: Array

@@ -1,14 +1,15 @@
-"""Where sensors remember positions of the rod: in filters, and as samples that a law looks back on.
+"""Where sensors remember what a correction moves: in filters, and as samples.
 
-A correction of the position holds for what was read before, too; see `run.correct`.
+A correction of a quantity holds for what was read before, too; see `run.correct`.
 """
 
 import inspect
+from typing import NamedTuple
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Index
-from hil_emulator.model.declare import Effect
+from hil_emulator.model.declare import Effect, Quantity
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import length
 from hil_emulator.model.sensors import CHANNELS
@@ -18,26 +19,48 @@ POSITION = "position"
 """The channel, and what a channel that differences it looks at."""
 
 
-def remembered_positions(kernel: Kernel) -> tuple[Index, list[tuple[int, Index]]]:
-    """Return the places in a kernel's memory of sensors that hold positions.
+class Remembered(NamedTuple):
+    """What an effect of a channel remembers of the quantity.
 
-    Returns:
-        Indices in what all channels remember; and for each law that looks back on samples, the
-        index of its knob among the parameters of all channels, zero where it is off, and indices in
-        the samples that all channels remember.
+    Attributes:
+        effect: the effect.
+        channel: index of the channel.
+        knob: index of its knob among the parameters of all channels.
+        places: where it remembers, among what all of them do.
 
     """
-    names = [c.name for c in CHANNELS]
-    traced = [_at(kernel.memory, names.index(POSITION), e.field_of(q))
-              for e in kernel.effects if e.stage is element
-              for q in e.states if q.unit == "span"]  # fmt: skip
-    histories = []
+
+    effect: Effect
+    channel: int
+    knob: int
+    places: Index
+
+
+def followed(kernel: Kernel) -> list[Remembered]:
+    """Return what the elements of the channels have followed of their quantities."""
+    found = []
+    for e in (e for e in kernel.effects if e.stage is element):
+        states = [q for q in e.states if q.unit == "span"]
+        found += [_remembered(kernel, e, i, kernel.memory, states) for i in range(len(CHANNELS))]
+    return found
+
+
+def recorded_positions(kernel: Kernel) -> list[Remembered]:
+    """Return samples of the position on which a law looks back."""
+    found = []
     for e in (e for e in kernel.effects if e.stage is transducer):
-        for q in (q for q in e.states if q.length > 1):
-            row = _channel_of(e)
-            knob = int(_at(kernel.channel, row, e.field_of(e.knob))[0])
-            histories.append((knob, _at(kernel.channel_past, row, e.field_of(q))))
-    return np.concatenate(traced or [np.zeros(0, np.int64)]), histories
+        states = [q for q in e.states if q.length > 1]
+        if states:
+            found.append(_remembered(kernel, e, _channel_of(e), kernel.channel_past, states))
+    return found
+
+
+def _remembered(
+    kernel: Kernel, effect: Effect, channel: int, layout: np.dtype[np.void], states: list[Quantity]
+) -> Remembered:
+    knob = _at(kernel.channel, channel, effect.field_of(effect.knob))
+    places = [_at(layout, channel, effect.field_of(q)) for q in states]
+    return Remembered(effect, channel, int(knob[0]), np.concatenate(places))
 
 
 def _channel_of(effect: Effect) -> int:

@@ -37,7 +37,8 @@ class Run(NamedTuple):
         supply: index of the supply pressure in `par`.
         bend: index in z of the bend of the seals, -1 where dry friction does not act.
         position: index in z of the position of the rod.
-        traced: indices of positions among what the sensors remember.
+        traced: what the sensors remember of quantities that they follow, see
+            `records.ParametrisedModel`.
         recorded: indices of positions among the samples that they remember.
         nominal: supply pressure without its disturbance [Pa].
         null_decay: what remains of the null's drift after `advance`.
@@ -178,11 +179,12 @@ def install(model: ParametrisedModel, signals: Array, path: Array, period: float
 
 
 def correct(run: Run, instruments: Instruments, gain: Array, error: Array) -> None:
-    """Correct z by what the readings show, and what the sensors remember of the position.
+    """Correct z by what the readings show, and what the sensors remember.
 
-    Within what a sensor looks back on, a rod hardly moves, so that one which is farther out than
-    was thought had been so before; a late reading would tell it again in every sample. Pressures
-    are others by then.
+    Within the time that an element filters, and a rod in all that a sensor looks back on, hardly
+    anything moves otherwise than was thought: a rod which is farther out has been so before, and a
+    late reading would tell it again in every sample. A jump of a quantity would be a motion to its
+    element. Pressures that lie some samples back have been others.
 
     Args:
         run: whose z is corrected.
@@ -196,12 +198,16 @@ def correct(run: Run, instruments: Instruments, gain: Array, error: Array) -> No
     for i in range(len(z)):
         for j in range(len(error)):
             z[i] += gain[i, j] * error[j]
-    remember(instruments, run.traced, run.recorded, z[run.position] - before)
+    for i in run.recorded:
+        instruments.history[i] += z[run.position] - before
+    if len(run.traced) > 0:
+        signals = run.signals.copy()
+        advance(run, run.path, run.inputs[0], 0)
+        trace(instruments, run.traced, signals)
 
 
-def remember(instruments: Instruments, traced: Index, recorded: Index, farther: float) -> None:
-    """Move by a length [m] what sensors remember as positions of the rod."""
-    for i in traced:
-        instruments.trace[i] += farther
-    for i in recorded:
-        instruments.history[i] += farther
+def trace(instruments: Instruments, traced: Index, before: Array) -> None:
+    """Move what sensors remember of their signals as far as these have moved from those before."""
+    for i in range(len(traced)):
+        at = traced[i, 1]
+        instruments.trace[traced[i, 0]] += instruments.signals[at] - before[at]

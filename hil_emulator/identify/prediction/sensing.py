@@ -17,11 +17,12 @@ from hil_emulator.identify.prediction.records import (
 )
 from hil_emulator.identify.prediction.run import (
     Sense,
+    advance,
     begin,
     correct,
     elapse,
     install,
-    remember,
+    trace,
 )
 
 
@@ -41,8 +42,8 @@ def watch(
     instruments = install(model, run.signals, run.path, data.period)
     z, signals, path = run.z, run.signals, run.path
     seen = Seen(
-        watched, np.empty((count, len(watched))), np.empty((count, path.shape[0], path.shape[1])),
-        np.empty((count, m)), np.empty(count),
+        watched, np.empty((count, len(watched))), np.empty((count, len(watched))),
+        np.empty((count, path.shape[0], path.shape[1])), np.empty((count, m)), np.empty(count),
     )  # fmt: skip
     error = np.zeros(m)
     for k in range(count):
@@ -59,6 +60,9 @@ def watch(
         before = z[run.position]
         correct(run, instruments, gains.kalman[k], error)
         seen.farther[k] = z[run.position] - before
+        advance(run, path, run.inputs[0], 0)
+        for i in range(len(watched)):
+            seen.corrected[k, i] = signals[watched[i]]
         elapse(run, current[k], model.steps)
     return seen
 
@@ -77,6 +81,7 @@ def reread(
 
     """
     signals, path = np.zeros(model.signals), seen.path[0].copy()
+    before = signals.copy()
     instruments = install(model, signals, path, data.period)
     for k in range(len(change)):
         for i in range(len(seen.watched)):
@@ -85,4 +90,9 @@ def reread(
         sense(*instruments)
         for i in range(change.shape[1]):
             change[k, i] = instruments.reading[data.chosen[i]] - seen.reading[k, i]
-        remember(instruments, model.traced, model.recorded, seen.farther[k])
+        for i in model.recorded:
+            instruments.history[i] += seen.farther[k]
+        before[:] = signals
+        for i in range(len(seen.watched)):
+            signals[seen.watched[i]] = seen.corrected[k, i]
+        trace(instruments, model.traced, before)
