@@ -1,8 +1,10 @@
 """The extended Kalman filter that finds the gains."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Mask
+from hil_emulator.identify.measured.experiment import Array, Index, Mask, Single
 from hil_emulator.identify.prediction.records import (
     Data,
     Gains,
@@ -12,6 +14,8 @@ from hil_emulator.identify.prediction.records import (
     Tuning,
 )
 from hil_emulator.identify.prediction.run import (
+    Instruments,
+    Run,
     Sense,
     advance,
     begin,
@@ -21,64 +25,54 @@ from hil_emulator.identify.prediction.run import (
     follow,
     install,
 )
+from hil_emulator.identify.prediction.small_matrices import congruence, multiply, root_of_inverse
 
 
-def root_of_inverse(s: Array, root: Array) -> None:
-    """Fill the lower triangular L with S^-1 = L L^T, for a positive definite S; overwrites S."""
-    m = len(s)
-    # S = U U^T from the last row upwards, with U upper triangular; then L = U^-T
-    for j in range(m - 1, -1, -1):
-        for k in range(j + 1, m):
-            s[j, j] -= s[j, k] ** 2
-        s[j, j] = np.sqrt(s[j, j])
-        for i in range(j):
-            for k in range(j + 1, m):
-                s[i, j] -= s[i, k] * s[j, k]
-            s[i, j] /= s[j, j]
-    root[:, :] = 0.0
-    for i in range(m):
-        root[i, i] = 1.0 / s[i, i]
-        for j in range(i):
-            for k in range(j, i):
-                root[i, j] -= s[k, i] * root[k, j]
-            root[i, j] /= s[i, i]
+class Estimate(NamedTuple):
+    """What a filter knows of z, and of one sample.
+
+    Attributes:
+        cov: covariance of z.
+        widths: steps of the differences by z.
+        slope: derivative of the readings by z, shape (chosen, z).
+        present: which readings there are.
+        error: measured less predicted, zero where nothing was measured.
+        seen: rows of `slope` of what was measured; memory for products of that shape.
+        spread: the same.
+        innovation: covariance of the errors.
+        onward: derivative of the next z by the corrected one.
+        before: memory for products of that shape.
+        work: the same.
+
+    """
+
+    cov: Array
+    widths: Array
+    slope: Array
+    present: Mask
+    error: Array
+    seen: Array
+    spread: Array
+    innovation: Array
+    onward: Array
+    before: Array
+    work: Array
 
 
-def multiply(a: Array, b: Array, out: Array) -> None:
-    """Fill a b: for matrices this small, a call of a library takes longer than the product."""
-    for i in range(a.shape[0]):
-        for j in range(b.shape[1]):
-            total = 0.0
-            for k in range(a.shape[1]):
-                total += a[i, k] * b[k, j]
-            out[i, j] = total
-
-
-def congruence(a: Array, b: Array, work: Array, out: Array) -> None:
-    """Fill a b a^T of a symmetric b; `work` has the shape of a."""
-    multiply(a, b, work)
-    for i in range(a.shape[0]):
-        for j in range(i + 1):
-            total = 0.0
-            for k in range(a.shape[1]):
-                total += work[i, k] * a[j, k]
-            out[i, j] = total
-            out[j, i] = total
-
-
-def update(
-    cov: Array, slope: Array, noise: Array, present: Mask, held: int, gain: Array, whitening: Array
-) -> None:
+def update(estimate: Estimate, noise: Array, held: int, gain: Array, whitening: Array) -> None:
     """Update the covariance by a measurement; fills gain and whitening.
 
     The covariance takes the form that rounding cannot make negative, and that holds for any gain
     (Joseph): element `held` of z, -1 for none, counts as uncertain but is not corrected (Schmidt).
     """
+    cov, slope, present, h, hp = (
+        estimate.cov, estimate.slope, estimate.present, estimate.seen, estimate.spread
+    )  # fmt: skip
+    s, keep, before = estimate.innovation, estimate.onward, estimate.before
     m, n = slope.shape
-    h, s, hp = slope.copy(), np.zeros((m, m)), np.zeros((m, n))
     for i in range(m):
-        if not present[i]:
-            h[i, :] = 0.0
+        for j in range(n):
+            h[i, j] = slope[i, j] if present[i] else 0.0
     congruence(h, cov, hp, s)
     for i in range(m):
         s[i, i] += noise[i]
@@ -86,8 +80,8 @@ def update(
     multiply(whitening.T, hp, h)
     multiply(h.T, whitening.T, gain)
     if held >= 0:
-        gain[held, :] = 0.0
-    keep, before, work = np.zeros((n, n)), cov.copy(), np.zeros((n, n))
+        for i in range(m):
+            gain[held, i] = 0.0
     for i in range(m):
         for j in range(n):
             h[i, j] = slope[i, j] if present[i] else 0.0
@@ -95,11 +89,97 @@ def update(
     for a in range(n):
         for b in range(n):
             keep[a, b] = (1.0 if a == b else 0.0) - keep[a, b]
-    congruence(keep, before, work, cov)
+            before[a, b] = cov[a, b]
+    congruence(keep, before, estimate.work, cov)
     for i in range(m):
         for a in range(n):
             for b in range(n):
                 cov[a, b] += gain[a, i] * noise[i] * gain[b, i]
+
+
+def compare(
+    run: Run, moved: Run, instruments: Instruments, data: Data, sources: Index, k: int,
+    estimate: Estimate,
+) -> None:  # fmt: skip
+    """Compare a sample's readings, and find their derivative by z at it."""
+    current, chosen, widths, error = data.current, data.chosen, estimate.widths, estimate.error
+    before = current[max(0, k - 1), -1 if k else 0]
+    for j in range(len(widths)):
+        follow(moved, run)
+        moved.z[j] += widths[j]
+        advance(moved, moved.path, before, 0)
+        for i in range(len(chosen)):
+            source = sources[chosen[i]]
+            change = moved.signals[source] - run.signals[source]
+            estimate.slope[i, j] = change / widths[j]
+    for i in range(len(chosen)):
+        estimate.present[i] = np.isfinite(data.measured[k, i])
+        error[i] = data.measured[k, i] - instruments.reading[chosen[i]]
+        if not estimate.present[i]:
+            error[i] = 0.0
+
+
+def differ(
+    run: Run, corrected: Run, moved: Run, data: Data, sources: Index, k: int, steps: int,
+    estimate: Estimate, maps: Single, senses: Single,
+) -> None:  # fmt: skip
+    """Find the derivative of the next z and reading by the corrected z of a sample."""
+    chosen, widths = data.chosen, estimate.widths
+    for j in range(len(widths)):
+        follow(moved, corrected)
+        moved.z[j] += widths[j]
+        elapse(moved, data.current[k], steps)
+        for i in range(len(widths)):
+            estimate.onward[i, j] = (moved.z[i] - run.z[i]) / widths[j]
+            maps[i, j] = estimate.onward[i, j]
+        for i in range(len(chosen)):
+            source = sources[chosen[i]]
+            senses[i, j] = (moved.signals[source] - run.signals[source]) / widths[j]
+
+
+def spread(estimate: Estimate, tuning: Tuning, unknown: float, settling: bool) -> None:
+    """Carry the covariance to the next sample, whose mean current had a variance of its own."""
+    cov, onward, before = estimate.cov, estimate.onward, estimate.before
+    n, drift = len(cov), len(cov) - 2
+    for i in range(n):
+        for j in range(n):
+            before[i, j] = cov[i, j]
+    congruence(onward, before, estimate.work, cov)
+    for i in range(n):
+        cov[i, i] += tuning.diffusion[i]
+    # another current would have acted as the null's drift does, but only in this period
+    for i in range(drift):
+        for j in range(drift):
+            cov[i, j] += onward[i, drift] * unknown * onward[j, drift]
+    if settling:
+        for i in range(2):
+            cov[i, i] += tuning.covariance[i, i]
+
+
+def filter_samples(
+    sense: Sense, model: ParametrisedModel, data: Data, tuning: Tuning, noise: Array, run: Run,
+    corrected: Run, moved: Run, instruments: Instruments, estimate: Estimate, gains: Gains,
+    jacobians: Jacobians, predicted: Array,
+) -> None:  # fmt: skip
+    """Run the filter along a recording; arguments and results as of `linearise`, with its runs."""
+    scales, widths, drift = tuning.scales, estimate.widths, len(run.z) - 2
+    for k in range(len(data.current)):
+        sense(*instruments)
+        for j in range(len(widths)):
+            predicted[k, j] = run.z[j]
+            deviation = np.sqrt(max(estimate.cov[j, j], 0.0))
+            widths[j] = min(max(scales[0, j], deviation), scales[1, j])
+        compare(run, moved, instruments, data, model.sources, k, estimate)
+        held = drift if data.settling[k] else -1
+        update(estimate, noise, held, gains.kalman[k], gains.whitening[k])
+        correct(run, instruments, gains.kalman[k], estimate.error)
+        follow(corrected, run)
+        elapse(run, data.current[k], model.steps)
+        differ(
+            run, corrected, moved, data, model.sources, k, model.steps, estimate,
+            jacobians.maps[k], jacobians.senses[k],
+        )  # fmt: skip
+        spread(estimate, tuning, data.unknown[k], k < tuning.settling)
 
 
 def linearise(
@@ -119,64 +199,19 @@ def linearise(
         Gains, Jacobians, and z as it was predicted for each sample, shape (samples, z).
 
     """
-    current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
-    count, n, m = len(current), len(start.z), len(chosen)
-    drift = n - 2
+    count, n, m = len(data.current), len(start.z), len(data.chosen)
     gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
     jacobians = Jacobians(np.zeros((count, n, n), np.float32), np.zeros((count, m, n), np.float32))
-    kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
     predicted = np.zeros((count, n))
-    run = begin(model, start, current[0])
+    run = begin(model, start, data.current[0])
     instruments = install(model, run.signals, run.path, data.period)
-    corrected, moved = beside(run), beside(run)
-    z, cov, signals = run.z, tuning.covariance.copy(), run.signals
-    present = np.ones(m, np.bool_)
-    reading_slope = np.zeros((m, n))
-    error = np.zeros(m)
-    scales = tuning.scales
-    widths = scales[0].copy()
-    work, before_step, onward = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
-    for k in range(count):
-        sense(*instruments)
-        predicted[k] = z
-        before = current[max(0, k - 1), -1 if k else 0]
-        for j in range(n):
-            spread = np.sqrt(max(cov[j, j], 0.0))
-            widths[j] = min(max(scales[0, j], spread), scales[1, j])
-        for j in range(n):  # Jacobian of the reading
-            follow(moved, run)
-            moved.z[j] += widths[j]
-            advance(moved, moved.path, before, 0)
-            for i in range(m):
-                source = sources[chosen[i]]
-                reading_slope[i, j] = (moved.signals[source] - signals[source]) / widths[j]
-        for i in range(m):
-            present[i] = np.isfinite(measured[k, i])
-            error[i] = measured[k, i] - instruments.reading[chosen[i]] if present[i] else 0.0
-        held = drift if data.settling[k] else -1
-        update(cov, reading_slope, noise, present, held, kalman[k], gains.whitening[k])
-        correct(run, instruments, kalman[k], error)
-        follow(corrected, run)
-        elapse(run, current[k], model.steps)
-        for j in range(n):  # Jacobian of the next state and reading
-            follow(moved, corrected)
-            moved.z[j] += widths[j]
-            elapse(moved, current[k], model.steps)
-            for i in range(n):
-                onward[i, j] = (moved.z[i] - z[i]) / widths[j]
-            for i in range(m):
-                source = sources[chosen[i]]
-                senses[k, i, j] = (moved.signals[source] - signals[source]) / widths[j]
-        maps[k] = onward
-        before_step[:, :] = cov
-        congruence(onward, before_step, work, cov)
-        for i in range(n):
-            cov[i, i] += tuning.diffusion[i]
-        # another current would have acted as the null's drift does, but only in this period
-        for i in range(drift):
-            for j in range(drift):
-                cov[i, j] += onward[i, drift] * data.unknown[k] * onward[j, drift]
-        if k < tuning.settling:
-            for i in range(2):
-                cov[i, i] += tuning.covariance[i, i]
+    estimate = Estimate(
+        tuning.covariance.copy(), tuning.scales[0].copy(), np.zeros((m, n)), np.ones(m, np.bool_),
+        np.zeros(m), np.zeros((m, n)), np.zeros((m, n)), np.zeros((m, m)), np.zeros((n, n)),
+        np.zeros((n, n)), np.zeros((n, n)),
+    )  # fmt: skip
+    filter_samples(
+        sense, model, data, tuning, noise, run, beside(run), beside(run), instruments, estimate,
+        gains, jacobians, predicted,
+    )  # fmt: skip
     return gains, jacobians, predicted

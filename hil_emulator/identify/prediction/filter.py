@@ -12,6 +12,8 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.records import Data, Gains, ParametrisedModel, Start
 from hil_emulator.identify.prediction.run import (
+    Instruments,
+    Run,
     Sense,
     begin,
     correct,
@@ -41,11 +43,21 @@ def predict(
     """
     run = begin(model, start, data.current[0])
     instruments = install(model, run.signals, run.path, data.period)
+    predict_samples(
+        sense, run, instruments, data, gains, model.steps, np.zeros(len(data.chosen)), residual,
+        track,
+    )  # fmt: skip
+
+
+def predict_samples(
+    sense: Sense, run: Run, instruments: Instruments, data: Data, gains: Gains, steps: int,
+    error: Array, residual: Array, track: Array,
+) -> None:  # fmt: skip
+    """Predict all samples; arguments and results as of `predict`, with its run."""
     reading = instruments.reading
     current, measured, chosen = data.current, data.measured, data.chosen
     kalman, whitening = gains.kalman, gains.whitening
     m = len(chosen)
-    error = np.zeros(m)
     for k in range(len(current)):
         sense(*instruments)
         for i in range(m):
@@ -53,10 +65,12 @@ def predict(
             if not np.isfinite(measured[k, i]):
                 error[i] = 0.0
         for i in range(m):
-            residual[k, i] = 0.0
+            whitened = 0.0
             for j in range(m):
-                residual[k, i] += whitening[k, j, i] * error[j]
+                whitened += whitening[k, j, i] * error[j]
+            residual[k, i] = whitened
         if len(track) > 1:
-            track[k] = run.signals
+            for i in range(len(run.signals)):
+                track[k, i] = run.signals[i]
         correct(run, instruments, kalman[k], error)
-        elapse(run, current[k], model.steps)
+        elapse(run, current[k], steps)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.extended_kalman_filter import congruence, multiply
 from hil_emulator.identify.prediction.records import (
     Data,
     Errors,
@@ -22,6 +21,7 @@ from hil_emulator.identify.prediction.run import (
     follow,
     install,
 )
+from hil_emulator.identify.prediction.small_matrices import congruence, multiply
 
 
 def run_freely(

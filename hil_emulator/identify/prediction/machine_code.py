@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numba
 import numpy as np
@@ -27,6 +28,7 @@ from hil_emulator.identify.prediction import (
     quasi_static,
     run,
     sensing,
+    small_matrices,
     smoothing,
     static_forces,
 )
@@ -55,25 +57,39 @@ from hil_emulator.model.kernel import Kernel, keep, sources_digest
 _MODEL = ("rate", "sense")
 """The model's functions that a loop may take."""
 
-_INNER: tuple[Callable[..., object], ...] = (
-    run.advance,
-    run.elapse,
-    run.follow,
+_MAKERS: tuple[Callable[..., object], ...] = (
     run.begin,
     run.beside,
     run.install,
-    run.correct,
-    run.trace,
-    extended_kalman_filter.root_of_inverse,
-    extended_kalman_filter.multiply,
-    extended_kalman_filter.congruence,
-    extended_kalman_filter.update,
     free_loops.show,
     free_loops.widen,
     smoothing.observe,
     smoothing.proceed,
     quasi_static.implicit_step,
 )
+"""Parts of a loop that make arrays."""
+
+_PARTS: tuple[Callable[..., object], ...] = (
+    run.advance,
+    run.elapse,
+    run.follow,
+    run.correct,
+    run.trace,
+    small_matrices.root_of_inverse,
+    small_matrices.multiply,
+    small_matrices.congruence,
+    small_matrices.multiply_eights,
+    predictor.predict_samples,
+    extended_kalman_filter.update,
+    extended_kalman_filter.compare,
+    extended_kalman_filter.differ,
+    extended_kalman_filter.spread,
+    extended_kalman_filter.filter_samples,
+    probing.try_samples,
+    probing.propagate_samples,
+)
+"""Parts that work on given ones."""
+
 _LOOPS: tuple[Callable[..., object], ...] = (
     predictor.predict, extended_kalman_filter.linearise, probing.probe, probing.propagate,
     sensing.watch, sensing.reread,
@@ -81,7 +97,10 @@ _LOOPS: tuple[Callable[..., object], ...] = (
     quasi_static.sweep,
 )  # fmt: skip
 
-_RECORDS = (run.Run, run.Instruments, Gains, Jacobians, Entries, Errors, Seen)
+_RECORDS = (
+    run.Run, run.Instruments, extended_kalman_filter.Estimate, Gains, Jacobians, Entries, Errors,
+    Seen,
+)  # fmt: skip
 """Named tuples that the loops make."""
 
 
@@ -148,7 +167,8 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
         cache: folder for machine code; None compiles for this process alone.
 
     """
-    parts = ["@compiled\n" + _bound(f) for f in _INNER] + ["@entry\n" + _bound(f) for f in _LOOPS]
+    chapters = (("lean", _PARTS), ("compiled", _MAKERS), ("entry", _LOOPS))
+    parts = [f"@{name}\n{_bound(f)}" for name, functions in chapters for f in functions]
     source = "\n\n\n".join(parts)
     file = keep(source, cache / digest(kernel), "hil_emulator_identify") if cache else None
     # numba finds the functions again through a module of this name
@@ -156,10 +176,14 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
     sys.modules[module.__name__] = module
     module.__dict__.update({name: getattr(kernel, name) for name in _MODEL})
     module.__dict__.update({record.__name__: record for record in _RECORDS})
+    # inlined, a seventh of a prediction is saved, and a sixth more without numba's runtime, where
+    # nothing is made: it is the counting of references to arrays
+    inlined: dict[str, Any] = {"error_model": "numpy", "nogil": True, "forceinline": True}
+    lean: dict[str, Any] = {**inlined, "_nrt": False}
     module.__dict__.update(
         np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND,
-        # inlined, a seventh of a prediction is saved: the counting of references to arrays
-        compiled=numba.njit(error_model="numpy", nogil=True, forceinline=True),
+        compiled=numba.njit(**inlined),
+        lean=numba.njit(**lean),
         entry=entry(file, error_model="numpy", nogil=True),
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)

@@ -12,6 +12,8 @@ from hil_emulator.identify.prediction.records import (
     Start,
 )
 from hil_emulator.identify.prediction.run import (
+    Instruments,
+    Run,
     Sense,
     begin,
     beside,
@@ -20,6 +22,7 @@ from hil_emulator.identify.prediction.run import (
     follow,
     install,
 )
+from hil_emulator.identify.prediction.small_matrices import multiply_eights
 
 
 def probe(
@@ -33,37 +36,46 @@ def probe(
         sizes: step of their differences.
 
     """
-    current, measured, chosen, sources = data.current, data.measured, data.chosen, model.sources
-    count, n, m = len(current), len(start.z), len(chosen)
+    count, n, m = len(data.current), len(start.z), len(data.chosen)
     entries = Entries(
         np.zeros((count, n, len(probes)), np.float32), np.zeros((count, m, len(probes)), np.float32)
     )
-    run = begin(model, start, current[0])
+    run = begin(model, start, data.current[0])
     instruments = install(model, run.signals, run.path, data.period)
-    corrected, moved = beside(run), beside(run)
+    try_samples(
+        sense, model, data, gains, probes, sizes, run, beside(run), beside(run), instruments,
+        np.zeros(m), entries,
+    )  # fmt: skip
+    return entries
+
+
+def try_samples(
+    sense: Sense, model: ParametrisedModel, data: Data, gains: Gains, probes: Index, sizes: Array,
+    run: Run, corrected: Run, moved: Run, instruments: Instruments, error: Array, entries: Entries,
+) -> None:  # fmt: skip
+    """Try each probe in each sample; arguments and results as of `probe`, with its runs."""
+    measured, chosen, sources = data.measured, data.chosen, model.sources
     z, par = run.z, run.par
-    error = np.zeros(m)
-    for k in range(count):
+    for k in range(len(measured)):
         sense(*instruments)
-        for i in range(m):
+        for i in range(len(chosen)):
             error[i] = measured[k, i] - instruments.reading[chosen[i]]
             if not np.isfinite(measured[k, i]):
                 error[i] = 0.0
         correct(run, instruments, gains.kalman[k], error)
         follow(corrected, run)
-        elapse(run, current[k], model.steps)
+        elapse(run, data.current[k], model.steps)
         for j in range(len(probes)):
             follow(moved, corrected)
             # both runs have the same parameters
             par[probes[j]] += sizes[j]
-            elapse(moved, current[k], model.steps)
+            elapse(moved, data.current[k], model.steps)
             par[probes[j]] -= sizes[j]
-            for i in range(n):
+            for i in range(len(z)):
                 entries.drives[k, i, j] = (moved.z[i] - z[i]) / sizes[j]
-            for i in range(m):
+            for i in range(len(chosen)):
                 source = sources[chosen[i]]
                 entries.feeds[k, i, j] = (moved.signals[source] - run.signals[source]) / sizes[j]
-    return entries
 
 
 def propagate(
@@ -72,7 +84,7 @@ def propagate(
 ) -> None:  # fmt: skip
     """Fill a residual's derivatives by small terms that act along the base trajectory.
 
-    All of them at once: a processor multiplies several numbers by one as fast as a single one.
+    All of them at once, in eights.
 
     Args:
         gains: the frozen gains.
@@ -85,40 +97,40 @@ def propagate(
             overwritten.
 
     """
-    kalman, whitening = gains.kalman, gains.whitening
-    maps, senses = jacobians.maps, jacobians.senses
+    n, m = gains.kalman.shape[1:]
+    width = -(-len(columns) // 8) * 8
+    propagate_samples(
+        gains, jacobians, entry, inputs, outputs, columns, np.zeros((n, width)),
+        np.zeros((n, width)), np.zeros((m, width)), np.zeros((m, width)),
+    )  # fmt: skip
+
+
+def propagate_samples(
+    gains: Gains, jacobians: Jacobians, entry: Entries, inputs: Array, outputs: Array,
+    columns: Array, dz: Array, after: Array, dy: Array, whitened: Array,
+) -> None:  # fmt: skip
+    """Propagate along all samples; arguments as of `propagate`, with what z and readings change."""
+    n, m, terms = len(dz), len(dy), len(columns)
     drives, feeds = entry.drives, entry.feeds
-    n, m, terms = kalman.shape[1], kalman.shape[2], columns.shape[0]
-    dz, after, dy = np.zeros((n, terms)), np.zeros((n, terms)), np.zeros((m, terms))
     for k in range(columns.shape[1]):
         if len(outputs) > 0:
             for i in range(m):
                 for t in range(terms):
                     dy[i, t] += outputs[k, i, t]
-        for i in range(m):
-            for t in range(terms):
-                columns[t, k, i] = 0.0
-            for j in range(m):
-                for t in range(terms):
-                    columns[t, k, i] -= whitening[k, j, i] * dy[j, t]
-        for i in range(n):
-            for j in range(m):
-                for t in range(terms):
-                    dz[i, t] -= kalman[k, i, j] * dy[j, t]
-        after[:, :] = 0.0
-        dy[:, :] = 0.0
-        for i in range(n):
-            for j in range(n):
-                for t in range(terms):
-                    after[i, t] += maps[k, i, j] * dz[j, t]
-        for i in range(m):
-            for j in range(n):
-                for t in range(terms):
-                    dy[i, t] += senses[k, i, j] * dz[j, t]
+        multiply_eights(gains.whitening[k].T, dy, -1.0, 0.0, whitened)
+        for t in range(terms):
+            for i in range(m):
+                columns[t, k, i] = whitened[i, t]
+        multiply_eights(gains.kalman[k], dy, -1.0, 1.0, dz)
+        multiply_eights(jacobians.maps[k], dz, 1.0, 0.0, after)
+        multiply_eights(jacobians.senses[k], dz, 1.0, 0.0, dy)
         if len(inputs) > 0:
-            for t in range(terms):
-                for i in range(n):
+            for i in range(n):
+                for t in range(terms):
                     after[i, t] += drives[k, i] * inputs[k, t]
-                for i in range(m):
+            for i in range(m):
+                for t in range(terms):
                     dy[i, t] += feeds[k, i] * inputs[k, t]
-        dz[:, :] = after
+        for i in range(n):
+            for t in range(terms):
+                dz[i, t] = after[i, t]

@@ -29,6 +29,7 @@ class Run(NamedTuple):
         memory: the state vector, on which the integrator works.
         past: what the set point remembers.
         signals: the model's signals at this state.
+        earlier: memory for what they were before a correction.
         path: what the sensors' elements met since the last sample, see `integrator.integrate`.
         par: the plant's parameters, in which the disturbances act.
         inputs: of the model.
@@ -52,6 +53,7 @@ class Run(NamedTuple):
     memory: Array
     past: Array
     signals: Array
+    earlier: Array
     path: Array
     par: Array
     inputs: Array
@@ -106,6 +108,7 @@ def begin(model: ParametrisedModel, start: Start, currents: Array) -> Run:
             position = i
     run = Run(
         model.tick, start.z.copy(), start.state.copy(), past, np.zeros(model.signals),
+        np.zeros(model.signals),
         np.zeros((len(currents) * model.steps, len(model.sources))), model.par.copy(),
         np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, bend,
         position, model.traced, model.recorded, model.par[model.supply], start.decay[0],
@@ -122,6 +125,7 @@ def beside(run: Run) -> Run:
     """Return a second run at the same state, with the same parameters."""
     return Run(
         run.tick, run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(),
+        run.earlier.copy(),
         run.path.copy(), run.par, run.inputs, run.active, run.drift, run.supply, run.bend,
         run.position, run.traced, run.recorded, run.nominal, run.null_decay, run.supply_decay,
         run.step,
@@ -196,14 +200,17 @@ def correct(run: Run, instruments: Instruments, gain: Array, error: Array) -> No
     z = run.z
     before = z[run.position]
     for i in range(len(z)):
+        corrected = z[i]
         for j in range(len(error)):
-            z[i] += gain[i, j] * error[j]
+            corrected += gain[i, j] * error[j]
+        z[i] = corrected
     for i in run.recorded:
         instruments.history[i] += z[run.position] - before
     if len(run.traced) > 0:
-        signals = run.signals.copy()
+        for i in range(len(run.signals)):
+            run.earlier[i] = run.signals[i]
         advance(run, run.path, run.inputs[0], 0)
-        trace(instruments, run.traced, signals)
+        trace(instruments, run.traced, run.earlier)
 
 
 def trace(instruments: Instruments, traced: Index, before: Array) -> None:

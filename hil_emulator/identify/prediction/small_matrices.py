@@ -1,0 +1,75 @@
+"""Products of matrices that are smaller than a call of a library is long."""
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array, Single
+
+
+def root_of_inverse(s: Array, root: Array) -> None:
+    """Fill the lower triangular L with S^-1 = L L^T, for a positive definite S; overwrites S."""
+    m = len(s)
+    # S = U U^T from the last row upwards, with U upper triangular; then L = U^-T
+    for j in range(m - 1, -1, -1):
+        for k in range(j + 1, m):
+            s[j, j] -= s[j, k] ** 2
+        s[j, j] = np.sqrt(s[j, j])
+        for i in range(j):
+            for k in range(j + 1, m):
+                s[i, j] -= s[i, k] * s[j, k]
+            s[i, j] /= s[j, j]
+    for i in range(m):
+        for j in range(m):
+            root[i, j] = 0.0
+        root[i, i] = 1.0 / s[i, i]
+        for j in range(i):
+            for k in range(j, i):
+                root[i, j] -= s[k, i] * root[k, j]
+            root[i, j] /= s[i, i]
+
+
+def multiply(a: Array, b: Array, out: Array) -> None:
+    """Fill a b."""
+    for i in range(a.shape[0]):
+        for j in range(b.shape[1]):
+            total = 0.0
+            for k in range(a.shape[1]):
+                total += a[i, k] * b[k, j]
+            out[i, j] = total
+
+
+def congruence(a: Array, b: Array, work: Array, out: Array) -> None:
+    """Fill a b a^T of a symmetric b; `work` has the shape of a."""
+    multiply(a, b, work)
+    for i in range(a.shape[0]):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(a.shape[1]):
+                total += work[i, k] * a[j, k]
+            out[i, j] = total
+            out[j, i] = total
+
+
+def multiply_eights(a: Array | Single, b: Array, sign: float, kept: float, out: Array) -> None:
+    """Fill sign a b + kept out, whose columns are a multiple of eight.
+
+    A processor multiplies eight numbers by one as fast as a single one, if it holds their sums.
+    """
+    for block in range(out.shape[1] // 8):
+        s = 8 * block
+        for i in range(a.shape[0]):
+            r0, r1, r2, r3 = out[i, s], out[i, s + 1], out[i, s + 2], out[i, s + 3]
+            r4, r5, r6, r7 = out[i, s + 4], out[i, s + 5], out[i, s + 6], out[i, s + 7]
+            r0, r1, r2, r3 = kept * r0, kept * r1, kept * r2, kept * r3
+            r4, r5, r6, r7 = kept * r4, kept * r5, kept * r6, kept * r7
+            for j in range(a.shape[1]):
+                c = sign * a[i, j]
+                r0 += c * b[j, s]
+                r1 += c * b[j, s + 1]
+                r2 += c * b[j, s + 2]
+                r3 += c * b[j, s + 3]
+                r4 += c * b[j, s + 4]
+                r5 += c * b[j, s + 5]
+                r6 += c * b[j, s + 6]
+                r7 += c * b[j, s + 7]
+            out[i, s], out[i, s + 1], out[i, s + 2], out[i, s + 3] = r0, r1, r2, r3
+            out[i, s + 4], out[i, s + 5], out[i, s + 6], out[i, s + 7] = r4, r5, r6, r7
