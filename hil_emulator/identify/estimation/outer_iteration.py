@@ -12,6 +12,10 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 CONVERGED = 0.3
 """Change in posterior standard deviations below which an estimate has converged (assumed)."""
 
+FAR = 5.0
+"""Change in the same units after which a Jacobian is computed anew (assumed: a stale one leads
+nowhere, which costs as much)."""
+
 LITTLE = 0.03
 """Prior standard deviations that are added to them: long recordings leave next to none, and the
 filter does not notice (assumed)."""
@@ -48,17 +52,19 @@ def converge(
         fit = fitter.fit(free, at, 2, jacobian=jacobian)
         priors = np.array([c.prior if np.isfinite(c.prior) else 0.0 for c in free])
         spread = np.sqrt(np.diag(fit.covariance()) + (LITTLE * priors) ** 2 + 1e-30)
-        converged = _moved(at, fit.at, spread) < CONVERGED
-        at = fit.at
+        moved = _moved(at, fit.at, spread)
+        converged, at = moved < CONVERGED, fit.at
         if converged and jacobian is None and not nudging:
             break
         if converged and jacobian is None:
             nudging, begun = False, fit
             for effect in effects:
                 begun = nudged(fitter, begun, list(free).index(effect))
+            if begun is fit:
+                break
             at = begun.at
         else:
-            jacobian = None if converged else fit.jacobian
+            jacobian = None if converged or moved > FAR else fit.jacobian
     return relaxed(fitter, fit)
 
 
