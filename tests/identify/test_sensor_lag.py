@@ -1,4 +1,4 @@
-"""What a sensor filters between two samples is told in its true size."""
+"""How late a sensor is comes out in its true size, less than a sample or more."""
 
 import numpy as np
 import pytest
@@ -10,24 +10,26 @@ from hil_emulator.identify.prediction.parameters import ordinary
 
 
 @pytest.mark.parametrize(
-    ("effect", "knob", "true", "close"),
+    ("effect", "field", "channel", "true", "close"),
     [
-        ("lag", "lag_time_constant", 5e-4, 0.01),
-        ("anti_aliasing", "anti_aliasing_cut_off", 200.0, 0.005),
+        ("lag", "lag_time_constant", "pressure_a", 5e-4, 0.01),
+        ("anti_aliasing", "anti_aliasing_cut_off", "pressure_a", 200.0, 0.005),
+        ("delay", "delay_time", "pressure_a", 1e-3, 0.005),
+        ("delay", "delay_time", "pressure_b", 2.5e-3, 0.005),
     ],
 )
-def test_what_a_pressure_sensor_filters_is_estimated(
-    effect: str, knob: str, true: float, close: float
+def test_how_late_a_pressure_sensor_is_comes_out(
+    effect: str, field: str, channel: str, true: float, close: float
 ) -> None:
-    """A lag of half a sample, or a filter ahead of sampling, is within twice its deviation.
+    """A lag of half a sample, a filter ahead of sampling, a delay: within twice its deviation.
 
     Rows are 1 ms apart.
     """
     model = knee_model()
-    hidden = {"pressure_a": {knob: true}}
+    hidden = {channel: {field: true}}
     data = [recorded({}, kind, 3, sensors=hidden) for kind in ("multisine", "steps")]
-    filters = next(e for e in model.effects if e.name == effect)
-    free = [*ordinary(model), model.knob(filters, "pressure_a", np.inf)]
+    law = next(e for e in model.effects if e.name == effect)
+    free = [*ordinary(model), model.knob(law, channel, np.inf)]
     fitter = Fitter(Observer(model, INSTRUMENTS), data)
     at = np.zeros(len(free))
     for _ in range(3):

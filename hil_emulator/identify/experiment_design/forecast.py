@@ -117,7 +117,7 @@ class Forecaster:
         par, chan = self._observer.model.memory(truth.coordinates, truth.at)
         machine = SimulatedBench(
             self._observer.model, par, chan, self._world(), self._observer.channels,
-            self._observer.step(par, chan),
+            self._observer.step(par),
         )  # fmt: skip
         return machine.record(target, seed)
 

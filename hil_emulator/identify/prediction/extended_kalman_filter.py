@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Index, Mask, Single
+from hil_emulator.identify.measured.experiment import Array, Mask, Single
 from hil_emulator.identify.prediction.records import (
     Data,
     Gains,
@@ -14,16 +14,14 @@ from hil_emulator.identify.prediction.records import (
     Tuning,
 )
 from hil_emulator.identify.prediction.run import (
-    Instruments,
-    Run,
+    Passage,
     Sense,
     advance,
-    begin,
-    beside,
+    compare,
     correct,
     elapse,
+    enter,
     follow,
-    install,
 )
 from hil_emulator.identify.prediction.small_matrices import congruence, multiply, root_of_inverse
 
@@ -36,7 +34,6 @@ class Estimate(NamedTuple):
         widths: steps of the differences by z.
         slope: derivative of the readings by z, shape (chosen, z).
         present: which readings there are.
-        error: measured less predicted, zero where nothing was measured.
         seen: rows of `slope` of what was measured; memory for products of that shape.
         spread: the same.
         innovation: covariance of the errors.
@@ -50,7 +47,6 @@ class Estimate(NamedTuple):
     widths: Array
     slope: Array
     present: Mask
-    error: Array
     seen: Array
     spread: Array
     innovation: Array
@@ -97,43 +93,36 @@ def update(estimate: Estimate, noise: Array, held: int, gain: Array, whitening: 
                 cov[a, b] += gain[a, i] * noise[i] * gain[b, i]
 
 
-def compare(
-    run: Run, moved: Run, instruments: Instruments, data: Data, sources: Index, k: int,
-    estimate: Estimate,
-) -> None:  # fmt: skip
-    """Compare a sample's readings, and find their derivative by z at it."""
-    current, chosen, widths, error = data.current, data.chosen, estimate.widths, estimate.error
-    before = current[max(0, k - 1), -1 if k else 0]
+def differ(passage: Passage, k: int, estimate: Estimate) -> None:
+    """Find the derivative of a sample's readings by z at it."""
+    run, moved, data, widths = passage.run, passage.moved, passage.data, estimate.widths
+    before = data.current[max(0, k - 1), -1 if k else 0]
     for j in range(len(widths)):
         follow(moved, run)
         moved.z[j] += widths[j]
-        advance(moved, moved.path, before, 0)
-        for i in range(len(chosen)):
-            source = sources[chosen[i]]
+        advance(moved, moved.steps, before, 0)
+        for i in range(len(data.chosen)):
+            source = run.sources[data.chosen[i]]
             change = moved.signals[source] - run.signals[source]
             estimate.slope[i, j] = change / widths[j]
-    for i in range(len(chosen)):
+    for i in range(len(data.chosen)):
         estimate.present[i] = np.isfinite(data.measured[k, i])
-        error[i] = data.measured[k, i] - instruments.reading[chosen[i]]
-        if not estimate.present[i]:
-            error[i] = 0.0
 
 
-def differ(
-    run: Run, corrected: Run, moved: Run, data: Data, sources: Index, k: int, steps: int,
-    estimate: Estimate, maps: Single, senses: Single,
-) -> None:  # fmt: skip
-    """Find the derivative of the next z and reading by the corrected z of a sample."""
-    chosen, widths = data.chosen, estimate.widths
+def differ_onward(
+    passage: Passage, k: int, estimate: Estimate, maps: Single, senses: Single
+) -> None:
+    """Find the derivative of the next z and readings by the corrected z of a sample."""
+    run, moved, data, widths = passage.run, passage.moved, passage.data, estimate.widths
     for j in range(len(widths)):
-        follow(moved, corrected)
+        follow(moved, passage.corrected)
         moved.z[j] += widths[j]
-        elapse(moved, data.current[k], steps)
+        elapse(moved, data.current[k], passage.steps)
         for i in range(len(widths)):
             estimate.onward[i, j] = (moved.z[i] - run.z[i]) / widths[j]
             maps[i, j] = estimate.onward[i, j]
-        for i in range(len(chosen)):
-            source = sources[chosen[i]]
+        for i in range(len(data.chosen)):
+            source = run.sources[data.chosen[i]]
             senses[i, j] = (moved.signals[source] - run.signals[source]) / widths[j]
 
 
@@ -157,11 +146,11 @@ def spread(estimate: Estimate, tuning: Tuning, unknown: float, settling: bool) -
 
 
 def filter_samples(
-    sense: Sense, model: ParametrisedModel, data: Data, tuning: Tuning, noise: Array, run: Run,
-    corrected: Run, moved: Run, instruments: Instruments, estimate: Estimate, gains: Gains,
+    sense: Sense, passage: Passage, tuning: Tuning, noise: Array, estimate: Estimate, gains: Gains,
     jacobians: Jacobians, predicted: Array,
 ) -> None:  # fmt: skip
-    """Run the filter along a recording; arguments and results as of `linearise`, with its runs."""
+    """Run the filter along a recording; arguments and results as of `linearise`."""
+    run, instruments, data = passage.run, passage.instruments, passage.data
     scales, widths, drift = tuning.scales, estimate.widths, len(run.z) - 2
     for k in range(len(data.current)):
         sense(*instruments)
@@ -169,16 +158,14 @@ def filter_samples(
             predicted[k, j] = run.z[j]
             deviation = np.sqrt(max(estimate.cov[j, j], 0.0))
             widths[j] = min(max(scales[0, j], deviation), scales[1, j])
-        compare(run, moved, instruments, data, model.sources, k, estimate)
+        differ(passage, k, estimate)
+        compare(passage, k)
         held = drift if data.settling[k] else -1
         update(estimate, noise, held, gains.kalman[k], gains.whitening[k])
-        correct(run, instruments, gains.kalman[k], estimate.error)
-        follow(corrected, run)
-        elapse(run, data.current[k], model.steps)
-        differ(
-            run, corrected, moved, data, model.sources, k, model.steps, estimate,
-            jacobians.maps[k], jacobians.senses[k],
-        )  # fmt: skip
+        correct(run, instruments, gains.kalman[k], passage.error)
+        follow(passage.corrected, run)
+        elapse(run, data.current[k], passage.steps)
+        differ_onward(passage, k, estimate, jacobians.maps[k], jacobians.senses[k])
         spread(estimate, tuning, data.unknown[k], k < tuning.settling)
 
 
@@ -203,15 +190,11 @@ def linearise(
     gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
     jacobians = Jacobians(np.zeros((count, n, n), np.float32), np.zeros((count, m, n), np.float32))
     predicted = np.zeros((count, n))
-    run = begin(model, start, data.current[0])
-    instruments = install(model, run.signals, run.path, data.period)
     estimate = Estimate(
         tuning.covariance.copy(), tuning.scales[0].copy(), np.zeros((m, n)), np.ones(m, np.bool_),
-        np.zeros(m), np.zeros((m, n)), np.zeros((m, n)), np.zeros((m, m)), np.zeros((n, n)),
+        np.zeros((m, n)), np.zeros((m, n)), np.zeros((m, m)), np.zeros((n, n)),
         np.zeros((n, n)), np.zeros((n, n)),
     )  # fmt: skip
-    filter_samples(
-        sense, model, data, tuning, noise, run, beside(run), beside(run), instruments, estimate,
-        gains, jacobians, predicted,
-    )  # fmt: skip
+    passage = enter(model, data, start)
+    filter_samples(sense, passage, tuning, noise, estimate, gains, jacobians, predicted)
     return gains, jacobians, predicted

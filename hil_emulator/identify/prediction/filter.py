@@ -7,19 +7,9 @@ frozen, so that the innovations are an ordinary function of the parameters.
 Every function takes the kernel's `sense` as its first argument.
 """
 
-import numpy as np
-
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.records import Data, Gains, ParametrisedModel, Start
-from hil_emulator.identify.prediction.run import (
-    Instruments,
-    Run,
-    Sense,
-    begin,
-    correct,
-    elapse,
-    install,
-)
+from hil_emulator.identify.prediction.run import Passage, Sense, compare, correct, elapse, enter
 
 DISTURBANCES = 2
 """Null drift and supply deviation."""
@@ -41,36 +31,25 @@ def predict(
         track: predicted signals, shape (samples, signals); overwritten, unless it is one row.
 
     """
-    run = begin(model, start, data.current[0])
-    instruments = install(model, run.signals, run.path, data.period)
-    predict_samples(
-        sense, run, instruments, data, gains, model.steps, np.zeros(len(data.chosen)), residual,
-        track,
-    )  # fmt: skip
+    predict_samples(sense, enter(model, data, start), gains, residual, track)
 
 
 def predict_samples(
-    sense: Sense, run: Run, instruments: Instruments, data: Data, gains: Gains, steps: int,
-    error: Array, residual: Array, track: Array,
-) -> None:  # fmt: skip
-    """Predict all samples; arguments and results as of `predict`, with its run."""
-    reading = instruments.reading
-    current, measured, chosen = data.current, data.measured, data.chosen
-    kalman, whitening = gains.kalman, gains.whitening
-    m = len(chosen)
+    sense: Sense, passage: Passage, gains: Gains, residual: Array, track: Array
+) -> None:
+    """Predict all samples; arguments and results as of `predict`."""
+    run, instruments, current = passage.run, passage.instruments, passage.data.current
+    error, whitening = passage.error, gains.whitening
     for k in range(len(current)):
         sense(*instruments)
-        for i in range(m):
-            error[i] = measured[k, i] - reading[chosen[i]]
-            if not np.isfinite(measured[k, i]):
-                error[i] = 0.0
-        for i in range(m):
+        compare(passage, k)
+        for i in range(len(error)):
             whitened = 0.0
-            for j in range(m):
+            for j in range(len(error)):
                 whitened += whitening[k, j, i] * error[j]
             residual[k, i] = whitened
         if len(track) > 1:
             for i in range(len(run.signals)):
                 track[k, i] = run.signals[i]
-        correct(run, instruments, kalman[k], error)
-        elapse(run, current[k], steps)
+        correct(run, instruments, gains.kalman[k], error)
+        elapse(run, current[k], passage.steps)

@@ -59,6 +59,7 @@ def run_freely(
         correct(run, instruments, kalman[k], error)
         if k >= first and (k - first) % restarts.window == 0:
             follow(loose, run)
+            loose.signals[:] = run.signals
             loose_instruments.trace[:] = instruments.trace
             loose_instruments.history[:] = instruments.history
         elapse(run, current[k], model.steps)

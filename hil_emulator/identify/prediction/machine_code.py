@@ -61,6 +61,7 @@ _MAKERS: tuple[Callable[..., object], ...] = (
     run.begin,
     run.beside,
     run.install,
+    run.enter,
     free_loops.show,
     free_loops.widen,
     smoothing.observe,
@@ -71,18 +72,20 @@ _MAKERS: tuple[Callable[..., object], ...] = (
 
 _PARTS: tuple[Callable[..., object], ...] = (
     run.advance,
-    run.elapse,
     run.follow,
     run.correct,
-    run.trace,
+    run.compare,
+    run.move,
+    run.refine,
+    run.elapse,
     small_matrices.root_of_inverse,
     small_matrices.multiply,
     small_matrices.congruence,
     small_matrices.multiply_eights,
     predictor.predict_samples,
     extended_kalman_filter.update,
-    extended_kalman_filter.compare,
     extended_kalman_filter.differ,
+    extended_kalman_filter.differ_onward,
     extended_kalman_filter.spread,
     extended_kalman_filter.filter_samples,
     probing.try_samples,
@@ -98,8 +101,8 @@ _LOOPS: tuple[Callable[..., object], ...] = (
 )  # fmt: skip
 
 _RECORDS = (
-    run.Run, run.Instruments, extended_kalman_filter.Estimate, Gains, Jacobians, Entries, Errors,
-    Seen,
+    run.Run, run.Instruments, run.Passage, extended_kalman_filter.Estimate, probing.Changes, Gains,
+    Jacobians, Entries, Errors, Seen,
 )  # fmt: skip
 """Named tuples that the loops make."""
 

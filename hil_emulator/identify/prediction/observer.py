@@ -25,8 +25,7 @@ interval that a minute of data leaves."""
 
 CAREFUL_STEP = 2.5e-4
 """The same where something is too fast for that [s]: a third of a millisecond loses a sixth of the
-width of a loop, whose flux follows the current within a fifth of one, and half of one a hundredth
-of a sensor's lag of that size, as its element takes what it meets in a step for straight."""
+width of a loop, whose flux follows the current within a fifth of one."""
 
 FOLLOWED = 1.0
 """Step times largest eigenvalue of the configured machine up to which classical Runge-Kutta follows
@@ -86,12 +85,8 @@ class Observer:
         """Time over which innovations may be correlated [s]."""
         return INNOVATION_CORRELATION_TIME
 
-    def step(self, par: Array, chan: Array) -> float:
-        """Return an integration step that follows these parameters of plant and sensors [s]."""
-        step = self._step(par)
-        return min(step, CAREFUL_STEP) if self.model.filtered(chan) else step
-
-    def _step(self, par: Array) -> float:
+    def step(self, par: Array) -> float:
+        """Return an integration step that follows these parameters [s]."""
         key, last = par.tobytes(), self._last
         if key != last[0]:
             fastest = max(self.model.fastest(par), 1.0)
@@ -104,7 +99,7 @@ class Observer:
 
     def cost(self, par: Array) -> float:
         """Return how much longer a prediction takes than one with careful steps."""
-        return CAREFUL_STEP / self._step(par)
+        return CAREFUL_STEP / self.step(par)
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
         """Run the extended Kalman filter at given parameters and keep its gains.
@@ -157,7 +152,7 @@ class Observer:
         It serves for so many runs along the data at these parameters; for none at others as well.
         """
         period = data.period / data.current.shape[1]
-        steps = max(1, int(np.ceil(period / self.step(par, chan) - 1e-9)))
+        steps = max(1, int(np.ceil(period / self.step(par) - 1e-9)))
         ticks = self.model.loops.ticks
         tick = ticks.at(par, runs * steps * data.current.size) if runs else ticks.whole
         return self.model.at(par, chan, period / steps, steps, tick)

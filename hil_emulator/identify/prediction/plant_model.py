@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from hil_emulator.config.load import Configuration
-from hil_emulator.identify.measured.experiment import SPANS, Array
+from hil_emulator.identify.measured.experiment import SPANS, Array, Index
 from hil_emulator.identify.prediction.machine_code import bind
 from hil_emulator.identify.prediction.probes import DRIFT, PROBES
 from hil_emulator.identify.prediction.records import ParametrisedModel, Tick
-from hil_emulator.identify.prediction.remembered import followed, recorded_positions
+from hil_emulator.identify.prediction.remembered import Remembered, followed, recorded
 from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.model import kernel, quantities
 from hil_emulator.model.declare import Effect, Param, is_on
@@ -160,7 +160,7 @@ class PlantModel:
         self._par_at = {n: i for i, n in enumerate(self.kernel.parameters.names or ())}
         self._chan_at = {n: i for i, n in enumerate(self.kernel.channel.names or ())}
         self._followed = followed(self.kernel)
-        self._recorded = recorded_positions(self.kernel)
+        self._recorded = recorded(self.kernel)
         moving = [e for e in self.kernel.effects if e.stage in CONTINUOUS]
         self._movers = [self._mover(e) for e in moving]
         self.signal_names = tuple(self.kernel.signals.names or ())
@@ -215,24 +215,18 @@ class PlantModel:
         self, par: Array, chan: Array, step: float = 0.0, steps: int = 0, tick: Tick | None = None
     ) -> ParametrisedModel:
         """Return the model at given parameters for the loops, which make `steps` per sample [s]."""
-        traced = [
-            (at, self.sources[r.channel])
-            for r in self._followed
-            if is_on(r.effect, chan[r.knob])
-            for at in r.places
-        ]
-        recorded = [r.places for r in self._recorded if is_on(r.effect, chan[r.knob])]
         return ParametrisedModel(
             tick or self.loops.ticks.whole, par, chan, self.drift, self.supply, self.bend,
-            self.position, self.sources, self.remembered,
-            np.array(traced, np.int64).reshape(-1, 2),
-            np.concatenate(recorded) if recorded else np.zeros(0, np.int64),
+            self.position, self.sources, self.remembered, self._places(self._followed, chan),
+            self._places(self._recorded, chan),
             len(self.signal_names), step, steps,
         )  # fmt: skip
 
-    def filtered(self, chan: Array) -> bool:
-        """Whether an element acts in any channel."""
-        return any(is_on(r.effect, chan[r.knob]) for r in self._followed)
+    def _places(self, remembered: Sequence[Remembered], chan: Array) -> Index:
+        """Return where acting effects remember, and the index of the signal that each follows."""
+        acting = [r for r in remembered if is_on(r.effect, chan[r.knob])]
+        places = [(at, self.sources[r.channel]) for r in acting for at in r.places]
+        return np.array(places, np.int64).reshape(-1, 2)
 
     def start(self, par: Array, step: float, pressures: tuple[float, float] | None) -> Array:
         """Return the state at rest of a parameter set, at the given chamber pressures [Pa]."""

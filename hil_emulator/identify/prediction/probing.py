@@ -1,5 +1,7 @@
 """What a small term in a balance does to the innovations: along the base trajectory, linearly."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
@@ -12,17 +14,32 @@ from hil_emulator.identify.prediction.records import (
     Start,
 )
 from hil_emulator.identify.prediction.run import (
-    Instruments,
-    Run,
+    Passage,
     Sense,
-    begin,
-    beside,
+    compare,
     correct,
     elapse,
+    enter,
     follow,
-    install,
 )
 from hil_emulator.identify.prediction.small_matrices import multiply_eights
+
+
+class Changes(NamedTuple):
+    """What terms change in one sample, shape (..., terms), their number rounded up to eights.
+
+    Attributes:
+        dz: of z.
+        after: of z in the next sample.
+        dy: of the readings.
+        whitened: of the innovations.
+
+    """
+
+    dz: Array
+    after: Array
+    dy: Array
+    whitened: Array
 
 
 def probe(
@@ -40,41 +57,31 @@ def probe(
     entries = Entries(
         np.zeros((count, n, len(probes)), np.float32), np.zeros((count, m, len(probes)), np.float32)
     )
-    run = begin(model, start, data.current[0])
-    instruments = install(model, run.signals, run.path, data.period)
-    try_samples(
-        sense, model, data, gains, probes, sizes, run, beside(run), beside(run), instruments,
-        np.zeros(m), entries,
-    )  # fmt: skip
+    try_samples(sense, enter(model, data, start), gains, probes, sizes, entries)
     return entries
 
 
 def try_samples(
-    sense: Sense, model: ParametrisedModel, data: Data, gains: Gains, probes: Index, sizes: Array,
-    run: Run, corrected: Run, moved: Run, instruments: Instruments, error: Array, entries: Entries,
-) -> None:  # fmt: skip
-    """Try each probe in each sample; arguments and results as of `probe`, with its runs."""
-    measured, chosen, sources = data.measured, data.chosen, model.sources
-    z, par = run.z, run.par
-    for k in range(len(measured)):
-        sense(*instruments)
-        for i in range(len(chosen)):
-            error[i] = measured[k, i] - instruments.reading[chosen[i]]
-            if not np.isfinite(measured[k, i]):
-                error[i] = 0.0
-        correct(run, instruments, gains.kalman[k], error)
-        follow(corrected, run)
-        elapse(run, data.current[k], model.steps)
+    sense: Sense, passage: Passage, gains: Gains, probes: Index, sizes: Array, entries: Entries
+) -> None:
+    """Try each probe in each sample; arguments and results as of `probe`."""
+    run, moved, data = passage.run, passage.moved, passage.data
+    for k in range(len(data.current)):
+        sense(*passage.instruments)
+        compare(passage, k)
+        correct(run, passage.instruments, gains.kalman[k], passage.error)
+        follow(passage.corrected, run)
+        elapse(run, data.current[k], passage.steps)
         for j in range(len(probes)):
-            follow(moved, corrected)
+            follow(moved, passage.corrected)
             # both runs have the same parameters
-            par[probes[j]] += sizes[j]
-            elapse(moved, data.current[k], model.steps)
-            par[probes[j]] -= sizes[j]
-            for i in range(len(z)):
-                entries.drives[k, i, j] = (moved.z[i] - z[i]) / sizes[j]
-            for i in range(len(chosen)):
-                source = sources[chosen[i]]
+            run.par[probes[j]] += sizes[j]
+            elapse(moved, data.current[k], passage.steps)
+            run.par[probes[j]] -= sizes[j]
+            for i in range(len(run.z)):
+                entries.drives[k, i, j] = (moved.z[i] - run.z[i]) / sizes[j]
+            for i in range(len(data.chosen)):
+                source = run.sources[data.chosen[i]]
                 entries.feeds[k, i, j] = (moved.signals[source] - run.signals[source]) / sizes[j]
 
 
@@ -99,17 +106,18 @@ def propagate(
     """
     n, m = gains.kalman.shape[1:]
     width = -(-len(columns) // 8) * 8
-    propagate_samples(
-        gains, jacobians, entry, inputs, outputs, columns, np.zeros((n, width)),
-        np.zeros((n, width)), np.zeros((m, width)), np.zeros((m, width)),
-    )  # fmt: skip
+    changes = Changes(
+        np.zeros((n, width)), np.zeros((n, width)), np.zeros((m, width)), np.zeros((m, width))
+    )
+    propagate_samples(gains, jacobians, entry, inputs, outputs, changes, columns)
 
 
 def propagate_samples(
     gains: Gains, jacobians: Jacobians, entry: Entries, inputs: Array, outputs: Array,
-    columns: Array, dz: Array, after: Array, dy: Array, whitened: Array,
+    changes: Changes, columns: Array,
 ) -> None:  # fmt: skip
-    """Propagate along all samples; arguments as of `propagate`, with what z and readings change."""
+    """Propagate along all samples; arguments and results as of `propagate`."""
+    dz, after, dy, whitened = changes
     n, m, terms = len(dz), len(dy), len(columns)
     drives, feeds = entry.drives, entry.feeds
     for k in range(columns.shape[1]):

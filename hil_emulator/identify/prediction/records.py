@@ -28,7 +28,8 @@ class ParametrisedModel(NamedTuple):
         remembered: how many values the set point, the transducers, and their histories remember.
         traced: which of those of the transducers are quantities that an acting element follows,
             and the indices of their signals, shape (traced, 2).
-        recorded: which of those of the histories are positions of the rod.
+        recorded: which of those of the histories are samples on which an acting law looks back,
+            and the indices of their signals, shape (recorded, 2).
         signals: number of signals.
         step: integration step [s].
         steps: integration steps in each part of a sample period that has a current of its own.
@@ -161,9 +162,8 @@ class Seen(NamedTuple):
         watched: indices of the signals that any sensor looks at.
         signals: these signals at each sample, shape (samples, watched).
         corrected: the same after its correction.
-        path: what their elements met since the last sample, shape (samples, steps, channels).
+        path: what their elements met since the last sample, shape (samples, instants, channels).
         reading: what they showed, shape (samples, chosen).
-        farther: by how much the position was corrected after it, shape (samples,) [m].
 
     """
 
@@ -172,7 +172,6 @@ class Seen(NamedTuple):
     corrected: Array
     path: Array
     reading: Array
-    farther: Array
 
 
 class Restarts(NamedTuple):

@@ -1,6 +1,6 @@
-"""Where sensors remember what a correction moves: in filters, and as samples.
+"""Where sensors remember quantities that a correction moves: in filters, and as samples.
 
-A correction of a quantity holds for what was read before, too; see `run.correct`.
+It holds for what they met just before, too; see `run.correct`.
 """
 
 import inspect
@@ -15,16 +15,13 @@ from hil_emulator.model.layout import length
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import element, transducer
 
-POSITION = "position"
-"""The channel, and what a channel that differences it looks at."""
-
 
 class Remembered(NamedTuple):
     """What an effect of a channel remembers of the quantity.
 
     Attributes:
         effect: the effect.
-        channel: index of the channel.
+        channel: index of the channel of the quantity.
         knob: index of its knob among the parameters of all channels.
         places: where it remembers, among what all of them do.
 
@@ -45,13 +42,18 @@ def followed(kernel: Kernel) -> list[Remembered]:
     return found
 
 
-def recorded_positions(kernel: Kernel) -> list[Remembered]:
-    """Return samples of the position on which a law looks back."""
-    found = []
+def recorded(kernel: Kernel) -> list[Remembered]:
+    """Return the samples on which laws look back."""
+    found, names = [], [c.name for c in CHANNELS]
     for e in (e for e in kernel.effects if e.stage is transducer):
         states = [q for q in e.states if q.length > 1]
-        if states:
-            found.append(_remembered(kernel, e, _channel_of(e), kernel.channel_past, states))
+        derives = "differenced" in inspect.signature(e.law).parameters
+        for i, channel in enumerate(CHANNELS if states else ()):
+            one = _remembered(kernel, e, i, kernel.channel_past, states)
+            if not derives:
+                found.append(one)
+            elif channel.differenced:
+                found.append(one._replace(channel=names.index(channel.differenced)))
     return found
 
 
@@ -61,13 +63,6 @@ def _remembered(
     knob = _at(kernel.channel, channel, effect.field_of(effect.knob))
     places = [_at(layout, channel, effect.field_of(q)) for q in states]
     return Remembered(effect, channel, int(knob[0]), np.concatenate(places))
-
-
-def _channel_of(effect: Effect) -> int:
-    """Return the channel in which a law looks back on positions: that of a rate if it derives."""
-    if "differenced" in inspect.signature(effect.law).parameters:
-        return next(i for i, c in enumerate(CHANNELS) if c.differenced == POSITION)
-    return next(i for i, c in enumerate(CHANNELS) if c.name == POSITION)
 
 
 def _at(layout: np.dtype[np.void], channel: int, field: str) -> Index:

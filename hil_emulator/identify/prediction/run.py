@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
-from hil_emulator.identify.prediction.records import ParametrisedModel, Start, Tick
+from hil_emulator.identify.prediction.records import Data, ParametrisedModel, Start, Tick
 from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.quantities import INPUTS
 
@@ -30,7 +30,11 @@ class Run(NamedTuple):
         past: what the set point remembers.
         signals: the model's signals at this state.
         earlier: memory for what they were before a correction.
-        path: what the sensors' elements met since the last sample, see `integrator.integrate`.
+        sources: index of each channel's signal.
+        steps: each channel's quantity when the period began, then after each of its integration
+            steps, shape (1 + steps, channels).
+        path: what the sensors' elements met since the last sample: the same, and what it was
+            between, shape (2 * steps, channels).
         par: the plant's parameters, in which the disturbances act.
         inputs: of the model.
         active: indices in the state vector of the states in z.
@@ -40,7 +44,7 @@ class Run(NamedTuple):
         position: index in z of the position of the rod.
         traced: what the sensors remember of quantities that they follow, see
             `records.ParametrisedModel`.
-        recorded: indices of positions among the samples that they remember.
+        recorded: which of the samples that they look back on are of quantities, likewise.
         nominal: supply pressure without its disturbance [Pa].
         null_decay: what remains of the null's drift after `advance`.
         supply_decay: what remains of the supply's deviation.
@@ -54,6 +58,8 @@ class Run(NamedTuple):
     past: Array
     signals: Array
     earlier: Array
+    sources: Index
+    steps: Array
     path: Array
     par: Array
     inputs: Array
@@ -97,6 +103,46 @@ class Instruments(NamedTuple):
     overrange: Index
 
 
+class Passage(NamedTuple):
+    """A run along a recording.
+
+    Attributes:
+        run: the run.
+        instruments: its sensors.
+        data: the recording.
+        steps: integration steps in each part of a period, see `records.ParametrisedModel`.
+        error: measured less predicted, zero where nothing was measured, shape (chosen,).
+        corrected: memory for the run as it is after a correction.
+        moved: memory for a run that goes on from elsewhere.
+
+    """
+
+    run: Run
+    instruments: Instruments
+    data: Data
+    steps: int
+    error: Array
+    corrected: Run
+    moved: Run
+
+
+def enter(model: ParametrisedModel, data: Data, start: Start) -> Passage:
+    """Return a run before the first sample of a recording."""
+    run = begin(model, start, data.current[0])
+    instruments = install(model, run.signals, run.path, data.period)
+    error = np.zeros(len(data.chosen))
+    return Passage(run, instruments, data, model.steps, error, beside(run), beside(run))
+
+
+def compare(passage: Passage, k: int) -> None:
+    """Compare what the instruments show with what was measured in a sample."""
+    data, error = passage.data, passage.error
+    for i in range(len(error)):
+        error[i] = data.measured[k, i] - passage.instruments.reading[data.chosen[i]]
+        if not np.isfinite(data.measured[k, i]):
+            error[i] = 0.0
+
+
 def begin(model: ParametrisedModel, start: Start, currents: Array) -> Run:
     """Return a run at its start; the first of a period's currents acts until the first sample."""
     past = np.full(model.remembered[0], np.nan)
@@ -108,13 +154,14 @@ def begin(model: ParametrisedModel, start: Start, currents: Array) -> Run:
             position = i
     run = Run(
         model.tick, start.z.copy(), start.state.copy(), past, np.zeros(model.signals),
-        np.zeros(model.signals),
-        np.zeros((len(currents) * model.steps, len(model.sources))), model.par.copy(),
+        np.zeros(model.signals), model.sources,
+        np.zeros((1 + len(currents) * model.steps, len(model.sources))),
+        np.zeros((2 * len(currents) * model.steps, len(model.sources))), model.par.copy(),
         np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, bend,
         position, model.traced, model.recorded, model.par[model.supply], start.decay[0],
         start.decay[1], model.step,
     )  # fmt: skip
-    advance(run, run.path, currents[0], 0)
+    advance(run, run.steps, currents[0], 0)
     # what it measures has been at rest
     for i in range(len(model.sources)):
         run.path[:, i] = run.signals[model.sources[i]]
@@ -125,10 +172,9 @@ def beside(run: Run) -> Run:
     """Return a second run at the same state, with the same parameters."""
     return Run(
         run.tick, run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(),
-        run.earlier.copy(),
-        run.path.copy(), run.par, run.inputs, run.active, run.drift, run.supply, run.bend,
-        run.position, run.traced, run.recorded, run.nominal, run.null_decay, run.supply_decay,
-        run.step,
+        run.earlier.copy(), run.sources, run.steps.copy(), run.path.copy(), run.par, run.inputs,
+        run.active, run.drift, run.supply, run.bend, run.position, run.traced, run.recorded,
+        run.nominal, run.null_decay, run.supply_decay, run.step,
     )  # fmt: skip
 
 
@@ -168,8 +214,32 @@ def advance(run: Run, path: Array, current: float, steps: int) -> None:
 
 def elapse(run: Run, currents: Array, steps: int) -> None:
     """Let a sample period pass, in which the current takes some values one after the other."""
+    for i in range(len(run.sources)):
+        run.steps[0, i] = run.signals[run.sources[i]]
     for i in range(len(currents)):
-        advance(run, run.path[i * steps : (i + 1) * steps], currents[i], steps)
+        first = 1 + i * steps
+        advance(run, run.steps[first : first + steps], currents[i], steps)
+    if len(run.traced) > 0:
+        refine(run)
+
+
+def refine(run: Run) -> None:
+    """Fill in what elements meet: in the middle of a step, the parabola through three ends of one.
+
+    An element takes what it meets for straight between; in half a millisecond no pressure is.
+    """
+    ends, path = run.steps, run.path
+    last = len(ends) - 1
+    for j in range(1, len(ends)):
+        for i in range(ends.shape[1]):
+            begun, ended = ends[j - 1, i], ends[j, i]
+            bend = 0.0
+            if j < last:
+                bend = begun - 2.0 * ended + ends[j + 1, i]
+            elif j > 1:
+                bend = ends[j - 2, i] - 2.0 * begun + ended
+            path[2 * j - 2, i] = 0.5 * (begun + ended) - 0.125 * bend
+            path[2 * j - 1, i] = ended
 
 
 def install(model: ParametrisedModel, signals: Array, path: Array, period: float) -> Instruments:
@@ -185,10 +255,9 @@ def install(model: ParametrisedModel, signals: Array, path: Array, period: float
 def correct(run: Run, instruments: Instruments, gain: Array, error: Array) -> None:
     """Correct z by what the readings show, and what the sensors remember.
 
-    Within the time that an element filters, and a rod in all that a sensor looks back on, hardly
-    anything moves otherwise than was thought: a rod which is farther out has been so before, and a
-    late reading would tell it again in every sample. A jump of a quantity would be a motion to its
-    element. Pressures that lie some samples back have been others.
+    Within the time that an element filters, or on which a sensor looks back, hardly anything moves
+    otherwise than was thought: a rod which is farther out has been so before, and a late reading
+    would tell it again in every sample. A jump of a quantity would be a motion to its element.
 
     Args:
         run: whose z is corrected.
@@ -198,23 +267,20 @@ def correct(run: Run, instruments: Instruments, gain: Array, error: Array) -> No
 
     """
     z = run.z
-    before = z[run.position]
     for i in range(len(z)):
         corrected = z[i]
         for j in range(len(error)):
             corrected += gain[i, j] * error[j]
         z[i] = corrected
-    for i in run.recorded:
-        instruments.history[i] += z[run.position] - before
-    if len(run.traced) > 0:
+    if len(run.traced) + len(run.recorded) > 0:
         for i in range(len(run.signals)):
             run.earlier[i] = run.signals[i]
-        advance(run, run.path, run.inputs[0], 0)
-        trace(instruments, run.traced, run.earlier)
+        advance(run, run.steps, run.inputs[0], 0)
+        move(instruments.trace, run.traced, run.signals, run.earlier)
+        move(instruments.history, run.recorded, run.signals, run.earlier)
 
 
-def trace(instruments: Instruments, traced: Index, before: Array) -> None:
-    """Move what sensors remember of their signals as far as these have moved from those before."""
-    for i in range(len(traced)):
-        at = traced[i, 1]
-        instruments.trace[traced[i, 0]] += instruments.signals[at] - before[at]
+def move(memory: Array, places: Index, signals: Array, before: Array) -> None:
+    """Move what is remembered of signals as far as these have moved from those before."""
+    for i in range(len(places)):
+        memory[places[i, 0]] += signals[places[i, 1]] - before[places[i, 1]]

@@ -22,7 +22,8 @@ from hil_emulator.identify.prediction.run import (
     correct,
     elapse,
     install,
-    trace,
+    move,
+    refine,
 )
 
 
@@ -40,10 +41,10 @@ def watch(
     count, m = len(current), len(chosen)
     run = begin(model, start, current[0])
     instruments = install(model, run.signals, run.path, data.period)
-    z, signals, path = run.z, run.signals, run.path
+    signals, path = run.signals, run.path
     seen = Seen(
         watched, np.empty((count, len(watched))), np.empty((count, len(watched))),
-        np.empty((count, path.shape[0], path.shape[1])), np.empty((count, m)), np.empty(count),
+        np.empty((count, path.shape[0], path.shape[1])), np.empty((count, m)),
     )  # fmt: skip
     error = np.zeros(m)
     for k in range(count):
@@ -57,13 +58,12 @@ def watch(
             error[i] = measured[k, i] - seen.reading[k, i]
             if not np.isfinite(measured[k, i]):
                 error[i] = 0.0
-        before = z[run.position]
         correct(run, instruments, gains.kalman[k], error)
-        seen.farther[k] = z[run.position] - before
-        advance(run, path, run.inputs[0], 0)
+        advance(run, run.steps, run.inputs[0], 0)
         for i in range(len(watched)):
             seen.corrected[k, i] = signals[watched[i]]
         elapse(run, current[k], model.steps)
+        refine(run)
     return seen
 
 
@@ -90,9 +90,8 @@ def reread(
         sense(*instruments)
         for i in range(change.shape[1]):
             change[k, i] = instruments.reading[data.chosen[i]] - seen.reading[k, i]
-        for i in model.recorded:
-            instruments.history[i] += seen.farther[k]
         before[:] = signals
         for i in range(len(seen.watched)):
             signals[seen.watched[i]] = seen.corrected[k, i]
-        trace(instruments, model.traced, before)
+        move(instruments.trace, model.traced, signals, before)
+        move(instruments.history, model.recorded, signals, before)

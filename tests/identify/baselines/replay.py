@@ -76,7 +76,7 @@ class Replay:
     def residual(self, coordinates: Sequence[Coordinate], at: Sequence[float]) -> np.ndarray:
         """Return measured minus simulated, shape (samples, channels), over the spans' scale."""
         par, chan = self.model.memory(coordinates, at)
-        step = self._observer.step(par, chan)
+        step = self._observer.step(par)
         rows = [self._simulated(s, par, chan, step)[s.settling :] for s in self._stretches]
         return np.asarray(np.nan_to_num(np.vstack(rows), nan=WORST, posinf=WORST, neginf=-WORST))
 
