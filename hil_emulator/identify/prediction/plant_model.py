@@ -167,7 +167,6 @@ class PlantModel:
         self.sources = np.array([self.signal_names.index(c.signal) for c in CHANNELS])
         self.supply = self._par_at["supply_pressure"]
         self.bend = (self.kernel.state.names or ()).index("seal_bend")
-        self.position = (self.kernel.state.names or ()).index("position")
         self.drift = self._par_at[DRIFT.field_of(DRIFT.knob)]
         self.probes = np.array([self._par_at[p.field_of(p.knob)] for p in PROBES])
         self.probe_sizes = np.array([p.knob.typical for p in PROBES])
@@ -217,9 +216,8 @@ class PlantModel:
         """Return the model at given parameters for the loops, which make `steps` per sample [s]."""
         return ParametrisedModel(
             tick or self.loops.ticks.whole, par, chan, self.drift, self.supply, self.bend,
-            self.position, self.sources, self.remembered, self._places(self._followed, chan),
-            self._places(self._recorded, chan),
-            len(self.signal_names), step, steps,
+            self.sources, self.remembered, self._places(self._followed, chan),
+            self._places(self._recorded, chan), len(self.signal_names), step, steps,
         )  # fmt: skip
 
     def _places(self, remembered: Sequence[Remembered], chan: Array) -> Index:

@@ -23,7 +23,6 @@ class ParametrisedModel(NamedTuple):
         drift: index of the null's drift in `par`.
         supply: index of the supply pressure in `par`.
         bend: index of the bend of the seals in the state vector.
-        position: index of the position of the rod there.
         sources: index of each channel's signal.
         remembered: how many values the set point, the transducers, and their histories remember.
         traced: which of those of the transducers are quantities that an acting element follows,
@@ -42,7 +41,6 @@ class ParametrisedModel(NamedTuple):
     drift: int
     supply: int
     bend: int
-    position: int
     sources: Index
     remembered: Index
     traced: Index

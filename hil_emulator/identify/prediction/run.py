@@ -41,7 +41,6 @@ class Run(NamedTuple):
         drift: index of the null's drift in `par`.
         supply: index of the supply pressure in `par`.
         bend: index in z of the bend of the seals, -1 where dry friction does not act.
-        position: index in z of the position of the rod.
         traced: what the sensors remember of quantities that they follow, see
             `records.ParametrisedModel`.
         recorded: which of the samples that they look back on are of quantities, likewise.
@@ -67,7 +66,6 @@ class Run(NamedTuple):
     drift: int
     supply: int
     bend: int
-    position: int
     traced: Index
     recorded: Index
     nominal: float
@@ -146,20 +144,17 @@ def compare(passage: Passage, k: int) -> None:
 def begin(model: ParametrisedModel, start: Start, currents: Array) -> Run:
     """Return a run at its start; the first of a period's currents acts until the first sample."""
     past = np.full(model.remembered[0], np.nan)
-    bend = position = -1
+    bend = -1
     for i in range(len(start.active)):
         if start.active[i] == model.bend:
             bend = i
-        if start.active[i] == model.position:
-            position = i
     run = Run(
         model.tick, start.z.copy(), start.state.copy(), past, np.zeros(model.signals),
         np.zeros(model.signals), model.sources,
         np.zeros((1 + len(currents) * model.steps, len(model.sources))),
         np.zeros((2 * len(currents) * model.steps, len(model.sources))), model.par.copy(),
-        np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, bend,
-        position, model.traced, model.recorded, model.par[model.supply], start.decay[0],
-        start.decay[1], model.step,
+        np.zeros(INPUT_COUNT), start.active, model.drift, model.supply, bend, model.traced,
+        model.recorded, model.par[model.supply], start.decay[0], start.decay[1], model.step,
     )  # fmt: skip
     advance(run, run.steps, currents[0], 0)
     # what it measures has been at rest
@@ -173,7 +168,7 @@ def beside(run: Run) -> Run:
     return Run(
         run.tick, run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(),
         run.earlier.copy(), run.sources, run.steps.copy(), run.path.copy(), run.par, run.inputs,
-        run.active, run.drift, run.supply, run.bend, run.position, run.traced, run.recorded,
+        run.active, run.drift, run.supply, run.bend, run.traced, run.recorded,
         run.nominal, run.null_decay, run.supply_decay, run.step,
     )  # fmt: skip
 
