@@ -260,6 +260,9 @@ class Lookahead:
             both.coordinates[:-1], both.at[:-1], PARTNER_ITERATIONS, jacobian=both.jacobian[:, :-1]
         )
         again = self._refits(alone).weighed(first.score, both)
+        if again.evidence.passed:  # unless the other one by itself has only stopped short of it
+            alone = self._fitter.fit(alone.coordinates, alone.at, PARTNER_ITERATIONS)
+            again = self._refits(alone).weighed(first.score, both)
         name = partner.coordinate.name
         if again.evidence.passed:
             gone = [c.name for c in both.coordinates if c.belongs_to(name)]
