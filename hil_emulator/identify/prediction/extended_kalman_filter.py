@@ -37,7 +37,7 @@ class Estimate(NamedTuple):
         seen: rows of `slope` of what was measured; memory for products of that shape.
         spread: the same.
         innovation: covariance of the errors.
-        onward: derivative of the next z by the corrected one.
+        onward: derivative of the next z by the corrected one; memory for `update` until then.
         before: memory for products of that shape.
         work: the same.
 
