@@ -18,9 +18,10 @@ from hil_emulator.identify.prediction.records import (
 from hil_emulator.identify.prediction.run import (
     Sense,
     advance,
-    begin,
+    compare,
     correct,
     elapse,
+    enter,
     install,
     move,
     refine,
@@ -37,32 +38,26 @@ def watch(
         watched: indices of the signals that any sensor looks at.
 
     """
-    current, measured, chosen = data.current, data.measured, data.chosen
-    count, m = len(current), len(chosen)
-    run = begin(model, start, current[0])
-    instruments = install(model, run.signals, run.path, data.period)
-    signals, path = run.signals, run.path
+    passage = enter(model, data, start)
+    run, instruments = passage.run, passage.instruments
+    signals, path, count = run.signals, run.path, len(data.current)
     seen = Seen(
         watched, np.empty((count, len(watched))), np.empty((count, len(watched))),
-        np.empty((count, path.shape[0], path.shape[1])), np.empty((count, m)),
+        np.empty((count, path.shape[0], path.shape[1])), np.empty((count, len(data.chosen))),
     )  # fmt: skip
-    error = np.zeros(m)
     for k in range(count):
         for i in range(len(watched)):
             seen.signals[k, i] = signals[watched[i]]
         seen.path[k] = path
         sense(*instruments)
-        for i in range(m):
-            seen.reading[k, i] = instruments.reading[chosen[i]]
-        for i in range(m):
-            error[i] = measured[k, i] - seen.reading[k, i]
-            if not np.isfinite(measured[k, i]):
-                error[i] = 0.0
-        correct(run, instruments, gains.kalman[k], error)
+        for i in range(len(data.chosen)):
+            seen.reading[k, i] = instruments.reading[data.chosen[i]]
+        compare(passage, k)
+        correct(run, instruments, gains.kalman[k], passage.error)
         advance(run, run.steps, run.inputs[0], 0)
         for i in range(len(watched)):
             seen.corrected[k, i] = signals[watched[i]]
-        elapse(run, current[k], model.steps)
+        elapse(run, data.current[k], model.steps)
         refine(run)
     return seen
 
