@@ -12,6 +12,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -23,6 +24,7 @@ from hil_emulator.model.compile_once import entry
 from hil_emulator.model.compose import function_name, module_source, record_name
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.model.inlined import CALLED_WITHIN, inlined
 from hil_emulator.model.layout import Vector, layouts, length, named, zeros
 from hil_emulator.model.lent_memory import lent, lent_in_python
 from hil_emulator.model.record_view import view
@@ -126,6 +128,17 @@ def _as_numbers(records: np.ndarray[Any, Any]) -> Vector:
     return records.view(np.float64)
 
 
+# numpy's error model: a division by zero gives inf as in C, without a branch;
+# inlined, a fifth of a step is saved: much of it is the counting of references to arrays
+_compiled = inlined(error_model="numpy")
+
+
+@cache
+def _compiled_law(function: Callable[..., Any]) -> Any:
+    """Return a law for all models that know it: each would compile it anew."""
+    return _compiled(function)
+
+
 def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any]]:
     """Return the decorators of inner and entry functions, and what makes records of memory."""
     if not compiled:
@@ -138,14 +151,10 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
             "numbers": _as_numbers,
             "lent": lent_in_python,
         }
-    # numpy's error model: a division by zero gives inf as in C, without a branch;
-    # inlined, a fifth of a step is saved: much of it is the counting of references to arrays;
-    # without doors for Python and C, which only entries need, two fifths of the compilation
-    inner: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return {
-        "compiled": numba.njit(error_model="numpy", forceinline=True, **inner),
+        "compiled": _compiled,
         # what keeps its own registers
-        "apart": numba.njit(error_model="numpy", **inner),
+        "apart": numba.njit(error_model="numpy", **CALLED_WITHIN),
         "entry": entry(file, error_model="numpy"),
         "view": view,
         "room": room,
@@ -182,11 +191,12 @@ def build(
     module = ModuleType(file.stem if file else "hil_emulator_kernel")
     sys.modules[module.__name__] = module
     decorators = _compilers(compiled, file)
+    law_of = _compiled_law if compiled else _as_it_is
     types = layouts(effects)
     module.__dict__.update(decorators)
     for effect in effects:
         for law in effect.laws:
-            module.__dict__[function_name(effect, law)] = decorators["compiled"](law.function)
+            module.__dict__[function_name(effect, law)] = law_of(law.function)
             records = {a for a in law.arguments if not isinstance(a, str)}
             module.__dict__.update({record_name(effect, record): record for record in records})
     module.__dict__.update({name.upper(): layout for name, layout in types.items()})

@@ -21,7 +21,7 @@ from hil_emulator.identify.prediction.run import (
     follow,
     install,
 )
-from hil_emulator.identify.prediction.small_matrices import congruence, multiply
+from hil_emulator.identify.prediction.small_matrices import congruence, copy, multiply
 
 
 def run_freely(
@@ -52,16 +52,16 @@ def run_freely(
             for i in range(len(chosen)):
                 free[k, i] = measured[k, i] - loose_instruments.reading[chosen[i]]
         sense(*instruments)
-        errors.track[k] = run.signals
+        copy(run.signals, errors.track[k])
         for i in range(len(chosen)):
             one[k, i] = measured[k, i] - instruments.reading[chosen[i]]
             error[i] = one[k, i] if np.isfinite(measured[k, i]) else 0.0
         correct(run, instruments, kalman[k], error)
         if k >= first and (k - first) % restarts.window == 0:
             follow(loose, run)
-            loose.signals[:] = run.signals
-            loose_instruments.trace[:] = instruments.trace
-            loose_instruments.history[:] = instruments.history
+            copy(run.signals, loose.signals)
+            copy(instruments.trace, loose_instruments.trace)
+            copy(instruments.history, loose_instruments.history)
         elapse(run, current[k], model.steps)
         if k >= first:
             elapse(loose, current[k], model.steps)
@@ -94,7 +94,7 @@ def carry(
     seen, work, before = np.zeros((m, n)), np.zeros((n, n)), np.zeros((n, n))
     for k in range(count - 1):
         if k >= restarts.first and (k - restarts.first) % restarts.window == 0:
-            loose[:] = cov
+            copy(cov.ravel(), loose.ravel())
         multiply(kalman[k + 1], senses[k], kept)
         for i in range(n):
             for j in range(n):
@@ -106,9 +106,9 @@ def carry(
                     loose[s, i, i] += diffusion[s - 1, i]
             show(senses[k], cov[s], seen, one[s, k + 1])
             show(senses[k], loose[s], seen, free[s, k + 1])
-            before[:] = cov[s]
+            copy(cov[s].ravel(), before.ravel())
             congruence(kept, before, work, cov[s])
-            before[:] = loose[s]
+            copy(loose[s].ravel(), before.ravel())
             congruence(maps[k], before, work, loose[s])
         for c in range(m):
             own = noise[c] + unknown[k] * senses[k, c, drift] ** 2

@@ -17,7 +17,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import numba
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
@@ -52,6 +51,7 @@ from hil_emulator.identify.prediction.records import (
 from hil_emulator.identify.prediction.ticks import Ticks
 from hil_emulator.model.compile_once import entry
 from hil_emulator.model.constants import SLIDING_BEND
+from hil_emulator.model.inlined import inlined
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MODEL = ("rate", "sense")
@@ -78,6 +78,7 @@ _PARTS: tuple[Callable[..., object], ...] = (
     run.move,
     run.refine,
     run.elapse,
+    small_matrices.copy,
     small_matrices.root_of_inverse,
     small_matrices.multiply,
     small_matrices.congruence,
@@ -181,12 +182,11 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
     module.__dict__.update({record.__name__: record for record in _RECORDS})
     # inlined, a seventh of a prediction is saved, and a sixth more without numba's runtime, where
     # nothing is made: it is the counting of references to arrays
-    inlined: dict[str, Any] = {"error_model": "numpy", "nogil": True, "forceinline": True}
-    lean: dict[str, Any] = {**inlined, "_nrt": False}
+    options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
     module.__dict__.update(
         np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND,
-        compiled=numba.njit(**inlined),
-        lean=numba.njit(**lean),
+        compiled=inlined(**options),
+        lean=inlined(**options, _nrt=False),
         entry=entry(file, error_model="numpy", nogil=True),
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)

@@ -7,6 +7,7 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction.records import Data, ParametrisedModel, Start, Tick
+from hil_emulator.identify.prediction.small_matrices import copy
 from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.quantities import INPUTS
 
@@ -175,13 +176,9 @@ def beside(run: Run) -> Run:
 
 def follow(run: Run, other: Run) -> None:
     """Put a run where another one is; its signals stay until it advances."""
-    z, memory, past = run.z, run.memory, run.past
-    for i in range(len(z)):
-        z[i] = other.z[i]
-    for i in range(len(memory)):
-        memory[i] = other.memory[i]
-    for i in range(len(past)):
-        past[i] = other.past[i]
+    copy(other.z, run.z)
+    copy(other.memory, run.memory)
+    copy(other.past, run.past)
 
 
 def advance(run: Run, path: Array, current: float, steps: int) -> None:

@@ -26,6 +26,7 @@ from hil_emulator.identify.prediction.run import (
     move,
     refine,
 )
+from hil_emulator.identify.prediction.small_matrices import copy
 
 
 def watch(
@@ -48,7 +49,7 @@ def watch(
     for k in range(count):
         for i in range(len(watched)):
             seen.signals[k, i] = signals[watched[i]]
-        seen.path[k] = path
+        copy(path.ravel(), seen.path[k].ravel())
         sense(*instruments)
         for i in range(len(data.chosen)):
             seen.reading[k, i] = instruments.reading[data.chosen[i]]
@@ -81,11 +82,11 @@ def reread(
     for k in range(len(change)):
         for i in range(len(seen.watched)):
             signals[seen.watched[i]] = seen.signals[k, i]
-        path[:, :] = seen.path[k]
+        copy(seen.path[k].ravel(), path.ravel())
         sense(*instruments)
         for i in range(change.shape[1]):
             change[k, i] = instruments.reading[data.chosen[i]] - seen.reading[k, i]
-        before[:] = signals
+        copy(signals, before)
         for i in range(len(seen.watched)):
             signals[seen.watched[i]] = seen.corrected[k, i]
         move(instruments.trace, model.traced, signals, before)

@@ -1,4 +1,4 @@
-"""Products of matrices that are smaller than a call of a library is long."""
+"""Vectors and products of matrices that are smaller than a call of a library is long."""
 
 import numpy as np
 
@@ -25,6 +25,12 @@ def root_of_inverse(s: Array, root: Array) -> None:
             for k in range(j, i):
                 root[i, j] -= s[k, i] * root[k, j]
             root[i, j] /= s[i, i]
+
+
+def copy(values: Array, out: Array) -> None:
+    """Fill a vector with another one's values; what a slice may raise takes long to compile."""
+    for i in range(len(out)):
+        out[i] = values[i]
 
 
 def multiply(a: Array, b: Array, out: Array) -> None:

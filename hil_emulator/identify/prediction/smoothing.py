@@ -4,6 +4,7 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.records import Entries, Gains, Jacobians
+from hil_emulator.identify.prediction.small_matrices import copy
 
 
 def smooth(
@@ -43,7 +44,7 @@ def smooth(
     step, seen = np.zeros((size, size)), np.zeros((m, size))
     for k in range(count - 1):
         level[k] = x[n]
-        rows[k] = cov[n]
+        copy(cov[n], rows[k])
         observe(whitening[k + 1], senses[k], feeds[k], weights, seen)
         inside = seen @ cov
         s = inside @ seen.T
@@ -52,8 +53,8 @@ def smooth(
         inverse = np.linalg.inv(s)
         gain = inside.T @ inverse
         error = residual[k + 1] - seen @ x
-        kept[k] = gain
-        solved[k] = inverse @ error
+        copy(gain.ravel(), kept[k].ravel())
+        copy(inverse @ error, solved[k])
         x = x + gain @ error
         cov = cov - gain @ inside
         proceed(kalman[k + 1], maps[k], senses[k], drives[k], feeds[k], decay, step)
