@@ -1,5 +1,6 @@
 """One compilation of a function, however many processes ask for it at once."""
 
+import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -27,6 +28,18 @@ def in_pairs() -> Iterator[None]:
         settings.SLP_VECTORIZE = before
 
 
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Leave garbage alone for as long: a compiler makes much, and little of it has to go."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
+
+
 def entry(module: Path | None, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Return a decorator that compiles functions which are called from Python.
 
@@ -44,7 +57,8 @@ def entry(module: Path | None, **options: Any) -> Callable[[Callable[..., Any]],
 
         def once(signature: Any) -> Any:
             # numba's lock comes first, as in a thread that compiles a function which calls this one
-            with global_compiler_lock, locked(lock) if lock else nullcontext(), in_pairs():
+            alone = locked(lock) if lock else nullcontext()
+            with global_compiler_lock, alone, in_pairs(), uncollected():
                 return compile_or_load(signature)
 
         dispatcher.compile = once

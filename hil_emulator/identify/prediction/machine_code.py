@@ -66,6 +66,8 @@ _MAKERS: tuple[Callable[..., object], ...] = (
     free_loops.widen,
     smoothing.observe,
     smoothing.proceed,
+    smoothing.forwards,
+    smoothing.backwards,
     quasi_static.implicit_step,
 )
 """Parts of a loop that make arrays."""
@@ -103,7 +105,7 @@ _LOOPS: tuple[Callable[..., object], ...] = (
 
 _RECORDS = (
     run.Run, run.Instruments, run.Passage, extended_kalman_filter.Estimate, probing.Changes, Gains,
-    Jacobians, Entries, Errors, Seen,
+    Jacobians, Entries, Errors, Seen, smoothing.Driven, smoothing.Forwards,
 )  # fmt: skip
 """Named tuples that the loops make."""
 

@@ -1,10 +1,53 @@
 """The loop that finds what a balance lacked at every moment, as `filter` has the predictor's."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.records import Entries, Gains, Jacobians
-from hil_emulator.identify.prediction.small_matrices import copy
+from hil_emulator.identify.prediction.small_matrices import (
+    congruence,
+    copy,
+    multiply,
+    root_of_inverse,
+)
+
+
+class Driven(NamedTuple):
+    """How far the machine is from the predictor: a linear system that a term drives.
+
+    Attributes:
+        gains: the frozen gains.
+        jacobians: along the predictor's trajectory.
+        entries: where the term enters.
+        weights: of the whitened innovations, shape (channels,).
+        decay: what remains of the term after a sample.
+
+    """
+
+    gains: Gains
+    jacobians: Jacobians
+    entries: Entries
+    weights: Array
+    decay: float
+
+
+class Forwards(NamedTuple):
+    """What the way forwards leaves for the way back, of every sample.
+
+    Attributes:
+        level: the term as known from earlier ones, shape (samples,).
+        rows: its covariance with deviation and term, shape (samples, z + 1).
+        kept: gain of the correction, shape (samples, z + 1, channels).
+        solved: innovation over its covariance, shape (samples, channels, 1).
+
+    """
+
+    level: Array
+    rows: Array
+    kept: Array
+    solved: Array
 
 
 def smooth(
@@ -13,9 +56,8 @@ def smooth(
 ) -> None:  # fmt: skip
     """Estimate a coloured term in one balance from the innovations, before and after in time.
 
-    The deviation of the machine from the predictor is a linear system that the term drives; a
-    Kalman filter forwards and the adjoint backwards (Bryson and Frazier) need no inverse of a
-    covariance.
+    A Kalman filter forwards and the adjoint backwards (Bryson and Frazier) need no inverse of the
+    term's covariance.
 
     Args:
         gains: the frozen gains.
@@ -28,53 +70,85 @@ def smooth(
         term: the estimate, shape (samples,); overwritten.
 
     """
-    kalman, whitening, maps, senses = (
-        gains.kalman,
-        gains.whitening,
-        jacobians.maps,
-        jacobians.senses,
-    )
-    drives, feeds = entries.drives, entries.feeds
-    count, n, m = kalman.shape
-    size = n + 1
-    x, cov = np.zeros(size), np.zeros((size, size))
-    cov[n, n] = variance
-    level, rows = np.zeros(count), np.zeros((count, size))
-    kept, solved = np.zeros((count, size, m)), np.zeros((count, m))
-    step, seen = np.zeros((size, size)), np.zeros((m, size))
+    count, n, m = gains.kalman.shape
+    driven = Driven(gains, jacobians, entries, weights, decay)
+    passed = Forwards(
+        np.zeros(count), np.zeros((count, n + 1)), np.zeros((count, n + 1, m)),
+        np.zeros((count, m, 1)),
+    )  # fmt: skip
+    forwards(driven, residual, variance, passed)
+    backwards(driven, passed, term)
+
+
+def forwards(driven: Driven, residual: Array, variance: float, passed: Forwards) -> None:
+    """Filter the innovations; fill in what the way back needs."""
+    count, size, m = passed.kept.shape
+    x, moved, cov, spread = (
+        np.zeros((size, 1)), np.zeros((size, 1)), np.zeros((size, size)), np.zeros((size, size)),
+    )  # fmt: skip
+    step, work, seen = np.zeros((size, size)), np.zeros((size, size)), np.zeros((m, size))
+    inside, half, error, whitened = (
+        np.zeros((m, size)), np.zeros((m, size)), np.zeros((m, 1)), np.zeros((m, 1)),
+    )  # fmt: skip
+    s, root = np.zeros((m, m)), np.zeros((m, m))
+    cov[size - 1, size - 1] = variance
     for k in range(count - 1):
-        level[k] = x[n]
-        copy(cov[n], rows[k])
-        observe(whitening[k + 1], senses[k], feeds[k], weights, seen)
-        inside = seen @ cov
-        s = inside @ seen.T
+        passed.level[k] = x[size - 1, 0]
+        copy(cov[size - 1], passed.rows[k])
+        observe(driven, k, seen)
+        # the innovations' covariance, S^-1 = L L^T
+        multiply(seen, cov, inside)
+        multiply(inside, seen.T, s)
         for i in range(m):
             s[i, i] += 1.0
-        inverse = np.linalg.inv(s)
-        gain = inside.T @ inverse
-        error = residual[k + 1] - seen @ x
-        copy(gain.ravel(), kept[k].ravel())
-        copy(inverse @ error, solved[k])
-        x = x + gain @ error
-        cov = cov - gain @ inside
-        proceed(kalman[k + 1], maps[k], senses[k], drives[k], feeds[k], decay, step)
-        x = step @ x
-        cov = step @ cov @ step.T
-        cov = 0.5 * (cov + cov.T)
-        cov[n, n] += variance * (1.0 - decay * decay)
-    adjoint = np.zeros(size)
+        root_of_inverse(s, root)
+        multiply(root.T, inside, half)
+        multiply(half.T, root.T, passed.kept[k])
+        # the correction
+        multiply(seen, x, error)
+        for i in range(m):
+            error[i, 0] = residual[k + 1, i] - error[i, 0]
+        multiply(root.T, error, whitened)
+        multiply(root, whitened, passed.solved[k])
+        multiply(half.T, whitened, moved)
+        multiply(half.T, half, spread)
+        for i in range(size):
+            x[i, 0] += moved[i, 0]
+            for j in range(size):
+                cov[i, j] -= spread[i, j]
+        # one sample on
+        proceed(driven, k, step)
+        multiply(step, x, moved)
+        congruence(step, cov, work, spread)
+        copy(moved.ravel(), x.ravel())
+        copy(spread.ravel(), cov.ravel())
+        cov[size - 1, size - 1] += variance * (1.0 - driven.decay**2)
+
+
+def backwards(driven: Driven, passed: Forwards, term: Array) -> None:
+    """Add to the term what later innovations tell of it."""
+    count, size, m = passed.kept.shape
+    adjoint, later, change = np.zeros((size, 1)), np.zeros((size, 1)), np.zeros((size, 1))
+    step, seen, told = np.zeros((size, size)), np.zeros((m, size)), np.zeros((m, 1))
     term[count - 1] = 0.0
     for k in range(count - 2, -1, -1):
-        observe(whitening[k + 1], senses[k], feeds[k], weights, seen)
-        proceed(kalman[k + 1], maps[k], senses[k], drives[k], feeds[k], decay, step)
-        later = step.T @ adjoint
-        adjoint = later - seen.T @ (kept[k].T @ later) - seen.T @ solved[k]
-        term[k] = level[k] - np.sum(rows[k] * adjoint)
+        observe(driven, k, seen)
+        proceed(driven, k, step)
+        multiply(step.T, adjoint, later)
+        multiply(passed.kept[k].T, later, told)
+        for i in range(m):
+            told[i, 0] += passed.solved[k, i, 0]
+        multiply(seen.T, told, change)
+        term[k] = passed.level[k]
+        for i in range(size):
+            adjoint[i, 0] = later[i, 0] - change[i, 0]
+            term[k] -= passed.rows[k, i] * adjoint[i, 0]
 
 
-def observe(whitening: Array, senses: Array, feeds: Array, weights: Array, seen: Array) -> None:
+def observe(driven: Driven, k: int, seen: Array) -> None:
     """Fill the derivative of the next weighted innovations by deviation and term."""
-    m, n = senses.shape
+    whitening, senses = driven.gains.whitening[k + 1], driven.jacobians.senses[k]
+    feeds, m, n = driven.entries.feeds[k], seen.shape[0], seen.shape[1] - 1
     for i in range(m):
         for j in range(n + 1):
             seen[i, j] = 0.0
@@ -83,19 +157,17 @@ def observe(whitening: Array, senses: Array, feeds: Array, weights: Array, seen:
                 seen[i, j] += whitening[c, i] * senses[c, j]
             seen[i, n] += whitening[c, i] * feeds[c]
         for j in range(n + 1):
-            seen[i, j] *= weights[i]
+            seen[i, j] *= driven.weights[i]
 
 
-def proceed(
-    kalman: Array,
-    maps: Array,
-    senses: Array,
-    drives: Array,
-    feeds: Array,
-    decay: float,
-    step: Array,
-) -> None:
+def proceed(driven: Driven, k: int, step: Array) -> None:
     """Fill the map of deviation and term over one sample, the next correction included."""
+    kalman, maps, senses = (
+        driven.gains.kalman[k + 1],
+        driven.jacobians.maps[k],
+        driven.jacobians.senses[k],
+    )
+    drives, feeds = driven.entries.drives[k], driven.entries.feeds[k]
     n, m = kalman.shape
     for i in range(n):
         for j in range(n):
@@ -106,4 +178,4 @@ def proceed(
         for c in range(m):
             step[i, n] -= kalman[i, c] * feeds[c]
         step[n, i] = 0.0
-    step[n, n] = decay
+    step[n, n] = driven.decay
