@@ -79,6 +79,38 @@ def test_a_serially_correlated_size_may_be_another_on_held_out_data() -> None:
     assert not evidence(held_out=10.0, expected=40.0, variance_factor=25.0).passed
 
 
+def test_less_of_another_law_may_be_elsewhere() -> None:
+    """Held-out data that show an effect and want less of it bar the catalogue's law, no other."""
+    less = evidence(held_out=340.0, expected=1280.0)
+    assert not less.passed
+    assert less.less_elsewhere
+    assert replace(less, another_law=True).passed
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        evidence(held_out=340.0, expected=1280.0, wald=19.0),
+        evidence(held_out=10.0, expected=1280.0),
+        evidence(held_out=9000.0, expected=1280.0),
+        evidence(),
+    ],
+)
+def test_neither_chance_nor_more_elsewhere_is_another_law(given: Evidence) -> None:
+    """What data hardly show follows no law, and what gains far more elsewhere is something else."""
+    assert not given.less_elsewhere
+
+
+def test_the_size_elsewhere_is_that_of_least_squares() -> None:
+    """A recording that has three tenths of an effect gains what tells these three tenths."""
+    random = np.random.default_rng(5)
+    effect, noise = random.normal(0.0, 3.0, 20_000), random.normal(0.0, 1.0, 20_000)
+    residual = noise + 0.3 * effect
+    gain = float(residual @ residual - (residual - effect) @ (residual - effect))
+    known = evidence(held_out=gain, expected=float(effect @ effect))
+    assert known.size_elsewhere == pytest.approx(0.3, abs=0.01)
+
+
 def test_serial_correlation_widens_the_variance() -> None:
     """Residuals that keep their sign for 100 samples count as some hundredth of as many."""
     random = np.random.default_rng(1)

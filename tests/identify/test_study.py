@@ -137,3 +137,14 @@ def test_what_no_catalogue_has_is_flagged_where_it_is() -> None:
     outcome = asked("outside", 1)
     assert outcome.flagged
     assert outcome.place
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "other"), [(540, "flow_saturation"), (486, "external_leakage")])
+def test_a_cell_whose_gain_bends_is_named_as_one_of_another_law(number: int, other: str) -> None:
+    """Held-out data want less of a gain error that saturates, beside an effect of another law."""
+    outcome = asked("foreign-pairs", number, SHORTEST)
+    assert outcome.exact
+    assert outcome.case.effects.keys() == {other, "load_force.gain_error"}
+    laws = {named.name: named.form_differs for named in outcome.answer.named}
+    assert laws["load_force.gain_error"]

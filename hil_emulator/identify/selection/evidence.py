@@ -35,6 +35,8 @@ class Evidence:
         size: estimate, in typical sizes.
         serial_factor: the variance factor by time alone, as that of free terms is.
         estimated: whether the noise is estimated from the residual: few independent values decide.
+        another_law: whether it is judged as one of another law than the catalogue's, which may
+            be of another size elsewhere.
 
     """
 
@@ -47,6 +49,7 @@ class Evidence:
     size: float = 0.0
     estimated: bool = False
     serial_factor: float = 1.0
+    another_law: bool = False
 
     @property
     def passed(self) -> bool:
@@ -64,9 +67,24 @@ class Evidence:
         found = self._by_chance
         if np.isfinite(self.held_out) and self.held_out <= LEAST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {LEAST_HELD_OUT:.1f}")
-        elif self.surpassing or not self.confirmed:
+        elif self.surpassing or not (self.confirmed or self.another_law):
             found.append(f"held-out gain {self.held_out:.0f}, expected {self.expected:.0f}")
         return found
+
+    @property
+    def less_elsewhere(self) -> bool:
+        """Whether all that speaks against it is that held-out data, which show it, want less."""
+        beyond_chance = self.held_out > max(self.needed, LEAST_HELD_OUT)
+        return self.contradicted and beyond_chance and not self.surpassing
+
+    @property
+    def size_elsewhere(self) -> float:
+        """The size that explains the held-out data best, over the estimated one.
+
+        A change d of the residual r gains r'r - |r + d|^2 where d'd is expected; the part of it
+        that gains the most is -r'd / d'd.
+        """
+        return 0.5 * (1.0 + self.held_out / self.expected)
 
     @property
     def _by_chance(self) -> list[str]:

@@ -19,7 +19,13 @@ from hil_emulator.identify.selection.certainty import faint, not_by_chance, re_e
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.law_between import between
-from hil_emulator.identify.selection.law_form import displacing, judge, nearest, others_beside
+from hil_emulator.identify.selection.law_form import (
+    allow_another_law,
+    displacing,
+    judge,
+    nearest,
+    others_beside,
+)
 from hil_emulator.identify.selection.levels import INEXACT, needed_delta_chi2
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.refits import (
@@ -105,6 +111,8 @@ class Searcher:
                 self._beside_laws(search, found)
             if not found.accepted:
                 found = self._in_less_noise(search, found)
+            if not found.accepted:
+                allow_another_law(search, found)
             if found.accepted:
                 self._accept(search, found)
             found.slim()
@@ -276,8 +284,12 @@ class Searcher:
         completed = {name: str(c) for name, c in search.between.items()
                      if name in names and c.part > INEXACT}  # fmt: skip
         displaced = displacing(search.effects, base)
-        search.forms = {**displaced, **completed, **beside.other_laws()}
-        search.lacks = beside.lacks
+        resized = {name: f"held-out data want {part:.0%} of this size"
+                   for name, part in search.of_another_size.items()}  # fmt: skip
+        search.forms = {**displaced, **completed, **resized, **beside.other_laws()}
+        # as much less as it is here, it may be more elsewhere
+        lacks = {name: (1.0 / part - 1.0) ** 2 for name, part in search.of_another_size.items()}
+        search.lacks = {n: max(part, lacks.get(n, 0.0)) for n, part in beside.lacks.items()}
         return beside
 
     def _take_out(self, search: Search, name: str, why: str) -> None:
