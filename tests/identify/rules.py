@@ -123,7 +123,7 @@ RULES: dict[str, Rule] = {
                             {"search.others_beside": Always([])}),
     "stands beside": Rule("silence about a further effect beside a foreign law",
                           {"law_form.stands_beside": lambda *_: False}),
-    "apart": Rule("silence about little that has nothing to do with a law that does not fit",
+    "apart": Rule("silence about a sensor's small error, apart from a law that does not fit",
                   {"law_form._apart": Always(False)}),
     # whether the law of what was named fits, and what remains
     "less elsewhere": Rule("silence about an effect of another law, of another size elsewhere",

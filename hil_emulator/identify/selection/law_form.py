@@ -270,10 +270,10 @@ def judge(search: Search, found: Round) -> None:
     """Accept the best candidate of a round, or say that none is justified.
 
     Where a free term explains far more, none is, nor where it explains no more than the law of an
-    earlier effect may leave, unless it is apart from that law. Where the law of an effect in the
-    model explains what remains better than any candidate does, only one that gains beside a free
-    shape of that law is accepted; what a sensor reads over anything counts as such a shape of an
-    error of it. None is that only completes the law of one in the model.
+    earlier effect may leave, unless it is a sensor's error apart from that law. Where the law of an
+    effect in the model explains what remains better than any candidate does, only one that gains
+    beside a free shape of that law is accepted; what a sensor reads over anything counts as such a
+    shape of an error of it. None is that only completes the law of one in the model.
     """
     completing = completions(search.selections, found.trials)
     found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
@@ -285,7 +285,8 @@ def judge(search: Search, found: Round) -> None:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
         found.accepted &= not outshone(found)
     if found.accepted and found.best <= INEXACT * _named_for(search):
-        found.accepted = _apart(found, own, found.trials[0])
+        of_a_sensor = bool(found.trials[0].score.coordinate.channel)
+        found.accepted = of_a_sensor and _apart(found, own, found.trials[0])
     found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
     search.between = {c.named: c for c in reversed(list(completing.values()))}
     found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
