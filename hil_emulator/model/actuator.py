@@ -230,6 +230,35 @@ def gas_factor(pressure: float, state: float, per_gas: float) -> float:
     return 1.0 + ratio * ratio
 
 
+def leak(x: Any, dx: Any, par: Any, held: Any, y: Any) -> tuple[float, float, float]:
+    """Leakage past the piston and out of either chamber [m³/s], see S1 eq. 3.11."""
+    q_ab = cross_leakage(par, x, dx, y.pressure_a, y.pressure_b, held.viscosity)
+    q_ea = outward_leakage(par, x, dx, y.pressure_a, held.viscosity)
+    q_eb = outward_leakage(par, x, dx, y.pressure_b, held.viscosity)
+    y.leakage_flow = q_ab
+    y.outward_flow = q_ea + q_eb
+    y.leakage_loss = (
+        q_ab * (y.pressure_a - y.pressure_b)
+        + q_ea * (y.pressure_a - ATMOSPHERE) + q_eb * (y.pressure_b - ATMOSPHERE)
+    )  # fmt: skip
+    return q_ab, q_ea, q_eb
+
+
+def relieve(x: Any, dx: Any, par: Any, y: Any) -> tuple[float, float, float]:
+    """Flow of the relief valves between the ports and from either one to the tank [m³/s]."""
+    q_r = cross_relief(par, x, dx, y.pressure_a, y.pressure_b)
+    q_ta = port_relief(par, x, dx, y.pressure_a, y.tank_pressure)
+    q_tb = port_relief(par, x, dx, y.pressure_b, y.tank_pressure)
+    y.cross_relief_flow = q_r
+    y.port_relief_flow = q_ta + q_tb
+    y.tank_flow += y.port_relief_flow
+    y.relief_loss = (
+        q_r * (y.pressure_a - y.pressure_b)
+        + q_ta * (y.pressure_a - y.tank_pressure) + q_tb * (y.pressure_b - y.tank_pressure)
+    )  # fmt: skip
+    return q_r, q_ta, q_tb
+
+
 def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b: float) -> None:
     """Continuity in both chambers (S1 eq. 3.11-3.14), at the pressures of their states [Pa].
 
@@ -241,22 +270,17 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     area_b = port_area(par, x, dx, par.cylinder_area_ratio * par.cylinder_piston_area, left_b)
     v_a = par.cylinder_dead_volume_a + area_a * left_a
     v_b = par.cylinder_dead_volume_b + area_b * left_b
+    y.volume_a, y.volume_b = v_a, v_b
     per_volumes = 1.0 / (v_a * v_b)  # one quotient for both chambers
-    q_ab = cross_leakage(par, x, dx, y.pressure_a, y.pressure_b, held.viscosity)
-    q_r = cross_relief(par, x, dx, y.pressure_a, y.pressure_b)
-    q_ta = port_relief(par, x, dx, y.pressure_a, y.tank_pressure)
-    q_tb = port_relief(par, x, dx, y.pressure_b, y.tank_pressure)
-    q_ea = outward_leakage(par, x, dx, y.pressure_a, held.viscosity)
-    q_eb = outward_leakage(par, x, dx, y.pressure_b, held.viscosity)
+    q_ab, q_ea, q_eb = leak(x, dx, par, held, y)
+    q_r, q_ta, q_tb = relieve(x, dx, par, y)
     q_ca = cushion_flow_a(par, x, dx, left_a, held.viscosity)
     q_cb = cushion_flow_b(par, x, dx, left_b, held.viscosity)
     change_a, expansion_a, change_b, expansion_b = follow_gas(par, held, p_a, p_b)
-    beta_a = oil(
-        par, x, dx, par.oil_bulk_modulus, p_a, v_a, held.temperature, change_a, expansion_a
-    )
-    beta_b = oil(
-        par, x, dx, par.oil_bulk_modulus, p_b, v_b, held.temperature, change_b, expansion_b
-    )
+    modulus, temperature = par.oil_bulk_modulus, held.temperature
+    beta_a = oil(par, x, dx, modulus, p_a, v_a, temperature, change_a, expansion_a)
+    beta_b = oil(par, x, dx, modulus, p_b, v_b, temperature, change_b, expansion_b)
+    y.bulk_modulus_a, y.bulk_modulus_b = beta_a, beta_b
     # what is known last is added last, here and below
     into_a = y.flow_a - (q_ab + q_ea + area_a * x.velocity + q_r + q_ta - q_ca)
     into_b = q_ab - q_eb + area_b * x.velocity + q_r - q_tb + q_cb - y.flow_b
@@ -268,30 +292,12 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     )  # fmt: skip
     y.cushion_pressure_a = cushion_a(par, x, dx, y.pressure_a)
     y.cushion_pressure_b = cushion_b(par, x, dx, y.pressure_b)
-    per_gas = held.per_gas_pressure
-    gained_a = gas_factor(p_a, x.pressure_a, per_gas)
-    gained_b = gas_factor(p_b, x.pressure_b, per_gas)
+    y.relief_loss += q_ca * (y.cushion_pressure_a - y.pressure_a)
+    y.relief_loss += q_cb * (y.cushion_pressure_b - y.pressure_b)
+    gained_a = gas_factor(p_a, x.pressure_a, held.per_gas_pressure)
+    gained_b = gas_factor(p_b, x.pressure_b, held.per_gas_pressure)
     dx.pressure_a = beta_a * (v_b * per_volumes) * gained_a * into_a
     dx.pressure_b = beta_b * (v_a * per_volumes) * gained_b * into_b
-    y.leakage_flow = q_ab
-    y.cross_relief_flow = q_r
-    y.port_relief_flow = q_ta + q_tb
-    y.tank_flow += y.port_relief_flow
-    y.outward_flow = q_ea + q_eb
-    y.bulk_modulus_a = beta_a
-    y.bulk_modulus_b = beta_b
-    y.volume_a = v_a
-    y.volume_b = v_b
-    y.leakage_loss = (
-        q_ab * (y.pressure_a - y.pressure_b)
-        + q_ea * (y.pressure_a - ATMOSPHERE) + q_eb * (y.pressure_b - ATMOSPHERE)
-    )  # fmt: skip
-    y.relief_loss = (
-        q_r * (y.pressure_a - y.pressure_b)
-        + q_ta * (y.pressure_a - y.tank_pressure) + q_tb * (y.pressure_b - y.tank_pressure)
-        + q_ca * (y.cushion_pressure_a - y.pressure_a)
-        + q_cb * (y.cushion_pressure_b - y.pressure_b)
-    )  # fmt: skip
 
 
 def feed(x: Any, dx: Any, par: Any, held: Any, y: Any, drawn: float, returned: float) -> None:
@@ -344,6 +350,6 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 BALANCES = (
     transition, chamber_pressure, *GAS, hold, gas_factor, ports, *PORTS, move_spool,
-    edge_flow, open_edges, meter, fill_chambers, *MECHANICS, move, feed, account,
+    edge_flow, open_edges, meter, leak, relieve, fill_chambers, *MECHANICS, move, feed, account,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

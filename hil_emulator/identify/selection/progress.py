@@ -188,7 +188,7 @@ class Search:
 
     @property
     def of_another_size(self) -> dict[str, float]:
-        """How much of each effect in the model held-out data want, if less than half, by name."""
+        """How much of each effect of another law in the model held-out data want, by name."""
         return {t[0].score.coordinate.name: t[0].evidence.size_elsewhere
                 for t in self.selections if t[0].evidence.another_law}  # fmt: skip
 

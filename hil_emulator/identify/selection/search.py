@@ -284,11 +284,11 @@ class Searcher:
         completed = {name: str(c) for name, c in search.between.items()
                      if name in names and c.part > INEXACT}  # fmt: skip
         displaced = displacing(search.effects, base)
-        resized = {name: f"held-out data want {part:.0%} of this size"
-                   for name, part in search.of_another_size.items()}  # fmt: skip
+        parts = search.of_another_size
+        resized = {n: f"held-out data want {part:.0%} of this size" for n, part in parts.items()}
         search.forms = {**displaced, **completed, **resized, **beside.other_laws()}
         # as much less as it is here, it may be more elsewhere
-        lacks = {name: (1.0 / part - 1.0) ** 2 for name, part in search.of_another_size.items()}
+        lacks = {name: (1.0 / part - 1.0) ** 2 for name, part in parts.items()}
         search.lacks = {n: max(part, lacks.get(n, 0.0)) for n, part in beside.lacks.items()}
         return beside
 
