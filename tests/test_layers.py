@@ -37,7 +37,7 @@ ROOMS = {
     "identify/data_checks": {"numpy", "scipy", "model"},
     "identify/prediction": {"numpy", "numba", "scipy", "model", "config", "platform"},
     "identify/estimation": {"numpy", "scipy"},
-    "identify/selection": {"numpy"},
+    "identify/selection": {"numpy", "scipy"},
     "identify/disagreement": {"numpy", "scipy"},
     "identify/experiment_design": {"numpy", "model"},
     "identify/conclusion": {"numpy", "scipy", "model"},

@@ -8,9 +8,14 @@ import pytest
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
-from hil_emulator.identify.prediction.balances import PISTON
+from hil_emulator.identify.prediction.balances import CELL, PISTON
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
-from hil_emulator.identify.selection.certainty import deviation, faint, interval
+from hil_emulator.identify.selection.certainty import (
+    deviation,
+    discrepancy_uncertainty,
+    faint,
+    interval,
+)
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import score_of
@@ -142,3 +147,28 @@ def test_an_interval_is_that_of_an_effect_which_is_there(doubt: float) -> None:
     draws = 1.0 + doubt * np.random.default_rng(1).standard_normal(400_000)
     assert [low, high] == pytest.approx(np.quantile(draws[draws > 0.0], [0.025, 0.975]), rel=0.02)
     assert 0.0 < low < 1.0 < high
+
+
+def test_an_interval_of_another_law_knows_how_few_numbers_tell_what_the_law_lacks() -> None:
+    """Where six hats, of which one is the size, tell the spread, 95 % of the truths are inside."""
+    random, found = np.random.default_rng(2), search(1e4)
+    fit, inside = found.rounds[-1].base, []
+    fit = replace(fit, residual=fit.residual[:1], jacobian=fit.jacobian[:1])
+    for _ in range(2000):
+        lacking = 0.1 * random.standard_normal(5)
+        found.lacks["position_friction"] = float(np.mean(lacking**2))
+        low, high = interval(found, fit, "position_friction")
+        inside.append(low < 1.0 + 0.1 * random.standard_normal() < high)
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
+
+
+def test_what_a_calibration_lacks_is_a_part_of_the_law_of_its_own_errors_only() -> None:
+    """It leaves the gain of its sensor no more uncertain than its law says, but that of others."""
+    found = search(1e4)
+    last = found.rounds[-1]
+    both = [COORDINATES["load_force.gain_error"], COORDINATES["pressure_a.gain_error"]]
+    base = Fit(both, np.ones(2), np.zeros(N), np.zeros((N, 2)), 0.0)
+    curve = replace(last.terms[0], balance=CELL, regressor="load force",
+                    uncertainty=np.array([0.3, 0.2]))  # fmt: skip
+    found.rounds[-1] = replace(last, base=base, terms=[curve])
+    assert list(discrepancy_uncertainty(found, base)) == [0.0, 0.2]

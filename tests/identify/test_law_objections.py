@@ -5,7 +5,7 @@ import pytest
 
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.prediction.balances import LOAD, PISTON, RULER, TAP_A, Balance
+from hil_emulator.identify.prediction.balances import CELL, LOAD, PISTON, RULER, TAP_A, Balance
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.certainty import hardly_believed, not_by_chance
@@ -57,6 +57,20 @@ def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted
     judge(Search([]), found)
     assert found.accepted is accepted
     assert found.unknown is not accepted
+
+
+@pytest.mark.parametrize(
+    ("name", "accepted"),
+    [("load_force.gain_error", True), ("load_force.creep", False),
+     ("load_force.crosstalk", False), ("pressure_a.gain_error", False),
+     ("stribeck_friction", False)],
+)  # fmt: skip
+def test_a_bent_calibration_speaks_for_its_own_sensor(name: str, accepted: bool) -> None:
+    """Where the curve of a load cell explains far more than its gain, the load cell is still it."""
+    found = named(name, 1000.0, [term(CELL, "load force", 5000.0)])[1]
+    found.accepted = False
+    judge(Search([]), found)
+    assert found.accepted is accepted
 
 
 def test_a_drifting_zero_is_no_shape_of_friction() -> None:

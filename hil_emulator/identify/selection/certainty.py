@@ -8,13 +8,15 @@ else.
 
 import math
 from collections.abc import Callable
-from statistics import NormalDist
 
 import numpy as np
+from scipy.special import stdtr, stdtrit
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.free_shapes import HATS
+from hil_emulator.identify.selection.law_form import calibrates
 from hil_emulator.identify.selection.levels import (
     FALSE_ALARM,
     GREATER_PART,
@@ -83,48 +85,61 @@ def faint(search: Search) -> list[str]:
 def deviation(search: Search, fit: Fit, name: str) -> float:
     """Return the standard deviation of an effect's coordinate, everything counted.
 
-    A law of another form fits as another value where the machine moves otherwise: by about the
-    amplitude of what the law lacks over its own, which is the root of its part of the chi-square.
-
     Args:
         search: with the effect in the model.
         fit: of the model.
         name: of the effect.
 
     """
-    i = [c.name for c in fit.coordinates].index(name)
-    spread = float(np.sqrt(fit.covariance()[i, i]))
-    found = max(spread, search.selected_in(name).trials[0].deviation)
-    lacking = math.sqrt(search.lacks.get(name, 0.0)) * float(fit.at[i])
-    return math.hypot(found, discrepancy_uncertainty(search, fit)[i], lacking)
+    return math.hypot(*_deviations(search, fit, name))
 
 
 def interval(search: Search, fit: Fit, name: str) -> tuple[float, float]:
     """Return the 95 % interval of an effect's coordinate, given that the effect is there.
 
     That it is there, on this side of none, has passed a test; what no law explains leaves its size
-    uncertain. So the normal distribution ends at none.
+    uncertain. So the distribution ends at none. How much a law lacks is told by as few numbers as a
+    free shape has beside its size: the distribution is Student's, of as many degrees of freedom as
+    the sum of such a variance and one that is known has (Welch and Satterthwaite).
     """
     at = float(fit.at[[c.name for c in fit.coordinates].index(name)])
-    size = NormalDist(abs(at), deviation(search, fit, name))
-    absent = size.cdf(0.0)
-    ends = [size.inv_cdf(absent + (1.0 - absent) * part) for part in (0.025, 0.975)]
+    known, lacking = _deviations(search, fit, name)
+    spread, share = math.hypot(known, lacking), lacking**2 / (known**2 + lacking**2)
+    degrees = (HATS - 1) / max(share, 1e-3) ** 2
+    absent = float(stdtr(degrees, -abs(at) / spread))
+    ends = [abs(at) + spread * float(stdtrit(degrees, absent + (1.0 - absent) * part))
+            for part in (0.025, 0.975)]  # fmt: skip
     low, high = sorted(math.copysign(end, at) for end in ends)
     return low, high
+
+
+def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float]:
+    """Return the standard deviation of an effect's coordinate by the data, and by its law.
+
+    A law of another form fits as another value where the machine moves otherwise: by about the
+    amplitude of what the law lacks over its own, which is the root of its part of the chi-square.
+    """
+    i = [c.name for c in fit.coordinates].index(name)
+    spread = float(np.sqrt(fit.covariance()[i, i]))
+    found = max(spread, search.selected_in(name).trials[0].deviation)
+    lacking = math.sqrt(search.lacks.get(name, 0.0)) * float(fit.at[i])
+    return math.hypot(found, discrepancy_uncertainty(search, fit)[i]), abs(lacking)
 
 
 def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
     """Return the standard deviation of each coordinate that comes from what no law explains.
 
     Friction that changes along the stroke, say, is taken for something else in part: how much, its
-    strength tells, while its shape is anyone's. Noise that is estimated holds it already.
+    strength tells, while its shape is anyone's. Noise that is estimated holds it already. What the
+    calibration of a sensor lacks is no uncertainty of an error of it, but a part of its law.
     """
     if fit.effective is not None:
         return np.zeros(len(fit.coordinates))
     last = search.rounds[-1]
     names = [c.name for c in last.base.coordinates]
-    found = [dict(zip(names, t.uncertainty, strict=True)) for t in last.terms if len(t.uncertainty)]
-    return np.array([np.linalg.norm([d.get(c.name, 0.0) for d in found])
+    found = [(t, dict(zip(names, t.uncertainty, strict=True)))
+             for t in last.terms if len(t.uncertainty)]  # fmt: skip
+    return np.array([np.linalg.norm([d.get(c.name, 0.0) for t, d in found if not calibrates(t, c)])
                      for c in fit.coordinates])  # fmt: skip
 
 

@@ -122,6 +122,18 @@ def depends_on(coordinate: Coordinate, regressor: str) -> bool:
     return effect is not None and bool(arguments & set(inspect.signature(effect.law).parameters))
 
 
+def calibrates(term: DiscrepancyTerm, coordinate: Coordinate) -> bool:
+    """Tell whether a term is a calibration curve of which an error of that sensor is a shape.
+
+    So are errors that depend on the reading alone: on no past, and on no other quantity.
+    """
+    effect = coordinate.effect
+    if effect is None or not coordinate.channel or effect.states:
+        return False
+    alone = "neighbour" not in inspect.signature(effect.law).parameters
+    return alone and acts_in(coordinate, term.balance) and depends_on(coordinate, term.regressor)
+
+
 def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
     """Return, by name, the effects in whose stage hardly any of a configured law is left, in words.
 
@@ -200,8 +212,14 @@ def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
 
 
 def outshone(found: Round) -> bool:
-    """Tell whether a free term explains far more than the best candidate, chance set aside."""
-    return any(t.certain > found.best / GREATER_PART for t in found.worthwhile)
+    """Tell whether a free term explains far more than the best candidate, chance set aside.
+
+    That a sensor is off by more at one reading than at another speaks against the law of its error,
+    not against the sensor.
+    """
+    best = found.trials[0].score.coordinate if found.trials else None
+    return any(t.certain > found.best / GREATER_PART for t in found.worthwhile
+               if best is None or not calibrates(t, best))  # fmt: skip
 
 
 def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collection[str]) -> bool:
@@ -309,8 +327,7 @@ def allow_another_law(search: Search, found: Round) -> None:
     if laws:
         less = [t for t in less if _apart(found, laws, t)]
     else:
-        unknown = max((t.robust for t in found.worthwhile), default=0.0)
-        less = [t for t in less if t.evidence.beside_terms > unknown]
+        less = [t for t in less if not _more_unknown(found, t)]
     if not less:
         return
     best = less[0]
@@ -319,6 +336,12 @@ def allow_another_law(search: Search, found: Round) -> None:
     if not found.accepted:
         best.evidence = stated
         judge(search, found)
+
+
+def _more_unknown(found: Round, trial: Trial) -> bool:
+    """Tell whether a free term, no curve of the same sensor, explains more than a candidate."""
+    return any(t.robust >= trial.evidence.beside_terms for t in found.worthwhile
+               if not calibrates(t, trial.score.coordinate))  # fmt: skip
 
 
 def _owners(search: Search, found: Round) -> dict[str, str]:

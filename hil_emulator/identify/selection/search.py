@@ -293,11 +293,14 @@ class Searcher:
         return beside
 
     def _take_out(self, search: Search, name: str, why: str) -> None:
-        """Take an effect out of the model at the end, and look again at what remains."""
+        """Take an effect out of the model at the end, and look again at what remains.
+
+        What remains may resemble nothing as much as this effect.
+        """
+        itself, last = search.selected_in(name).trials[0].score, search.rounds[-1]
         search.remove(name, why)
         base = self._converged(search, 2)
-        last = search.rounds[-1]
-        search.rounds.append(Round(base, last.scores, [], self._terms(base)))
+        search.rounds.append(Round(base, [itself, *last.scores], [], self._terms(base)))
 
     def _held_out(self, base: Fit, best: Fit | None = None) -> Batch | None:
         if not self.validation:
