@@ -23,8 +23,7 @@ from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.selection.levels import FALSE_ALARM, needed_delta_chi2
 from hil_emulator.identify.selection.scan import Score, scan
-from tests.identify.generator.benches import BENCHES
-from tests.identify.generator.cases import Case, campaign, case
+from tests.identify.generator.cases import Case, campaign, cases_called
 from tests.identify.rig_data import CACHE, INSTRUMENTS
 
 DRAWS = 4000
@@ -105,11 +104,10 @@ def main() -> None:
     )
     options.add_argument("cases", nargs="+", help="healthy ones, as none-60 or none-60@axis")
     print("case            candidates  needed  1 in 20  1 in 1000  alarms")
-    for name in options.parse_args().cases:
-        own, _, bench = name.partition("@")
-        found = examined(case("none", int(own.rpartition("-")[2]), 2.0, BENCHES[bench]))
+    for which in (c for told in options.parse_args().cases for c in cases_called(told, 2.0)):
+        found = examined(which)
         ends = np.quantile(found.best, [0.95, 1.0 - FALSE_ALARM])
-        print(f"{name:15} {found.candidates:10}  {found.needed:6.1f}  {ends[0]:7.1f}  "
+        print(f"{which.name:15} {found.candidates:10}  {found.needed:6.1f}  {ends[0]:7.1f}  "
               f"{ends[1]:9.1f}  {found.alarms:.4f}")  # fmt: skip
 
 

@@ -17,8 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.identify.ablation import WITH_ALL, kept
-from tests.identify.generator.benches import BENCHES
-from tests.identify.generator.cases import Case, case
+from tests.identify.generator.cases import cases_called
 from tests.identify.generator.effects import EFFECTS
 from tests.identify.tables import wilson
 
@@ -87,7 +86,7 @@ def verdicts(file: Path) -> Iterator[Verdict]:
     for (name, without), answer in kept(file).answers.items():
         if without != WITH_ALL:
             continue
-        true = {EFFECTS[key].name for key in _case(name).effects if key in EFFECTS}
+        true = {EFFECTS[key].name for key in next(cases_called(name)).effects if key in EFFECTS}
         classes = {n.name: n.members for n in answer.named}
         for found in answer.rounds:
             odds = {t["name"]: log_odds(t, found["candidates"]) for t in found["trials"]}
@@ -95,12 +94,6 @@ def verdicts(file: Path) -> Iterator[Verdict]:
                 best, members = max(odds, key=lambda n: odds[n]), classes.get(first, set())
                 yield Verdict(name, first, found["accepted"], odds[first], best,
                               bool(true & members), bool(members))  # fmt: skip
-
-
-def _case(name: str) -> Case:
-    own, _, bench = name.partition("@")
-    group, _, number = own.rpartition("-")
-    return case(group, int(number), 2.0, BENCHES[bench])
 
 
 def report(found: Sequence[Verdict]) -> str:

@@ -16,7 +16,8 @@ from hil_emulator.identify.prediction.pool import Batch, LocalBatch, Point, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 
 TOLERATED = 2.0
-"""Prior standard deviations within which an ordinary parameter is believed (assumed)."""
+"""Prior standard deviations within which an ordinary parameter is believed: 95 % of machines have
+it there, as of any normal distribution."""
 
 HARDLY_TOLD = 1e-13
 """Part of the best known direction's information below which rounding decides: 16 digits hold the

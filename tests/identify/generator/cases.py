@@ -153,3 +153,12 @@ def cases(
     for group, count in counts.items():
         for number in range(count):
             yield case(group, number, duration, bench)
+
+
+def cases_called(told: str, duration: float | None = None) -> Iterator[Case]:
+    """Yield the case of a name, or several: "none-600:20@axis" are twenty from number 600 on."""
+    own, _, bench = told.partition("@")
+    group, _, numbers = own.rpartition("-")
+    first, _, count = numbers.partition(":")
+    for number in range(int(first), int(first) + int(count or 1)):
+        yield case(group, number, duration, BENCHES[bench])
