@@ -27,6 +27,12 @@ BALANCES = {
 }  # fmt: skip
 
 
+MEASURED = {
+    "pressure_a": "measured pressure a", "pressure_b": "measured pressure b",
+    "position": "measured position", "load_force": "measured force",
+}  # fmt: skip
+
+
 def wave(channel: str, values: Array) -> Array:
     """Return by how much a sensor is off at some values."""
     amplitude, length = WAVES[channel]
@@ -50,7 +56,7 @@ def test_a_waving_calibration_shows_at_its_sensor(channel: str) -> None:
     fit = fitter.fit(free, np.zeros(len(free)), 3)
     best = score_terms(fitter, free, fit.at, Projection(fit))[0]
     assert best.balance.channel == channel
-    assert best.regressor == channel.replace("_", " ")
+    assert best.regressor == MEASURED[channel]
     hidden = wave(channel, best.knots)
     assert np.corrcoef(bent(best.knots, best.curve), bent(best.knots, hidden))[0, 1] > 0.9
 

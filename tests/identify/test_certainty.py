@@ -168,7 +168,7 @@ def test_what_a_calibration_lacks_is_a_part_of_the_law_of_its_own_errors_only() 
     last = found.rounds[-1]
     both = [COORDINATES["load_force.gain_error"], COORDINATES["pressure_a.gain_error"]]
     base = Fit(both, np.ones(2), np.zeros(N), np.zeros((N, 2)), 0.0)
-    curve = replace(last.terms[0], balance=CELL, regressor="load force",
+    curve = replace(last.terms[0], balance=CELL, regressor="measured force",
                     uncertainty=np.array([0.3, 0.2]))  # fmt: skip
     found.rounds[-1] = replace(last, base=base, terms=[curve])
     assert list(discrepancy_uncertainty(found, base)) == [0.0, 0.2]

@@ -67,7 +67,7 @@ def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted
 )  # fmt: skip
 def test_a_bent_calibration_speaks_for_its_own_sensor(name: str, accepted: bool) -> None:
     """Where the curve of a load cell explains far more than its gain, the load cell is still it."""
-    found = named(name, 1000.0, [term(CELL, "load force", 5000.0)])[1]
+    found = named(name, 1000.0, [term(CELL, "measured force", 5000.0)])[1]
     found.accepted = False
     judge(Search([]), found)
     assert found.accepted is accepted
@@ -103,6 +103,19 @@ def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_
     found.trials, found.accepted = [other], False
     judge(search, found)
     assert not found.accepted
+
+
+@pytest.mark.parametrize(
+    ("earlier", "accepted"), [("load_force.offset", True), ("load_force.nonlinearity", False)]
+)
+def test_a_gain_error_completes_a_bent_curve_and_no_offset(earlier: str, accepted: bool) -> None:
+    """A calibration curve is no shape of a zero that is off, but one of any other slope."""
+    first, found = named(earlier, 1000.0, [term(CELL, "measured force", 900.0)])
+    search = Search([], effects=[first.score.coordinate])
+    other = named("load_force.gain_error", 850.0, [])[0]
+    found.trials, found.accepted = [other], False
+    judge(search, found)
+    assert found.accepted is accepted
 
 
 @pytest.mark.parametrize(("delta_chi2", "accepted"), [(140.0, False), (160.0, True)])

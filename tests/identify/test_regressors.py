@@ -29,3 +29,12 @@ def test_a_rate_knows_nothing_of_the_next_sample() -> None:
     )
     np.testing.assert_array_equal(after[:11], before[:11])
     assert not np.allclose(after[11:], before[11:])
+
+
+def test_what_was_read_is_of_the_sample_before_and_predicted_where_nothing_was() -> None:
+    """The error of a right prediction depends on no earlier reading, but on that of now."""
+    predicted, read = np.arange(5.0), np.array([10.0, 11.0, np.nan, 13.0, 14.0])
+    found = Trajectory({"position": predicted}, PERIOD, {"position": read}).read("position")
+    np.testing.assert_array_equal(found, [0.0, 10.0, 11.0, 3.0, 13.0])
+    unmeasured = Trajectory({"position": predicted}, PERIOD).read("position")
+    np.testing.assert_array_equal(unmeasured, predicted)

@@ -50,12 +50,12 @@ TERMS: tuple[tuple[Balance, str], ...] = (
     (PISTON, "pressure sum with the sign of velocity"), (PISTON, "time"),
     (LOAD, "velocity"), (LOAD, "position"), (LOAD, "time"),
     (SUPPLY, "supply flow"), (RETURN, "return flow"),
-    (TAP_A, "time"), (TAP_A, "pressure a"), (TAP_A, "rate of pressure a"),
+    (TAP_A, "time"), (TAP_A, "measured pressure a"), (TAP_A, "rate of pressure a"),
     (TAP_A, "second derivative of pressure a"),
-    (TAP_B, "time"), (TAP_B, "pressure b"), (TAP_B, "rate of pressure b"),
+    (TAP_B, "time"), (TAP_B, "measured pressure b"), (TAP_B, "rate of pressure b"),
     (TAP_B, "second derivative of pressure b"),
-    (CELL, "time"), (CELL, "load force"), (CELL, "pressure sum"),
-    (RULER, "position"), (RULER, "velocity"), (RULER, "acceleration"),
+    (CELL, "time"), (CELL, "measured force"), (CELL, "pressure sum"),
+    (RULER, "measured position"), (RULER, "velocity"), (RULER, "acceleration"),
 )  # fmt: skip
 """Balance and regressor of every discrepancy term. The spool over time is missing: drift of the
 null, which every valve has, is a state of the predictor."""

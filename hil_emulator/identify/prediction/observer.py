@@ -229,7 +229,8 @@ class Observer:
 
     def regressors(self, frozen: Frozen, path: Array) -> Regressors:
         """Return what a term may depend on."""
-        return regressors(path, self.model.signal_names, frozen.experiment.period)
+        experiment = frozen.experiment
+        return regressors(path, self.model.signal_names, experiment.period, experiment.readings)
 
     def entry(self, frozen: Frozen, balance: Balance) -> Entries:
         """Return what a term in a balance adds to the next z and the next reading."""

@@ -1,7 +1,7 @@
 """What a discrepancy term may depend on: regressors along a predicted trajectory."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,11 +18,13 @@ class Trajectory:
     Attributes:
         signals: values by name.
         period: between samples [s].
+        readings: of the sensors, by channel.
 
     """
 
     signals: Regressors
     period: float
+    readings: Mapping[str, Array] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
         """Return the values of a signal."""
@@ -57,6 +59,18 @@ class Trajectory:
         values = self[name]
         before = np.full(order, values[0])
         return np.asarray(np.diff(values, order, prepend=before) / self.period**order)
+
+    def read(self, channel: str) -> Array:
+        """Return what a sensor read last; what was predicted, where it read nothing.
+
+        Of a prediction that is right, the error depends on no earlier reading. On what is predicted
+        itself it does, if another sensor is wrong.
+        """
+        values = self[channel].copy()
+        if channel in self.readings:
+            before = self.readings[channel][:-1]
+            values[1:] = np.where(np.isfinite(before), before, values[1:])
+        return values
 
     @property
     def time(self) -> Array:
@@ -99,14 +113,17 @@ REGRESSORS = {r.name: r for r in (
     _regressor("time", "s", "", lambda t: t.time),
     _regressor("spool position", "A", "spool_position travel opening",
                lambda t: t["spool_position"]),
-    _regressor("pressure a", "Pa", "pressure reading", lambda t: t["pressure_a"]),
-    _regressor("pressure b", "Pa", "pressure reading", lambda t: t["pressure_b"]),
+    _regressor("pressure a", "Pa", "pressure", lambda t: t["pressure_a"]),
+    _regressor("pressure b", "Pa", "pressure", lambda t: t["pressure_b"]),
     _regressor("rate of pressure a", "", "", lambda t: t.latest_rate("pressure_a")),
     _regressor("rate of pressure b", "", "", lambda t: t.latest_rate("pressure_b")),
     _regressor("second derivative of pressure a", "", "", lambda t: t.latest_rate("pressure_a", 2)),
     _regressor("second derivative of pressure b", "", "", lambda t: t.latest_rate("pressure_b", 2)),
-    _regressor("position", "m", "position reading", lambda t: t["position"]),
-    _regressor("load force", "N", "reading", lambda t: t["load_force"]),
+    _regressor("position", "m", "position", lambda t: t["position"]),
+    _regressor("measured pressure a", "Pa", "reading", lambda t: t.read("pressure_a")),
+    _regressor("measured pressure b", "Pa", "reading", lambda t: t.read("pressure_b")),
+    _regressor("measured position", "m", "reading", lambda t: t.read("position")),
+    _regressor("measured force", "N", "reading", lambda t: t.read("load_force")),
     _regressor("pressure difference", "Pa", "pressure_a", lambda t: t.drop),
     _regressor("position times pressure difference", "", "pressure_a",
                lambda t: t["position"] * t.drop),
@@ -125,14 +142,18 @@ REGRESSORS = {r.name: r for r in (
 """Everything a term may depend on, by name."""
 
 
-def regressors(track: Array, names: Sequence[str], period: float) -> Regressors:
+def regressors(
+    track: Array, names: Sequence[str], period: float, readings: Mapping[str, Array] | None = None
+) -> Regressors:  # fmt: skip
     """Return the regressors along a predicted trajectory.
 
     Args:
         track: signals, shape (samples, signals).
         names: of the signals.
         period: between samples [s].
+        readings: of the sensors, by channel, each of shape (samples,), NaN where missing.
 
     """
-    trajectory = Trajectory({name: track[:, i] for i, name in enumerate(names)}, period)
+    signals = {name: track[:, i] for i, name in enumerate(names)}
+    trajectory = Trajectory(signals, period, readings or {})
     return {name: regressor.along(trajectory) for name, regressor in REGRESSORS.items()}

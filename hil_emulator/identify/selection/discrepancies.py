@@ -19,7 +19,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_shapes import HATS, FreeShape
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.law_form import acts_in
+from hil_emulator.identify.selection.law_form import is_part
 from hil_emulator.identify.selection.levels import INEXACT, NOTICEABLE
 
 OWN_SIZES = (0.05, 0.1, 0.2, 0.4)
@@ -164,7 +164,7 @@ class Discrepancies:
         here = np.ix_(rows, rows)
         seen = self._inflation * float(np.sum(kernel * self._evidence.information[here]))
         each = self._fit.sample_size / max(seen, 1e-9)
-        owners = [c for c in self._effects if acts_in(c, shape.balance)]
+        owners = [c for c in self._effects if is_part(shape, c)]
         if shape.ripples:
             small = [s for s in SHARES if s <= NOTICEABLE]
             yield from (_Option(s * each, -math.log(2 * len(small)), None) for s in small)
@@ -174,7 +174,7 @@ class Discrepancies:
         yield from (_Option(s * each, chance, name) for name in names for s in SHARES)
         whole = max(float(np.sum(kernel * self._training.shapes[here])), 1e-9)
         for c in owners:
-            places = sum(acts_in(c, s.balance) for s in self.shapes)
+            places = sum(is_part(s, c) for s in self.shapes)
             chance = -math.log(places * len(OWN_SIZES))
             at = [k.name for k in self._fit.coordinates].index(c.name)
             own = float(self._fit.at[at] ** 2 * self._training.normal[at, at]) / whole

@@ -8,6 +8,7 @@ law could.
 """
 
 import inspect
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
@@ -18,6 +19,7 @@ from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.balances import Balance
+from hil_emulator.identify.prediction.free_shapes import FreeShape
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.selection.evidence import Trial, ranked
@@ -66,6 +68,8 @@ def own_terms(
         basis = directions(columns)
         for effect, i in indices.items():
             there = acts_in(fit.coordinates[i], term.balance)
+            if there and not is_part(term, fit.coordinates[i]):
+                continue
             mimics = term.regressor != "time" and term.statistic <= at_home[effect]
             if not there and not mimics:
                 continue
@@ -122,16 +126,32 @@ def depends_on(coordinate: Coordinate, regressor: str) -> bool:
     return effect is not None and bool(arguments & set(inspect.signature(effect.law).parameters))
 
 
-def calibrates(term: DiscrepancyTerm, coordinate: Coordinate) -> bool:
+def calibrates(term: DiscrepancyTerm | FreeShape, coordinate: Coordinate) -> bool:
     """Tell whether a term is a calibration curve of which an error of that sensor is a shape.
 
-    So are errors that depend on the reading alone: on no past, and on no other quantity.
+    So are errors that change with the reading, and with nothing else.
     """
     effect = coordinate.effect
-    if effect is None or not coordinate.channel or effect.states:
+    if effect is None or not is_curve(term) or not acts_in(coordinate, term.balance):
         return False
-    alone = "neighbour" not in inspect.signature(effect.law).parameters
-    return alone and acts_in(coordinate, term.balance) and depends_on(coordinate, term.regressor)
+    takes = set(inspect.signature(effect.law).parameters) - {"reading"}
+    given = {effect.knob.name: effect.knob.typical, "span": 1.0}
+    if not takes <= given.keys():
+        return False
+    half, full = (effect.law(x, **{n: given[n] for n in takes}) - x for x in (0.5, 1.0))
+    return not math.isclose(half, full, rel_tol=1e-6)
+
+
+def is_curve(term: DiscrepancyTerm | FreeShape) -> bool:
+    """Tell whether a term is what a sensor is off by, over its own reading."""
+    return bool(term.balance.channel) and "reading" in REGRESSORS[term.regressor].arguments
+
+
+def is_part(term: DiscrepancyTerm | FreeShape, coordinate: Coordinate) -> bool:
+    """Tell whether a term, in the balance in which an effect acts, may be a part of its law."""
+    return acts_in(coordinate, term.balance) and (
+        not is_curve(term) or calibrates(term, coordinate)
+    )
 
 
 def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
@@ -351,7 +371,8 @@ def _owners(search: Search, found: Round) -> dict[str, str]:
 def _laws(search: Search, found: Round, owners: Collection[str]) -> list[DiscrepancyTerm]:
     """Return the terms of a round that are shapes of the laws of effects in the model."""
     sensors = {c.channel for c in search.effects if c.channel}
-    return [t for t in found.significant if t.title in owners or t.balance.channel in sensors]
+    return [t for t in found.significant
+            if t.title in owners or (t.balance.channel in sensors and not is_curve(t))]  # fmt: skip
 
 
 def _named_for(search: Search) -> float:
