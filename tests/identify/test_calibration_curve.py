@@ -1,18 +1,23 @@
 """A sensor whose calibration curve waves along its range, which is no effect of the catalogue."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hil_emulator.config.load import load
+from hil_emulator.identify.disagreement.gap import compare, measure
 from hil_emulator.identify.estimation.free_terms import score_terms
-from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.session import Question, identify
-from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee, knee_model, recorded
+from tests.identify.rig_data import CACHE, INSTRUMENTS, KNEE, campaign, knee, knee_model, recorded
 
 WAVES = {
     "pressure_a": (2e5, 100e5), "pressure_b": (2e5, 100e5), "position": (1e-4, 0.01),
@@ -78,3 +83,21 @@ def test_a_waving_calibration_is_told_as_something_unknown_there(channel: str) -
     assert result.verdict == "unknown_effect"
     assert not result.effects
     assert result.unknown[0].balance == BALANCES[channel]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("channel", ["position", "load_force"])
+def test_a_calibration_that_is_added_closes_the_gap(channel: str, tmp_path: Path) -> None:
+    """The emulator with the table misreads as the bench does, on data that took no part."""
+    training, validation = ([misread(e, channel) for e in part] for part in campaign({}))
+    result = identify(knee(), training, validation, Question(), cache=CACHE)
+    assert result.added is not None
+    (tmp_path / EFFECT_FILE).write_text(result.added.text)
+    (tmp_path / "identified.toml").write_text(layer(result, [KNEE], "2026-01-01"))
+    model = PlantModel(load([KNEE, tmp_path / "identified.toml"]), CACHE)
+    observer = Observer(model, INSTRUMENTS)
+    as_it_is = Fit([], np.zeros(0), np.zeros(0), np.zeros((0, 0)), 0.0)
+    gap = measure(observer, compare(observer, as_it_is, as_it_is, training, validation))
+    before, after = (g[channel]["validation"] for g in (result.gap, gap))
+    floor = before["free_floor"]
+    assert after["free_after"] - floor < 0.5 * (before["free_before"] - floor)

@@ -65,6 +65,19 @@ def test_it_is_constant_beyond_its_ends_and_vanishes_when_off(tmp_path: Path) ->
     assert effect(0.2, 0.0) == 0.0
 
 
+def test_a_calibration_curve_is_an_effect_of_its_sensor(tmp_path: Path) -> None:
+    """Its reading is off by the curve; no other sensor's is."""
+    forces = (-900.0, -200.0, 0.0, 100.0, 300.0, 800.0)
+    curve = tuple(25.0 * np.sin(x / 240.0) for x in forces)
+    bent = Unexplained("reading of the load cell", "measured force", "N", forces, curve, "", 1e4)
+    config, effect = added(tmp_path, bent), law(tmp_path, bent)
+    assert [effect(x, 1.0) - x for x in forces] == pytest.approx(curve, rel=1e-4)
+    factor = f"{effect.name}_factor"
+    assert {n: s.get(factor, 0.0) for n, s in config.sensors.items() if s.get(factor)} == {
+        "load_force": 1.0
+    }
+
+
 def test_a_second_table_gets_another_name() -> None:
     """A model that has one already can take a further one."""
     found = effect_table(DRAG, ["unexplained_friction_over_velocity"])

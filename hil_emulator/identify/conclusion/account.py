@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil_emulator.identify.conclusion.effect_table import effect_table, place_of
+from hil_emulator.identify.conclusion.effect_table import effect_table
 from hil_emulator.identify.conclusion.findings import in_words
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.conclusion.term_places import place_of
 from hil_emulator.identify.disagreement.gap import (
     Compared,
     View,

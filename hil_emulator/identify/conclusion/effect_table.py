@@ -11,65 +11,11 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from hil_emulator.identify.conclusion.findings import Unexplained
+from hil_emulator.identify.conclusion.term_places import place_of
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import LEAKAGE, LOAD, PISTON, SPOOL
+from hil_emulator.identify.prediction.balances import LOAD, PISTON
+from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.model.declare import Stage
-from hil_emulator.model.stages import command, cross_leakage, dry_friction, friction, load
-
-TURN = 1e-3
-"""Width over which a term that knows the direction of motion turns round [m/s] (assumed)."""
-
-
-@dataclass(frozen=True)
-class TermPlace:
-    """Where a term goes into the model.
-
-    Attributes:
-        stage: the place in the equations.
-        takes: arguments of the law, as Python writes them.
-        regressor: the regressor, as Python computes it from them.
-        value: what the law returns of the table's value `term`.
-        equation: the law for a reader.
-
-    """
-
-    stage: Stage
-    takes: tuple[str, ...]
-    regressor: str
-    value: str
-    equation: str
-
-
-_SIGN = f"math.tanh(velocity / {TURN!r})"
-
-PLACES = {
-    (PISTON.name, "velocity"): TermPlace(friction, ("velocity",), "velocity", "term", "F = T(v)"),
-    (PISTON.name, "position"): TermPlace(friction, ("position",), "position", "term", "F = T(x)"),
-    (PISTON.name, "position with the sign of velocity"): TermPlace(
-        friction, ("velocity", "position"), f"position * {_SIGN}", "term", "F = T(x sign(v))"
-    ),
-    (PISTON.name, "pressure difference with the sign of velocity"): TermPlace(
-        dry_friction, ("velocity", "pressure_a", "pressure_b"),
-        "abs(pressure_a - pressure_b) * math.copysign(1.0, velocity)",
-        "term * math.copysign(1.0, velocity)", "F = T(|p_a - p_b| sign(v))",
-    ),
-    (PISTON.name, "pressure sum with the sign of velocity"): TermPlace(
-        dry_friction, ("velocity", "pressure_a", "pressure_b"),
-        "(pressure_a + pressure_b) * math.copysign(1.0, velocity)",
-        "term * math.copysign(1.0, velocity)", "F = T((p_a + p_b) sign(v))",
-    ),
-    (LOAD.name, "velocity"): TermPlace(load, ("velocity",), "velocity", "term", "F = T(v)"),
-    (LOAD.name, "position"): TermPlace(load, ("position",), "position", "term", "F = T(x)"),
-    (LEAKAGE.name, "pressure difference"): TermPlace(
-        cross_leakage, ("pressure_a", "pressure_b"), "pressure_a - pressure_b", "term",
-        "q = T(p_a - p_b)",
-    ),
-    (SPOOL.name, "valve current"): TermPlace(
-        command, ("current",), "current", "current + term", "u = i + T(i)"
-    ),
-}  # fmt: skip
-"""By balance and regressor. A stage offers its law few quantities: leakage does not know the
-position, a chamber's flow has no stage of its own, and time is no quantity of a law."""
 
 _FILE = '''\
 """A term that identification found and no effect of the catalogue explains.
@@ -127,6 +73,7 @@ class EffectTable:
         stage: where it acts.
         text: of the file.
         words: what the term looks like.
+        channel: the sensor that has it; "" for the plant.
 
     """
 
@@ -134,11 +81,12 @@ class EffectTable:
     stage: Stage
     text: str
     words: str
+    channel: str = ""
 
-
-def place_of(term: Unexplained) -> TermPlace | None:
-    """Return where a term can be added to the model; None where it cannot."""
-    return PLACES.get((term.balance, term.regressor))
+    @property
+    def table(self) -> str:
+        """The configuration table in which it is set."""
+        return f"{self.stage.table}.{self.channel}" if self.channel else self.stage.table
 
 
 def effect_table(
@@ -161,17 +109,14 @@ def effect_table(
     text = _FILE.format(
         story=story or f"It acts on the {term.balance}: {term.shape}.", stage=place.stage.name,
         knots=_numbers(knots), values=_numbers(values), slopes=_numbers(np.asarray(slopes)),
-        regressor_unit=_UNITS.get(term.regressor, "SI"), unit=term.unit,
+        regressor_unit=REGRESSORS[term.regressor].unit or "SI", unit=term.unit,
         signature=f"{term.balance} over {term.regressor}", name=name,
         arguments=", ".join(f"{a}: float" for a in place.takes), equation=place.equation,
         regressor=place.regressor, value=place.value,
     )  # fmt: skip
     if "math." not in text:
         text = text.replace("import math\n\n", "")
-    return EffectTable(name, place.stage, text, term.shape)
-
-
-_UNITS = {"velocity": "m/s", "position": "m", "valve current": "A", "pressure difference": "Pa"}
+    return EffectTable(name, place.stage, text, term.shape, place.channel)
 
 
 def _name(term: Unexplained, taken: Sequence[str]) -> str:

@@ -33,7 +33,7 @@ def layer(result: Result, files: Sequence[Path], date: str) -> str:
     if result.added is not None:
         lines += ["", "[model]", f'effects = ["{EFFECT_FILE}"]']
         row = f"{result.added.name} = {{ factor = 1.0 }}   # {result.added.words}"
-        tables.setdefault(result.added.stage.table, []).append(row)
+        tables.setdefault(result.added.table, []).append(row)
     if result.search is not None and result.search.final is not None:
         for finding in result.effects:
             coordinate = next(c for c in result.search.effects if c.name == finding.name)
