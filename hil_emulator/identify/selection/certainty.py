@@ -16,7 +16,7 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_shapes import HATS
-from hil_emulator.identify.selection.law_form import calibrates
+from hil_emulator.identify.prediction.law_places import calibrates
 from hil_emulator.identify.selection.levels import (
     FALSE_ALARM,
     GREATER_PART,

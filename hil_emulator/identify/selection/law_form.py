@@ -7,8 +7,6 @@ law of the leak is another one. A further effect has to explain something that n
 law could.
 """
 
-import inspect
-import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
@@ -18,10 +16,14 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import Balance
-from hil_emulator.identify.prediction.free_shapes import FreeShape
+from hil_emulator.identify.prediction.law_places import (
+    acts_in,
+    calibrates,
+    depends_on,
+    is_curve,
+    is_part,
+)
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.prediction.regressors import REGRESSORS
 from hil_emulator.identify.selection.evidence import Trial, ranked
 from hil_emulator.identify.selection.law_between import completions
 from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, NEARLY_ALL, SMALL_PART
@@ -111,47 +113,6 @@ def nearest(term: DiscrepancyTerm, scores: Sequence[Score]) -> str:
     alike = [s for s in there if s.statistic > NEARLY_ALL * there[0].statistic
              and depends_on(s.coordinate, term.regressor)]  # fmt: skip
     return " or ".join(s.coordinate.name for s in (alike or there)[:MOST_NEAREST])
-
-
-def acts_in(coordinate: Coordinate, balance: Balance) -> bool:
-    """Tell whether the law of an effect acts in a balance, or in the channel that it is about."""
-    if balance.channel or coordinate.channel:
-        return coordinate.channel == balance.channel
-    return coordinate.effect is not None and balance.name in coordinate.effect.stage.balances
-
-
-def depends_on(coordinate: Coordinate, regressor: str) -> bool:
-    """Tell whether the law of an effect depends on the regressor of a term."""
-    effect, arguments = coordinate.effect, REGRESSORS[regressor].arguments
-    return effect is not None and bool(arguments & set(inspect.signature(effect.law).parameters))
-
-
-def calibrates(term: DiscrepancyTerm | FreeShape, coordinate: Coordinate) -> bool:
-    """Tell whether a term is a calibration curve of which an error of that sensor is a shape.
-
-    So are errors that change with the reading, and with nothing else.
-    """
-    effect = coordinate.effect
-    if effect is None or not is_curve(term) or not acts_in(coordinate, term.balance):
-        return False
-    takes = set(inspect.signature(effect.law).parameters) - {"reading"}
-    given = {effect.knob.name: effect.knob.typical, "span": 1.0}
-    if not takes <= given.keys():
-        return False
-    half, full = (effect.law(x, **{n: given[n] for n in takes}) - x for x in (0.5, 1.0))
-    return not math.isclose(half, full, rel_tol=1e-6)
-
-
-def is_curve(term: DiscrepancyTerm | FreeShape) -> bool:
-    """Tell whether a term is what a sensor is off by, over its own reading."""
-    return bool(term.balance.channel) and "reading" in REGRESSORS[term.regressor].arguments
-
-
-def is_part(term: DiscrepancyTerm | FreeShape, coordinate: Coordinate) -> bool:
-    """Tell whether a term, in the balance in which an effect acts, may be a part of its law."""
-    return acts_in(coordinate, term.balance) and (
-        not is_curve(term) or calibrates(term, coordinate)
-    )
 
 
 def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
