@@ -20,7 +20,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 from hil_emulator.config.load import load
 from hil_emulator.identify import session
@@ -106,6 +106,21 @@ def kept(file: Path) -> Kept:
     return Kept({(r["case"], r["without"]): from_dict(r["answer"]) for r in rows},
                 {r["case"]: frozenset(r["deciding"]) for r in rows if r["without"] == WITH_ALL},
                 )  # fmt: skip
+
+
+Row = TypeVar("Row")
+
+
+def report_on_files(
+    description: str | None, read: Callable[[Path], Iterable[Row]],
+    report: Callable[[Sequence[Row]], str],
+) -> None:  # fmt: skip
+    """Print a report on what is read of the files of the command line."""
+    options = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    options.add_argument("files", type=Path, nargs="+", help="that the ablation has kept")
+    print(report([found for file in options.parse_args().files for found in read(file)]))
 
 
 def examine(

@@ -7,13 +7,12 @@ where another candidate does, held-out data have to choose between both, so that
 be among its rivals.
 """
 
-import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from hil_emulator.identify.selection.levels import NEARLY_ALL
-from tests.identify.ablation import WITH_ALL, kept
+from tests.identify.ablation import WITH_ALL, kept, report_on_files
 from tests.identify.generator.cases import cases_called
 from tests.identify.generator.effects import EFFECTS
 
@@ -65,11 +64,7 @@ def report(found: Sequence[Share]) -> str:
 
 def main() -> None:
     """Print the shares of kept answers."""
-    options = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    options.add_argument("files", type=Path, nargs="+")
-    print(report([s for file in options.parse_args().files for s in shares(file)]))
+    report_on_files(__doc__, shares, report)
 
 
 if __name__ == "__main__":

@@ -9,14 +9,13 @@ it has to have. Rounds in which the sign of the best one's odds and the rules di
 and how often names of so many per cent are right tells whether a probability may be printed.
 """
 
-import argparse
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.identify.ablation import WITH_ALL, kept
+from tests.identify.ablation import WITH_ALL, kept, report_on_files
 from tests.identify.generator.cases import cases_called
 from tests.identify.generator.effects import EFFECTS
 from tests.identify.tables import wilson
@@ -116,11 +115,7 @@ def report(found: Sequence[Verdict]) -> str:
 
 def main() -> None:
     """Print what evidence says of kept answers."""
-    options = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    options.add_argument("files", type=Path, nargs="+")
-    print(report([v for file in options.parse_args().files for v in verdicts(file)]))
+    report_on_files(__doc__, verdicts, report)
 
 
 if __name__ == "__main__":
