@@ -120,7 +120,11 @@ def report_on_files(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     options.add_argument("files", type=Path, nargs="+", help="that the ablation has kept")
-    print(report([found for file in options.parse_args().files for found in read(file)]))
+    files = options.parse_args().files
+    for file in files:
+        if not file.is_file():
+            options.error(f"{file}: there is no such file")
+    print(report([found for file in files for found in read(file)]))
 
 
 def examine(

@@ -105,6 +105,7 @@ def interval(search: Search, fit: Fit, name: str) -> tuple[float, float]:
     at = float(fit.at[[c.name for c in fit.coordinates].index(name)])
     known, lacking = _deviations(search, fit, name)
     spread, share = math.hypot(known, lacking), lacking**2 / (known**2 + lacking**2)
+    # of millions of degrees it is a normal one
     degrees = (HATS - 1) / max(share, 1e-3) ** 2
     absent = float(stdtr(degrees, -abs(at) / spread))
     ends = [abs(at) + spread * float(stdtrit(degrees, absent + (1.0 - absent) * part))
