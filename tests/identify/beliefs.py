@@ -53,9 +53,10 @@ def judged(which: Case) -> dict[str, list[str]]:
     def every(own: Searcher, search: Search) -> Discrepancies:
         base = search.rounds[-1].base
         held = own._held_out(base)
+        elsewhere = None if held is None else own.fitter.elsewhere(base, held)
         for name, values in variations().items():
             with changed(values):
-                found = Discrepancies(own.fitter, base, search.effects, held)
+                found = Discrepancies(own.fitter, base, search.effects, elsewhere)
                 said[name] = [*found.other_laws(), *["unknown"] * bool(found.unknown())]
         return weighed(own, search)
 

@@ -8,6 +8,8 @@ import pytest
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
+from hil_emulator.identify.estimation.settled import Settled
+from hil_emulator.identify.estimation.sizes import Sizes
 from hil_emulator.identify.prediction.balances import CELL, PISTON
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.selection.certainty import (
@@ -160,6 +162,33 @@ def test_an_interval_of_another_law_knows_how_few_numbers_tell_what_the_law_lack
         low, high = interval(found, fit, "position_friction")
         inside.append(low < 1.0 + 0.1 * random.standard_normal() < high)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
+
+
+def test_an_interval_holds_the_size_that_one_more_experiment_wants() -> None:
+    """Where seven experiments want sizes that are apart, 95 % of those of an eighth are inside."""
+    random, found = np.random.default_rng(3), search(1e4)
+    fit, inside = found.rounds[-1].base, []
+    fit = replace(fit, residual=fit.residual[:1], jacobian=fit.jacobian[:1])
+    for _ in range(2000):
+        *drawn, eighth = (1.0 + 0.1 * random.standard_normal(8)).tolist()
+        told = replace(fit, at=np.array([np.mean(drawn)]))
+        sizes = {"position_friction": Sizes(float(np.mean(drawn)), 1, drawn, [1e-8] * 7)}
+        found.settled = Settled(told, 0.0, {"position_friction": 1e-4}, sizes, [])
+        low, high = interval(found, told, "position_friction")
+        inside.append(low < eighth < high)
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
+
+
+def test_the_larger_measure_of_what_a_law_lacks_counts() -> None:
+    """Free terms see what is alike in all experiments, and sizes what no regressor explains."""
+    found = search(1e4)
+    fit, name = found.rounds[-1].base, "position_friction"
+    sizes = Sizes(1.0, 1, [0.9, 1.0, 1.1], [1e-8] * 3)
+    found.settled = Settled(fit, 0.0, {name: 1e-4}, {name: sizes}, [])
+    apart = 0.1 * np.sqrt(1.0 + 1.0 / 3.0)
+    for lacks, expected in ((0.05**2, apart), (0.3**2, 0.3)):
+        found.lacks[name] = lacks
+        assert deviation(found, fit, name) == pytest.approx(expected, rel=1e-3)
 
 
 def test_what_a_calibration_lacks_is_a_part_of_the_law_of_its_own_errors_only() -> None:

@@ -52,6 +52,26 @@ def test_the_evidence_is_the_density_of_the_data(inflation: float) -> None:
     assert sum(evidence(rows, root)) - sum(nothing) == pytest.approx(exact, rel=1e-9)
 
 
+def test_terms_and_coordinates_are_those_of_linear_regression() -> None:
+    """Means and covariances of the joint normal distribution, of all unknowns at once."""
+    random = np.random.default_rng(6)
+    columns, jacobian = random.standard_normal((3, 40)), random.standard_normal((40, 2))
+    residual, at = 2.0 * random.standard_normal(40), np.array([0.7, -1.2])
+    free = ORDINARY[:2]
+    sums = summed(columns, jacobian, residual)
+    evidence = LogEvidence(Fit(free, at, residual, jacobian, 0.0), sums, Sums.nothing(3, 2), 1.5)
+    root = np.diag([0.5, 0.3, 0.8])
+    both = np.hstack([jacobian, columns.T])
+    prior = np.concatenate([[1.0 / c.prior**2 for c in free], 1.0 / np.diag(root) ** 2])
+    joint = np.linalg.inv(both.T @ both / 1.5 + np.diag(prior))
+    means = -joint @ (both.T @ residual / 1.5 + prior * np.concatenate([at, np.zeros(3)]))
+    terms, covariance = evidence.terms(root)
+    np.testing.assert_allclose(terms, means[2:], rtol=1e-9)
+    np.testing.assert_allclose(covariance, joint[2:, 2:], rtol=1e-9)
+    np.testing.assert_allclose(evidence.shift(terms), means[:2], rtol=1e-9)
+    np.testing.assert_allclose(evidence.covariance(covariance), joint[:2, :2], rtol=1e-9)
+
+
 def test_of_held_out_data_the_prediction_counts() -> None:
     """What the most likely terms and coordinates leave of them, by direct substitution."""
     random = np.random.default_rng(5)
@@ -90,7 +110,7 @@ def beside(sides: tuple[Fitter, Fitter], effects: list[Coordinate]) -> Discrepan
     start = np.array([0.0] * len(ORDINARY) + [1.0] * len(effects))
     fit = converge(fitter, free, start, effects, 3)
     held = fitter.frozen_at(other.experiments, fit.coordinates, fit.at)
-    return Discrepancies(fitter, fit, effects, held)
+    return Discrepancies(fitter, fit, effects, fitter.elsewhere(fit, held))
 
 
 def test_what_acts_in_a_balance_of_no_effect_is_unknown(returning: tuple[Fitter, Fitter]) -> None:
@@ -138,7 +158,7 @@ def test_the_derivative_elsewhere_is_that_of_the_training_data_there(
     fitter.freeze(free, at)
     base = fitter.residual(free, at)
     here = fitter.jacobian(free, at, base)
-    residual, elsewhere = fitter.elsewhere(free, at, fitter.batch)
-    np.testing.assert_array_equal(residual, base)
+    elsewhere = fitter.elsewhere(Fit(free, at, base, here, 0.0), fitter.batch)
+    np.testing.assert_array_equal(elsewhere.residual, base)
     scale = np.linalg.norm(here, axis=0)
-    np.testing.assert_allclose(elsewhere / scale, here / scale, atol=1e-2)
+    np.testing.assert_allclose(elsewhere.jacobian / scale, here / scale, atol=1e-2)

@@ -45,7 +45,7 @@ FAILURES = (ArithmeticError, LookupError, ValueError, MemoryError)
 def fill(searcher: Searcher, search: Search, result: Result) -> None:
     """Fill in gap, regions, maps and traces of a search with at least one round."""
     first, last = search.rounds[0], search.rounds[-1]
-    before, after = first.base, search.final or last.base
+    before, after = first.base, search.told or last.base
     predictor = searcher.fitter.predictor
     training = searcher.fitter.experiments
     jobs = searcher.fitter.jobs
@@ -70,7 +70,7 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
 def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: Result) -> None:
     """Fill in what only pictures and tables show: where the final model disagrees, and maps."""
     first, last = search.rounds[0], search.rounds[-1]
-    after = search.final or last.base
+    after = search.told or last.base
     if last is not first:
         result.remaining = _where(searcher, last, compared.after["training"])
     effects = [c.name for c in search.effects]
@@ -130,7 +130,7 @@ def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm
 def compare_with_plain_fit(searcher: Searcher, search: Search, result: Result) -> None:
     """Enter what ordinary least squares makes of the same parameters on the same data."""
     predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
-    plain = ordinary_least_squares(predictor, training, search.final or search.rounds[-1].base)
+    plain = ordinary_least_squares(predictor, training, search.told or search.rounds[-1].base)
     result.plain = {
         c.name: float(c.value(float(at))) for c, at in zip(plain.coordinates, plain.at, strict=True)
     }
@@ -180,8 +180,8 @@ def _chi2(searcher: Searcher, fit: Fit) -> float:
 def judge(result: Result) -> None:
     """Give a gap that was measured, and not searched, a verdict of its own; it adds nothing."""
     result.added = None
-    if result.search is not None and result.search.final is not None:
-        result.final_at = result.search.final.at
+    if result.search is not None and result.search.told is not None:
+        result.final_at = result.search.told.at
     if not result.where and result.repeats is not None and result.repeats.unexplained:
         result.verdict, result.reason = "cannot_tell", str(result.repeats)
         return

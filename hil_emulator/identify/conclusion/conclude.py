@@ -109,20 +109,21 @@ def _nearest(search: Search) -> str:
 
 
 def _last_fit(search: Search) -> Fit:
-    return search.final or search.rounds[-1].base
+    return search.told or search.rounds[-1].base
 
 
 def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     """Fill gap, ladder, parameters and traces."""
-    final = search.final
+    final = search.told
     if final is None:
         return
     account.fill(searcher, search, result)
     if result.verdict == "nothing_missing" and result.repeats and result.repeats.unexplained:
         result.verdict, result.reason = "cannot_tell", str(result.repeats)
-    deviations = np.hypot(
-        np.sqrt(np.diag(final.covariance())), discrepancy_uncertainty(search, final)
-    )
+    known = np.sqrt(np.diag(final.covariance()))
+    if search.settled is not None:
+        known = np.array([search.settled.deviations[c.name] for c in final.coordinates])
+    deviations = np.hypot(known, discrepancy_uncertainty(search, final))
     result.parameters = {
         c.name: Refitted(
             c.neutral, float(c.value(float(a))), float(c.value(float(a - NORMAL_95 * d))),
@@ -158,10 +159,11 @@ def _look_beside(searcher: Searcher, search: Search) -> None:
 def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
     round_ = search.selected_in(coordinate.name)
     best = round_.trials[0]
-    final = search.final
+    final, told = search.final, search.told
     assert final is not None
-    at = float(final.at[[c.name for c in final.coordinates].index(coordinate.name)])
-    ends = sorted(coordinate.value(end) for end in interval(search, final, coordinate.name))
+    assert told is not None
+    at = float(told.at[[c.name for c in told.coordinates].index(coordinate.name)])
+    ends = sorted(coordinate.value(end) for end in interval(search, told, coordinate.name))
     alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []

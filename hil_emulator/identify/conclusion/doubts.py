@@ -47,8 +47,8 @@ def doubt_rows(
         )
         if result.verdict == "unknown_effect":
             result.verdict, result.reason, result.added = "cannot_tell", said, None
-            if result.search is not None and result.search.final is not None:
-                result.final_at = result.search.final.at
+            if result.search is not None and result.search.told is not None:
+                result.final_at = result.search.told.at
         else:
             result.unknown, result.notes = [], [*result.notes, said]
     elif result.verdict not in ("nothing_missing", "agrees"):
@@ -76,8 +76,8 @@ def doubt_haste(result: Result, predictor: Predictor, experiments: Sequence[Expe
     hasty = isinstance(predictor, Observer) and seconds < SHORTEST
     if not hasty or result.verdict not in ("missing_effects", "unknown_effect"):
         return
-    if result.search is not None and result.search.final is not None:
-        result.final_at = result.search.final.at
+    if result.search is not None and result.search.told is not None:
+        result.final_at = result.search.told.at
     result.verdict, result.added = "cannot_tell", None
     result.reason = (
         f"{seconds:.2g} s are too short to tell a missing effect from chance: "

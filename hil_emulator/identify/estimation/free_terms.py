@@ -15,7 +15,12 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.balances import Balance
-from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
+from hil_emulator.identify.prediction.free_shapes import (
+    FreeShape,
+    along_the_stroke,
+    hats,
+    shapes_along,
+)
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import side_by_side
 from hil_emulator.identify.prediction.predictor import Predictor
@@ -67,6 +72,11 @@ class DiscrepancyTerm:
     def significant(self) -> bool:
         """Whether chance hardly explains it."""
         return self.statistic > self.limit
+
+    @property
+    def ripples(self) -> bool:
+        """Whether friction that every machine has changes over this, along the stroke."""
+        return along_the_stroke(self.balance, self.regressor)
 
     @property
     def surplus(self) -> float:

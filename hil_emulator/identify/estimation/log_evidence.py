@@ -16,7 +16,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
 from hil_emulator.identify.estimation.shape_sums import Sums, inverse
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Index
 
 
 class LogEvidence:
@@ -40,7 +40,7 @@ class LogEvidence:
         self.information = training.shapes / inflation - self._mixed @ self._inverse @ self._mixed.T
         self._gradient = training.onto / inflation + self._mixed @ self._moved
 
-    def __call__(self, rows: Array, root: Array) -> tuple[float, float]:
+    def __call__(self, rows: Array | Index, root: Array) -> tuple[float, float]:
         """Return what the data say for some terms, and for their freedom, in nats.
 
         The sum is the log evidence, up to what is the same for all terms.
@@ -56,7 +56,29 @@ class LogEvidence:
         held = 0.5 * self._predicted(rows, -root @ solved) / self._k
         return 0.5 * float(pull @ solved) - held, -0.5 * float(np.linalg.slogdet(middle)[1])
 
-    def _predicted(self, rows: Array, terms: Array) -> float:
+    def terms(self, root: Array) -> tuple[Array, Array]:
+        """Return what all terms are expected to be, and their covariance.
+
+        Args:
+            root: of their prior covariance, a triangle.
+
+        """
+        middle = np.eye(len(root)) + root.T @ self.information @ root
+        covariance = root @ np.linalg.solve(middle, root.T)
+        return -covariance @ self._gradient, covariance
+
+    def shift(self, terms: Array) -> Array:
+        """Return how far the coordinates move beside terms."""
+        return np.asarray(self._moved - self._inverse @ (self._mixed.T @ terms))
+
+    def covariance(self, terms: Array | None = None) -> Array:
+        """Return the covariance of the coordinates beside terms of a covariance, or of none."""
+        if terms is None:
+            return self._inverse
+        across = self._mixed @ self._inverse
+        return np.asarray(self._inverse + across.T @ terms @ across)
+
+    def _predicted(self, rows: Array | Index, terms: Array) -> float:
         """Return the sum of squares that the most likely terms leave of held-out data."""
         held = self._held
         moved = self._moved - self._inverse @ (self._mixed[rows].T @ terms)

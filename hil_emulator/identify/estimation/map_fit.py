@@ -41,6 +41,7 @@ class Fit:
         chi2: sum of squares, priors included.
         effective: number of independent values among the residuals; None for all of them.
         settled: whether no step by this Jacobian leads further.
+        further: covariance of the coordinates beyond that of noise; None for none.
 
     """
 
@@ -51,6 +52,7 @@ class Fit:
     chi2: float
     effective: float | None = None
     settled: bool = False
+    further: Array | None = None
 
     @property
     def sample_size(self) -> float:
@@ -59,16 +61,21 @@ class Fit:
 
     def without(self, names: Collection[str]) -> "Fit":
         """Return the fit without some coordinates, everything else as it is."""
-        kept = [i for i, c in enumerate(self.coordinates) if c.name not in names]
-        free = [self.coordinates[i] for i in kept]
-        return replace(self, coordinates=free, at=self.at[kept], jacobian=self.jacobian[:, kept])
+        return self._of([i for i, c in enumerate(self.coordinates) if c.name not in names])
 
     def ending_with(self, name: str) -> "Fit":
         """Return the same fit with one coordinate as the last of all."""
         names = [c.name for c in self.coordinates]
-        order = sorted(range(len(names)), key=lambda i: names[i] == name)
-        free = [self.coordinates[i] for i in order]
-        return replace(self, coordinates=free, at=self.at[order], jacobian=self.jacobian[:, order])
+        return self._of(sorted(range(len(names)), key=lambda i: names[i] == name))
+
+    def _of(self, kept: list[int]) -> "Fit":
+        """Return the fit with some coordinates, in another order."""
+        free = [self.coordinates[i] for i in kept]
+        further = None if self.further is None else self.further[np.ix_(kept, kept)]
+        return replace(
+            self, coordinates=free, at=self.at[kept], jacobian=self.jacobian[:, kept],
+            further=further,
+        )  # fmt: skip
 
     def lean(self) -> "Fit":
         """Return the fit with half the memory: Jacobians of several of a long recording are large.
@@ -86,12 +93,29 @@ class Fit:
         for first in range(0, len(self.jacobian), _BLOCK):  # of a lean fit's, exact all the same
             block = self.jacobian[first : first + _BLOCK].astype(np.float64)
             information += block.T @ block
-        known = np.diag(information)
-        scale = 1.0 / np.sqrt(np.where(known > 0.0, known, 1.0))
+        told = np.diag(information)
+        scale = 1.0 / np.sqrt(np.where(told > 0.0, told, 1.0))
         values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
-        told = values > HARDLY_TOLD * values[-1] if len(values) else values > 0.0
-        root = scale[:, None] * vectors[:, told] / np.sqrt(values[told])
-        return np.asarray(root @ root.T)
+        kept = values > HARDLY_TOLD * values[-1] if len(values) else values > 0.0
+        root = scale[:, None] * vectors[:, kept] / np.sqrt(values[kept])
+        known = root @ root.T
+        return np.asarray(known if self.further is None else known + self.further)
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """Experiments as a fit sees them.
+
+    Attributes:
+        batch: the experiments, frozen.
+        residual: weighted innovations at the fit, flat.
+        jacobian: its derivative, shape (residuals, coordinates).
+
+    """
+
+    batch: Batch
+    residual: Array
+    jacobian: Array
 
 
 def prior_rows(coordinates: Sequence[Coordinate]) -> Array:
@@ -258,10 +282,9 @@ class Fitter:
             jacobian[:, i] = column
         return jacobian
 
-    def elsewhere(
-        self, coordinates: Sequence[Coordinate], at: Array, batch: Batch
-    ) -> tuple[Array, Array]:  # fmt: skip
-        """Return the residual of other experiments at a point, and its derivative."""
+    def elsewhere(self, fit: Fit, batch: Batch) -> Linearised:
+        """Return other experiments as a fit sees them."""
+        coordinates, at = fit.coordinates, fit.at
         wanted = [Derivative(coordinates, at, i) for i in range(len(coordinates))]
         steps = [self._steps.of(w) for w in wanted]
         points = [w.moved(step) for w, step in zip(wanted, steps, strict=True)]
@@ -271,7 +294,7 @@ class Fitter:
         for i, (moved, step) in enumerate(zip(residuals, steps, strict=True)):
             if step:
                 jacobian[:, i] = (moved - base) / step
-        return base, jacobian
+        return Linearised(batch, base, jacobian)
 
     def fit(
         self, coordinates: Sequence[Coordinate], start: Array, rounds: int = 3,

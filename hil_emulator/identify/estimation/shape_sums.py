@@ -11,7 +11,7 @@ from itertools import chain
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter, Linearised, prior_rows
 from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
 from hil_emulator.identify.prediction.pool import Batch, side_by_side
@@ -99,14 +99,12 @@ class ShapeSums:
         rows = self._rows(self._fitter.batch, self._values, self._fit.residual, self._fit.jacobian)
         return self._sums(rows)
 
-    def held_out(self, held: Batch | None) -> Sums:
+    def held_out(self, held: Linearised | None) -> Sums:
         """Return the sums over other data, of as many columns."""
         if held is None:
             return self._sums([])
-        values = list(self._regressors(held))
-        fit = self._fit
-        residual, jacobian = self._fitter.elsewhere(fit.coordinates, fit.at, held)
-        return self._sums(self._rows(held, values, residual, jacobian))
+        values = list(self._regressors(held.batch))
+        return self._sums(self._rows(held.batch, values, held.residual, held.jacobian))
 
     def inflations(self, training: Sums) -> Array:
         """Return by how much serial correlation widens variances, of each shape the median hat.

@@ -44,7 +44,12 @@ class FreeShape:
     @property
     def ripples(self) -> bool:
         """Whether friction that every machine has changes over this, along the stroke."""
-        return self.balance is PISTON and self.regressor.startswith("position")
+        return along_the_stroke(self.balance, self.regressor)
+
+
+def along_the_stroke(balance: Balance, regressor: str) -> bool:
+    """Tell whether a term over this is friction that changes along the stroke."""
+    return balance is PISTON and regressor.startswith("position")
 
 
 def shapes_along(
@@ -60,7 +65,7 @@ def shapes_along(
     for balance, regressor in TERMS:
         if balance not in predictor.balances:
             continue
-        fine = balance is PISTON and regressor.startswith("position")
+        fine = along_the_stroke(balance, regressor)
         along = np.concatenate([v[regressor] for v in values])
         knots = _knots(along, FINE if fine else HATS)
         if knots is not None:

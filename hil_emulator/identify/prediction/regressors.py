@@ -129,6 +129,7 @@ REGRESSORS = {r.name: r for r in (
                lambda t: t["position"] * t.drop),
     _regressor("velocity", "m/s", "velocity", lambda t: t["velocity"]),
     _regressor("acceleration", "", "", lambda t: t.rate("velocity")),
+    _regressor("friction", "N", "", lambda t: t["friction_force"]),
     _regressor("position with the sign of velocity", "m", "position",
                lambda t: t["position"] * t.direction),
     _regressor("pressure difference with the sign of velocity", "Pa", "pressure_a",

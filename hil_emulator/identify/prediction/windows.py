@@ -1,7 +1,8 @@
-"""Short windows of a long recording, through the gains that were frozen along all of it."""
+"""Windows and pieces of a long recording, through the gains that were frozen along all of it."""
 
 import math
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from hil_emulator.identify.prediction.records import Gains, Jacobians
 
 WINDOW = 1.0
 """Length of a window [s]: twenty times what settles in it and does not count."""
+
+LONGEST = 30_000
+"""Samples of a piece: what a hundred terms do to five channels in it fills 60 MB."""
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 """Its multiples, less their whole parts, are spread evenly however many they are (Weyl 1916): no
@@ -60,3 +64,34 @@ def counted(frozen: Frozen) -> Array:
     """Return which residuals of a recording count, flat."""
     channels = frozen.data.measured.shape[1]
     return np.repeat(~frozen.data.settling, channels)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of a long recording, with as much before it as settles.
+
+    Attributes:
+        frozen: the piece.
+        begin: its first sample in the recording.
+        end: the sample after its last one.
+        repeated: its first samples, which the piece before it has as well.
+        last: whether the recording ends with it.
+
+    """
+
+    frozen: Frozen
+    begin: int
+    end: int
+    repeated: int
+    last: bool
+
+
+def pieces(frozen: Frozen) -> Iterator[Piece]:
+    """Yield a recording in pieces that follow each other, the whole if it is short."""
+    samples, settles = len(frozen.data.measured), round(BURN_IN / frozen.data.period)
+    if samples <= LONGEST:
+        yield Piece(frozen, 0, samples, 0, True)
+        return
+    for first in range(0, samples, LONGEST):
+        begin, end = max(0, first - settles), min(samples, first + LONGEST)
+        yield Piece(window(frozen, begin, end), begin, end, first - begin, end == samples)

@@ -91,22 +91,23 @@ def deviation(search: Search, fit: Fit, name: str) -> float:
         name: of the effect.
 
     """
-    return math.hypot(*_deviations(search, fit, name))
+    known, lacking, _ = _deviations(search, fit, name)
+    return math.hypot(known, lacking)
 
 
 def interval(search: Search, fit: Fit, name: str) -> tuple[float, float]:
     """Return the 95 % interval of an effect's coordinate, given that the effect is there.
 
     That it is there, on this side of none, has passed a test; what no law explains leaves its size
-    uncertain. So the distribution ends at none. How much a law lacks is told by as few numbers as a
-    free shape has beside its size: the distribution is Student's, of as many degrees of freedom as
-    the sum of such a variance and one that is known has (Welch and Satterthwaite).
+    uncertain. So the distribution ends at none. How much a law lacks is told by a few numbers only:
+    the distribution is Student's, of as many degrees of freedom as the sum of such a variance and
+    one that is known has (Welch and Satterthwaite).
     """
     at = float(fit.at[[c.name for c in fit.coordinates].index(name)])
-    known, lacking = _deviations(search, fit, name)
+    known, lacking, told_by = _deviations(search, fit, name)
     spread, share = math.hypot(known, lacking), lacking**2 / (known**2 + lacking**2)
     # of millions of degrees it is a normal one
-    degrees = (HATS - 1) / max(share, 1e-3) ** 2
+    degrees = told_by / max(share, 1e-3) ** 2
     absent = float(stdtr(degrees, -abs(at) / spread))
     ends = [abs(at) + spread * float(stdtrit(degrees, absent + (1.0 - absent) * part))
             for part in (0.025, 0.975)]  # fmt: skip
@@ -114,17 +115,24 @@ def interval(search: Search, fit: Fit, name: str) -> tuple[float, float]:
     return low, high
 
 
-def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float]:
+def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]:
     """Return the standard deviation of an effect's coordinate by the data, and by its law.
 
     A law of another form fits as another value where the machine moves otherwise: by about the
-    amplitude of what the law lacks over its own, which is the root of its part of the chi-square.
+    amplitude of what the law lacks over its own, which is the root of its part of the chi-square,
+    or by as much as the values of the experiments are apart, if that is more. The third number is
+    how many numbers tell it: those that a free shape has beside its size, or those experiments.
     """
     i = [c.name for c in fit.coordinates].index(name)
-    spread = float(np.sqrt(fit.covariance()[i, i]))
-    found = max(spread, search.selected_in(name).trials[0].deviation)
-    lacking = math.sqrt(search.lacks.get(name, 0.0)) * float(fit.at[i])
-    return math.hypot(found, discrepancy_uncertainty(search, fit)[i]), abs(lacking)
+    lacking, told_by = math.sqrt(search.lacks.get(name, 0.0)) * abs(float(fit.at[i])), HATS - 1
+    if search.settled is None:
+        spread = float(np.sqrt(fit.covariance()[i, i]))
+        found = max(spread, search.selected_in(name).trials[0].deviation)
+    else:
+        found, sizes = search.settled.deviations[name], search.settled.sizes[name]
+        if sizes.elsewhere > lacking:
+            lacking, told_by = sizes.elsewhere, len(sizes.values) - 1
+    return math.hypot(found, discrepancy_uncertainty(search, fit)[i]), lacking, told_by
 
 
 def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
@@ -132,14 +140,16 @@ def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
 
     Friction that changes along the stroke, say, is taken for something else in part: how much, its
     strength tells, while its shape is anyone's. Noise that is estimated holds it already. What the
-    calibration of a sensor lacks is no uncertainty of an error of it, but a part of its law.
+    calibration of a sensor lacks is no uncertainty of an error of it, but a part of its law; and
+    where ripple along the stroke was integrated out, that is counted already.
     """
     if fit.effective is not None:
         return np.zeros(len(fit.coordinates))
     last = search.rounds[-1]
+    terms = last.terms if search.settled is None else search.settled.terms
     names = [c.name for c in last.base.coordinates]
     found = [(t, dict(zip(names, t.uncertainty, strict=True)))
-             for t in last.terms if len(t.uncertainty)]  # fmt: skip
+             for t in terms if len(t.uncertainty)]  # fmt: skip
     return np.array([np.linalg.norm([d.get(c.name, 0.0) for t, d in found if not calibrates(t, c)])
                      for c in fit.coordinates])  # fmt: skip
 
@@ -156,7 +166,7 @@ def _below_a_free_term(search: Search, found: Round) -> bool:
 
 
 def _may_be_none(search: Search, name: str) -> bool:
-    fit = search.rounds[-1].base
+    fit = search.told or search.rounds[-1].base
     at = fit.at[[c.name for c in fit.coordinates].index(name)]
     return bool(abs(at) < NORMAL_95 * deviation(search, fit, name))
 

@@ -13,13 +13,12 @@ from itertools import pairwise
 import numpy as np
 
 from hil_emulator.identify.estimation.log_evidence import LogEvidence
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter, Linearised, prior_rows
 from hil_emulator.identify.estimation.shape_sums import ShapeSums, inverse
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_shapes import HATS, FreeShape
 from hil_emulator.identify.prediction.law_places import is_part
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.levels import INEXACT, NOTICEABLE
 
 OWN_SIZES = (0.05, 0.1, 0.2, 0.4)
@@ -71,12 +70,12 @@ class Discrepancies:
         fitter: with the training data, frozen where the model ended.
         fit: the model.
         effects: that were named.
-        held: frozen validation data, or None.
+        held: validation data, or None.
 
     """
 
     def __init__(
-        self, fitter: Fitter, fit: Fit, effects: Sequence[Coordinate], held: Batch | None
+        self, fitter: Fitter, fit: Fit, effects: Sequence[Coordinate], held: Linearised | None
     ) -> None:
         self._fit, self._effects = fit, list(effects)
         sums = ShapeSums(fitter, fit)

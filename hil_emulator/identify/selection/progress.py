@@ -8,6 +8,7 @@ import numpy as np
 from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction.free_shapes import HATS
 from hil_emulator.identify.prediction.plant_model import Coordinate
@@ -158,6 +159,7 @@ class Search:
         nearest: the catalogued effect that what remains unexplained resembles most, or two of them
             ("fixed_pump or variable_pump"), or "".
         final: the last fit.
+        settled: the same as it is told; None as long as it is not finished.
 
     """
 
@@ -173,6 +175,7 @@ class Search:
     unexplained: list[DiscrepancyTerm] = field(default_factory=list)
     nearest: str = ""
     final: Fit | None = None
+    settled: Settled | None = None
 
     @property
     def ordinary(self) -> list[Coordinate]:
@@ -196,6 +199,11 @@ class Search:
         """Return the round in which an effect was named, the last one if it was more than once."""
         return next(r for r in reversed(self.rounds)
                     if r.accepted and r.trials[0].score.coordinate.name == name)  # fmt: skip
+
+    @property
+    def told(self) -> Fit | None:
+        """The last fit with the values that are told of it."""
+        return self.final if self.settled is None else self.settled.fit
 
     @property
     def free(self) -> list[Coordinate]:
@@ -227,6 +235,7 @@ class Search:
     def remove(self, name: str, why: str) -> None:
         """Take an effect out of the model, and keep in words why."""
         self.dropped[name] = why
+        self.settled = None
         kept = {c.name for c in self.without(name)}
         values = dict(zip([c.name for c in self.free], self.at, strict=True))
         self.shapes = [c for c in self.shapes if c.name in kept]

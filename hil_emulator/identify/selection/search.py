@@ -11,6 +11,7 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_t
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.projection import Projection
+from hil_emulator.identify.estimation.settled import settled
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
@@ -277,9 +278,12 @@ class Searcher:
 
     def _weighed(self, search: Search) -> Discrepancies:
         """Weigh what acts beside the model, and say what that makes of the laws in it."""
-        base = search.rounds[-1].base
+        base, terms = search.rounds[-1].base, search.rounds[-1].terms
         self.tell("weighing what acts beside the model")
-        beside = Discrepancies(self.fitter, base, search.effects, self._held_out(base))
+        held = self._held_out(base)
+        elsewhere = self.fitter.elsewhere(base, held) if held is not None else None
+        beside = Discrepancies(self.fitter, base, search.effects, elsewhere)
+        search.settled = settled(self.fitter, base, search.effects, elsewhere, terms)
         names = {c.name for c in search.effects}
         completed = {name: str(c) for name, c in search.between.items()
                      if name in names and c.part > INEXACT}  # fmt: skip

@@ -1,0 +1,95 @@
+"""What is told of a finished model: values beside friction that ripples, and how sure they are."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter, Linearised
+from hil_emulator.identify.estimation.projection import Projection
+from hil_emulator.identify.estimation.ripple import Along, Ripple, ripples
+from hil_emulator.identify.estimation.sizes import Sizes
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.plant_model import Coordinate
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A finished model as it is told.
+
+    Attributes:
+        fit: where it is likeliest, the ripple of the friction integrated out.
+        ripple: standard deviation of that over the friction.
+        deviations: standard deviation of each coordinate, by name.
+        sizes: what size each experiment wants of each effect, by name.
+        terms: free terms that chance hardly explains beside the ripple.
+
+    """
+
+    fit: Fit
+    ripple: float
+    deviations: Mapping[str, float]
+    sizes: Mapping[str, Sizes]
+    terms: Sequence[DiscrepancyTerm]
+
+
+def settled(
+    fitter: Fitter, fit: Fit, effects: Sequence[Coordinate], elsewhere: Linearised | None,
+    terms: Sequence[DiscrepancyTerm],
+) -> Settled | None:  # fmt: skip
+    """Return what is told of a model; None where no place of the stroke is seen.
+
+    Args:
+        fitter: with the training data, frozen where the fit ended.
+        fit: the model.
+        effects: that were named.
+        elsewhere: validation data as the fit sees them.
+        terms: what free terms explain beside the model.
+
+    """
+    if not ripples(fitter, fit):
+        return None
+    ripple = Ripple(fitter, fit)
+    named, every = [c.name for c in effects], [c.name for c in fit.coordinates]
+    trained = list(ripple.along(every))
+    left = np.concatenate([one.left for one in trained])
+    sizes = {name: Sizes(_at(ripple.fit, name), fitter.correlation_length) for name in named}
+    for name in named:
+        for one in trained:
+            sizes[name].add(one.shown[every.index(name)], one.left)
+    for one in ripple.along(named, elsewhere) if elsewhere is not None else ():
+        for shown, name in zip(one.shown, named, strict=True):
+            sizes[name].add(shown, one.left)
+    return Settled(
+        ripple.fit, ripple.share, _deviations(fitter, ripple.fit, trained, left), sizes,
+        _remaining(fitter, replace(fit, residual=left), terms),
+    )  # fmt: skip
+
+
+def _at(fit: Fit, name: str) -> float:
+    return float(fit.at[[c.name for c in fit.coordinates].index(name)])
+
+
+def _deviations(
+    fitter: Fitter, fit: Fit, trained: Sequence[Along], left: Array
+) -> dict[str, float]:  # fmt: skip
+    """Return the standard deviation of each coordinate, what lasts counted."""
+    clusters, found = fitter.clusters, {}
+    white = np.sqrt(np.diag(fit.covariance()))
+    for i, coordinate in enumerate(fit.coordinates):
+        shown = np.concatenate([one.shown[i] for one in trained]).astype(np.float64)
+        found[coordinate.name] = float(white[i]) * math.sqrt(clusters.variance_factor(shown, left))
+    return found
+
+
+def _remaining(
+    fitter: Fitter, beside: Fit, terms: Sequence[DiscrepancyTerm]
+) -> list[DiscrepancyTerm]:
+    """Return those terms that chance hardly explains beside the ripple as well."""
+    titles = [t.title for t in terms if t.significant and not t.ripples]
+    if not titles:
+        return []
+    again = score_terms(fitter, beside.coordinates, beside.at, Projection(beside), only=titles)
+    return [t for t in again if t.significant]

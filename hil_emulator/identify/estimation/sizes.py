@@ -1,0 +1,71 @@
+"""The size that each experiment wants of an effect: one if its law is the machine's.
+
+A law of another form fits as another size where the machine moves otherwise. How far sizes are
+apart beyond their own uncertainty tells how far one that is measured elsewhere may be.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array, Single
+
+FEWEST = 3
+"""Experiments that tell how far sizes are apart: of two, no one knows which is odd."""
+
+
+@dataclass
+class Sizes:
+    """Sizes of one effect, each with its variance.
+
+    Attributes:
+        about: size in the model.
+        length: successive residuals that may be correlated.
+        values: the size that each experiment wants.
+        variances: of each, serial correlation counted.
+
+    """
+
+    about: float
+    length: int
+    values: list[float] = field(default_factory=list)
+    variances: list[float] = field(default_factory=list)
+
+    def add(self, shown: Array | Single, left: Array) -> None:
+        """Add the size that one experiment wants, if it shows any.
+
+        Args:
+            shown: what the effect does there that nothing else can.
+            left: residual there.
+
+        """
+        shown = shown.astype(np.float64)
+        power = float(shown @ shown)
+        if power <= 0.0:
+            return
+        step = -float(shown @ left) / power
+        products = shown * (left + step * shown)
+        sums = np.add.reduceat(products, np.arange(0, len(products), self.length))
+        widened = max(1.0, float(sums @ sums) / power)
+        self.values.append(self.about + step)
+        self.variances.append(widened / power)
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the sizes beyond their own uncertainty, 0 if they are no farther.
+
+        By the method of moments, in which an experiment that hardly tells a size hardly counts
+        (DerSimonian and Laird 1986, Controlled Clinical Trials 7, 177-188).
+        """
+        if len(self.values) < FEWEST:
+            return 0.0
+        values, weights = np.array(self.values), 1.0 / np.array(self.variances)
+        total = float(np.sum(weights))
+        mean = float(weights @ values) / total
+        beyond = float(weights @ (values - mean) ** 2) - (len(values) - 1)
+        return float(np.sqrt(max(beyond, 0.0) / (total - float(weights @ weights) / total)))
+
+    @property
+    def elsewhere(self) -> float:
+        """Standard deviation of the size in one more experiment about the mean of these."""
+        return self.spread * float(np.sqrt(1.0 + 1.0 / max(len(self.values), 1)))

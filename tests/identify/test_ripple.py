@@ -1,0 +1,110 @@
+"""Friction that ripples along the stroke, which another program simulates, taken out of a fit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil_emulator.config.load import load
+from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.ripple import Ripple, ripples
+from hil_emulator.identify.estimation.settled import settled
+from hil_emulator.identify.prediction import parameters, windows
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.plant_model import PlantModel
+from tests.identify.generator.bench import record
+from tests.identify.generator.benches import FIRST
+from tests.identify.generator.plant import Machine
+from tests.identify.rig_data import CACHE, INSTRUMENTS
+
+HIDDEN = {"stribeck_friction": 40.0, "position_friction": 0.4, "friction_asymmetry": -0.12}
+"""Sizes of three laws of friction, SI."""
+
+MODEL = PlantModel(load([FIRST.config]), CACHE)
+KNOBS = [c for c in parameters.candidates(MODEL, INSTRUMENTS) if c.name in HIDDEN]
+FREE = [*parameters.ordinary(MODEL), *KNOBS]
+TRUE = np.array([HIDDEN[c.name] / c.scale for c in KNOBS])
+
+
+def fitted(share: float) -> tuple[Fitter, Fit]:
+    """Fit a machine whose friction ripples by a share of itself, one way in 3.7 mm."""
+    sizes = {name.removesuffix("_friction"): size for name, size in HIDDEN.items()}
+    sizes["position_friction"] = sizes.pop("position")
+    real = Machine(**FIRST.sheet, ripple=share, foreign=False, **sizes)
+    learn = [record(real, {}, kind, (7, i), 2.0, False)
+             for i, kind in enumerate(("multisine", "triangles", "chirp"))]  # fmt: skip
+    fitter, at = Fitter(Observer(MODEL, INSTRUMENTS), learn), np.zeros(len(FREE))
+    at[-len(KNOBS) :] = TRUE
+    for _ in range(2):
+        fitter.freeze(FREE, at)
+        fit = fitter.fit(FREE, at, 4)
+        at = fit.at
+    return fitter, fit
+
+
+@pytest.fixture(scope="module")
+def rippling() -> tuple[Fitter, Fit]:
+    """Return a machine with three times the usual ripple."""
+    return fitted(0.09)
+
+
+def test_the_ripple_is_as_large_as_it_is(rippling: tuple[Fitter, Fit]) -> None:
+    """The standard deviation of a sine wave is its amplitude over the root of two."""
+    assert Ripple(*rippling).share == pytest.approx(0.09 / np.sqrt(2.0), rel=0.3)
+
+
+def test_a_law_of_friction_takes_none_of_it_for_itself(rippling: tuple[Fitter, Fit]) -> None:
+    """Fitted without it, the law is more off than its own noise allows; beside it, it is not."""
+    fitter, fit = rippling
+    white = np.sqrt(np.diag(fit.covariance())[-len(KNOBS) :])
+    told = settled(fitter, fit, KNOBS, None, [])
+    assert told is not None
+    known = np.array([told.deviations[c.name] for c in KNOBS])
+    before, after = (f.at[-len(KNOBS) :] - TRUE for f in (fit, told.fit))
+    print(f"off by {before / white} deviations, beside ripple by {after / known}")
+    assert np.linalg.norm(before / white) > 6.0
+    assert np.linalg.norm(after / known) < 3.0
+
+
+def test_sizes_of_a_law_that_fits_are_alike(rippling: tuple[Fitter, Fit]) -> None:
+    """What does not act by the place itself is of one size in all experiments beside the ripple."""
+    told = settled(*rippling, KNOBS, None, [])
+    assert told is not None
+    for name in ("stribeck_friction", "friction_asymmetry"):
+        sizes = told.sizes[name]
+        assert len(sizes.values) == 3
+        assert sizes.spread < 0.05 * abs(sizes.about)
+
+
+def test_without_ripple_nothing_changes() -> None:
+    """None is found, or so little that the estimate stays within a fraction of its deviation."""
+    fitter, fit = fitted(0.0)
+    beside = Ripple(fitter, fit)
+    assert beside.share < 0.01
+    moved = np.abs(beside.fit.at - fit.at) / np.sqrt(np.diag(fit.covariance()))
+    assert np.max(moved) < 1.0
+
+
+def test_pieces_tell_the_same_as_the_whole(
+    rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a long recording some rows are carried through the filter at a time."""
+    fitter, fit = rippling
+    whole = Ripple(fitter, fit)
+    monkeypatch.setattr(windows, "LONGEST", 700)
+    pieces = Ripple(fitter, fit)
+    assert pieces.share == pytest.approx(whole.share, rel=0.02)
+    spread = np.sqrt(np.diag(whole.fit.covariance()))
+    assert np.max(np.abs(pieces.fit.at - whole.fit.at) / spread) < 0.1
+    left = np.concatenate([one.left for one in pieces.along([])])
+    assert left @ left == pytest.approx(fit.residual @ fit.residual, rel=0.2)
+
+
+def test_where_nobody_knows_the_place_there_is_no_ripple(rippling: tuple[Fitter, Fit]) -> None:
+    """Without a position, or beside noise that is estimated and holds it."""
+    fitter, fit = rippling
+    assert ripples(fitter, fit)
+    assert not ripples(fitter, replace(fit, effective=100.0))
+    blind = [replace(e, readings={k: v for k, v in e.readings.items() if k != "position"})
+             for e in fitter.experiments]  # fmt: skip
+    assert not ripples(Fitter(Observer(MODEL, INSTRUMENTS), blind), fit)

@@ -1,0 +1,73 @@
+"""How far sizes of one effect are apart between experiments, beyond what each does not know."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.sizes import Sizes
+
+
+def of(values: list[float], variances: list[float]) -> Sizes:
+    """Return sizes with their variances."""
+    return Sizes(1.0, 1, list(values), list(variances))
+
+
+def test_the_spread_is_that_of_a_published_analysis() -> None:
+    """Thirteen trials of a vaccine (Colditz et al. 1994), as in the manual of R's metafor."""
+    values = [-0.8893, -1.5854, -1.3481, -1.4416, -0.2175, -0.7861, -1.6209, 0.0120, -0.4694,
+              -1.3713, -0.3394, 0.4459, -0.0173]  # fmt: skip
+    variances = [0.3256, 0.1946, 0.4154, 0.0200, 0.0512, 0.0069, 0.2230, 0.0040, 0.0564, 0.0730,
+                 0.0124, 0.5325, 0.0714]  # fmt: skip
+    assert of(values, variances).spread ** 2 == pytest.approx(0.3088, abs=1e-3)
+
+
+def test_sizes_that_are_known_exactly_are_as_far_apart_as_they_are() -> None:
+    """It is the standard deviation of the sample then."""
+    values = [0.8, 1.0, 1.3, 1.1]
+    assert of(values, [1e-12] * 4).spread == pytest.approx(np.std(values, ddof=1))
+
+
+def test_sizes_within_their_own_uncertainty_are_not_apart() -> None:
+    """What chance explains is no spread, and of two sizes nobody knows which is odd."""
+    assert of([0.9, 1.0, 1.1], [0.04] * 3).spread == 0.0
+    assert of([0.0, 2.0], [1e-4] * 2).spread == 0.0
+
+
+def test_one_more_experiment_lies_among_the_others() -> None:
+    """A size that is drawn like six others is off their mean by the deviation that is told."""
+    random = np.random.default_rng(5)
+    ratios = []
+    for _ in range(2000):
+        drawn = 1.0 + 0.3 * random.standard_normal(7) + 0.1 * random.standard_normal(7)
+        seen = of(drawn[:6].tolist(), [0.01] * 6)
+        ratios.append((drawn[6] - drawn[:6].mean(), seen.elsewhere))
+    off, told = np.array(ratios).T
+    # the seventh one's own uncertainty is not in what is told
+    assert np.mean(off**2) - 0.01 == pytest.approx(np.mean(told**2), rel=0.1)
+
+
+def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
+    """In white noise, those of least squares; in noise that lasts, as uncertain as it makes it."""
+    random = np.random.default_rng(2)
+    white, lasting = [], []
+    for _ in range(300):
+        shown = np.repeat(random.standard_normal(40), 10)
+        for noise, found in (
+            (random.standard_normal(400), white),
+            (np.repeat(random.standard_normal(40), 10), lasting),
+        ):
+            sizes = Sizes(1.0, 10)
+            # the machine has half as much more of it than the model
+            sizes.add(shown, noise - 0.5 * shown)
+            found.append((sizes.values[0], sizes.variances[0]))
+    for found in (white, lasting):
+        values, variances = np.array(found).T
+        assert np.mean(values) == pytest.approx(1.5, abs=4.0 * np.std(values) / np.sqrt(300))
+        assert np.mean(variances) == pytest.approx(np.var(values), rel=0.25)
+    assert np.var(np.array(lasting)[:, 0]) > 5.0 * np.var(np.array(white)[:, 0])
+
+
+def test_an_experiment_that_shows_nothing_tells_no_size() -> None:
+    """It takes no part."""
+    sizes = Sizes(1.0, 10)
+    sizes.add(np.zeros(40), np.ones(40))
+    assert sizes.values == []
