@@ -51,6 +51,7 @@ class Answer:
         evidence: what speaks for and against the best rivals.
         seconds: time it took.
         hardly_believed: parameters that hardly any machine has, in words.
+        parameters: of each ordinary parameter both ends of its 95 % interval, by name, SI.
         rounds: the numbers behind it, see `numbers_of`.
 
     """
@@ -65,6 +66,7 @@ class Answer:
     extra: dict[str, Any] = field(default_factory=dict)
     rounds: tuple[dict[str, Any], ...] = ()
     hardly_believed: tuple[str, ...] = ()
+    parameters: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def flagged(self) -> bool:
@@ -84,6 +86,7 @@ def from_dict(kept: dict[str, Any]) -> Answer:
     return Answer(**{**kept, "named": named, "unknown": unknown,
                      "evidence": tuple(kept["evidence"]),
                      "hardly_believed": tuple(kept.get("hardly_believed", ())),
+                     "parameters": {n: (a, b) for n, (a, b) in kept.get("parameters", {}).items()},
                      "rounds": tuple(kept.get("rounds", ()))})  # fmt: skip
 
 
@@ -97,6 +100,7 @@ def from_result(result: Result, seconds: float) -> Answer:
         verdict=result.verdict, evidence=tuple(lines), seconds=seconds,
         rounds=tuple(map(numbers_of, result.search.rounds if result.search else ())),
         hardly_believed=tuple(result.hardly_believed),
+        parameters={name: (p.low, p.high) for name, p in result.parameters.items()},
     )  # fmt: skip
 
 

@@ -1,12 +1,14 @@
 """Judging answers: what counts as right, wrong, flagged, in the right place."""
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from hil_emulator.model.effects import CATALOGUE
 from tests.identify.answer import Answer, Named
-from tests.identify.generator.cases import Case
+from tests.identify.generator.cases import Case, machine
 from tests.identify.generator.effects import EFFECTS, OUTSIDE, SITS
+from tests.identify.generator.plant import Machine
 
 LARGEST_CLASS = 3
 """Members that a class of inseparable effects may have and still be an answer."""
@@ -19,6 +21,22 @@ PLACES = {
     "load": "force on the load",
 }  # fmt: skip
 """Balance in which a named effect of each table sits."""
+
+ORDINARY: dict[str, Callable[[Machine], float]] = {
+    "valve_gain": lambda m: m.kv,
+    "valve_natural_frequency": lambda m: m.wv / (2.0 * math.pi),
+    "valve_damping_ratio": lambda m: m.zv,
+    "land_leakage": lambda m: m.clearance,
+    "oil_bulk_modulus": lambda m: m.beta,
+    "entrained_air": lambda m: m.air,
+    "cylinder_dead_volume_a": lambda m: m.va,
+    "cylinder_dead_volume_b": lambda m: m.vb,
+    "viscous_friction": lambda m: m.viscous,
+    "coulomb_friction": lambda m: m.coulomb,
+    "load_mass": lambda m: m.mass,
+    "load_viscous_friction": lambda m: m.load_viscous,
+}
+"""The true value of an ordinary parameter, SI, in a machine."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +54,7 @@ class Outcome:
         place: the strongest unexplained term sits in the right balance.
         errors: relative errors of the values of rightly named effects.
         covered: whether the true values are inside their intervals.
+        ordinary: the same of the ordinary parameters, by name.
 
     """
 
@@ -48,6 +67,7 @@ class Outcome:
     place: bool
     errors: tuple[float, ...]
     covered: tuple[bool, ...]
+    ordinary: Mapping[str, bool]
 
     @property
     def flagged(self) -> bool:
@@ -82,7 +102,15 @@ def judge(case: Case, answer: Answer) -> Outcome:
         place=_placed(case, answer),
         errors=tuple(abs(n.value / size - 1.0) for n, size in judged),
         covered=tuple(n.low <= size <= n.high for n, size in judged),
+        ordinary=_ordinary(case, answer),
     )  # fmt: skip
+
+
+def _ordinary(case: Case, answer: Answer) -> dict[str, bool]:
+    """Return whether the machine's ordinary parameters are inside their intervals, by name."""
+    real, told = machine(case), answer.parameters
+    return {name: told[name][0] <= true(real) <= told[name][1]
+            for name, true in ORDINARY.items() if name in told}  # fmt: skip
 
 
 def _only_unknown(answer: Answer, true: set[str]) -> bool:

@@ -94,6 +94,12 @@ def values(outcomes: Sequence[Outcome]) -> list[str]:
                          f"{100 * q[1]:.1f} % (nine of ten below)")  # fmt: skip
             lines.append(share(f"{group}: true value in its interval", sum(covered), len(covered),
                                "0.85 ... 0.99"))  # fmt: skip
+    # beside what is not in the model, they stand in for it
+    true = [o for o in outcomes if o.exact and o.case.group != "outside" and not o.case.foreign]
+    ordinary = [inside for o in true for inside in o.ordinary.values()]
+    if ordinary:
+        lines.append(share("right answers: ordinary parameter in its interval", sum(ordinary),
+                           len(ordinary), "0.90 ... 0.99"))  # fmt: skip
     return lines
 
 

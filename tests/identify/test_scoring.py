@@ -3,10 +3,10 @@
 import pytest
 
 from tests.identify.answer import Answer, Named, from_dict
-from tests.identify.generator.cases import Case
+from tests.identify.generator.cases import Case, machine
 from tests.identify.scoring import judge
 from tests.identify.study import counts
-from tests.identify.tables import failed, report, wilson
+from tests.identify.tables import failed, report, share, wilson
 
 
 def hidden(group: str, **effects: float) -> Case:
@@ -34,6 +34,16 @@ def test_a_name_is_right_alone() -> None:
     both = judge(LEAK, Answer((named, Named("null_bias"))))
     assert not both.exact
     assert (both.hits, both.wrong) == (1, 1)
+
+
+def test_intervals_of_ordinary_parameters_are_held_against_the_machine() -> None:
+    """One that holds the true mass counts, one that misses the gain of the valve does not."""
+    mass, gain = machine(LEAK).mass, machine(LEAK).kv
+    told = {"load_mass": (0.9 * mass, 1.1 * mass), "valve_gain": (1.1 * gain, 1.2 * gain)}
+    answer = Answer((Named("internal_leakage"),), parameters=told)
+    assert judge(LEAK, answer).ordinary == {"load_mass": True, "valve_gain": False}
+    counted = share("right answers: ordinary parameter in its interval", 1, 2, "0.90 ... 0.99")
+    assert counted in report([judge(LEAK, answer)])
 
 
 def test_a_class_of_three_counts_if_it_is_told_how_to_separate_it() -> None:
