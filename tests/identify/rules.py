@@ -130,6 +130,8 @@ RULES: dict[str, Rule] = {
                            {"search.allow_another_law": _nothing}),
     "other law": Rule("a foreign law passed off as the catalogue's",
                       {"discrepancies.INEXACT": ALL}, ("discrepancies.OWN_SIZES",)),
+    "sizes apart": Rule("a law of another form that no free term shows",
+                        {"search.apart": Always({})}),
     "displaced": Rule("friction of another form passed off as what takes the place of dry friction",
                       {"search.displacing": Always({})}),
     "between": Rule("one of two laws for what lies between", {"search.between": Always({})}),

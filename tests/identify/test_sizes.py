@@ -8,7 +8,7 @@ from hil_emulator.identify.estimation.sizes import Sizes
 
 def of(values: list[float], variances: list[float]) -> Sizes:
     """Return sizes with their variances."""
-    return Sizes(1.0, 1, list(values), list(variances))
+    return Sizes(1.0, 1, [str(i) for i in range(len(values))], list(values), list(variances))
 
 
 def test_the_spread_is_that_of_a_published_analysis() -> None:
@@ -18,6 +18,17 @@ def test_the_spread_is_that_of_a_published_analysis() -> None:
     variances = [0.3256, 0.1946, 0.4154, 0.0200, 0.0512, 0.0069, 0.2230, 0.0040, 0.0564, 0.0730,
                  0.0124, 0.5325, 0.0714]  # fmt: skip
     assert of(values, variances).spread ** 2 == pytest.approx(0.3088, abs=1e-3)
+
+
+def test_sizes_of_one_law_are_apart_by_chance_as_often_as_is_told() -> None:
+    """Of machines with that law, one in twenty has sizes that one in twenty has."""
+    random = np.random.default_rng(8)
+    told = [of((1.0 + random.standard_normal(6) * [0.1, 0.2, 0.1, 0.3, 0.1, 0.5]).tolist(),
+               [0.01, 0.04, 0.01, 0.09, 0.01, 0.25]).by_chance for _ in range(2000)]  # fmt: skip
+    for probability in (0.05, 0.5):
+        assert np.mean(np.array(told) < probability) == pytest.approx(probability, abs=0.035)
+    assert of([0.5, 1.0, 1.5], [1e-3] * 3).by_chance < 1e-9
+    assert of([0.5, 1.5], [1e-3] * 2).by_chance == 1.0
 
 
 def test_sizes_that_are_known_exactly_are_as_far_apart_as_they_are() -> None:
@@ -57,7 +68,7 @@ def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
         ):
             sizes = Sizes(1.0, 10)
             # the machine has half as much more of it than the model
-            sizes.add(shown, noise - 0.5 * shown)
+            sizes.add("", shown, noise - 0.5 * shown)
             found.append((sizes.values[0], sizes.variances[0]))
     for found in (white, lasting):
         values, variances = np.array(found).T
@@ -69,5 +80,5 @@ def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
 def test_an_experiment_that_shows_nothing_tells_no_size() -> None:
     """It takes no part."""
     sizes = Sizes(1.0, 10)
-    sizes.add(np.zeros(40), np.ones(40))
+    sizes.add("", np.zeros(40), np.ones(40))
     assert sizes.values == []

@@ -38,11 +38,13 @@ class Along(NamedTuple):
     """An experiment beside the likeliest ripple.
 
     Attributes:
+        name: of the experiment.
         shown: what each coordinate does that nothing else can, shape (coordinates, residuals).
         left: what the model and the ripple leave, shape (residuals,).
 
     """
 
+    name: str
     shown: Single
     left: Array
 
@@ -90,13 +92,16 @@ class Ripple:
         ways = self._covariance[:, own] / np.diag(self._covariance)[own]
         hidden = self._against(self._sums.mixed @ ways)
         rippling = np.column_stack([self._ripple, hidden]).T.astype(np.float32)
-        parts: list[Along] = []
-        for columns, jacobian, residual, last in self._rows(seen or self._training):
+        parts: list[tuple[Single, Array]] = []
+        one = self._training if seen is None else seen
+        experiments = iter(f.experiment.name for f in one.batch.frozen if isinstance(f, Frozen))
+        for columns, jacobian, residual, last in self._rows(one):
             ripple, taken = np.split(rippling @ columns, [1])
             shown = (ways.T @ jacobian.T - taken).astype(np.float32)
-            parts.append(Along(shown, residual + jacobian @ self._shift + ripple[0]))
+            parts.append((shown, residual + jacobian @ self._shift + ripple[0]))
             if last:
-                yield Along(*(np.concatenate(both, axis=-1) for both in zip(*parts, strict=True)))
+                shown, left = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+                yield Along(next(experiments), shown, left)
                 parts.clear()
 
     def _settled(self, further: Array) -> Fit:

@@ -58,10 +58,10 @@ def settled(
     sizes = {name: Sizes(_at(ripple.fit, name), fitter.correlation_length) for name in named}
     for name in named:
         for one in trained:
-            sizes[name].add(one.shown[every.index(name)], one.left)
+            sizes[name].add(one.name, one.shown[every.index(name)], one.left)
     for one in ripple.along(named, elsewhere) if elsewhere is not None else ():
         for shown, name in zip(one.shown, named, strict=True):
-            sizes[name].add(shown, one.left)
+            sizes[name].add(one.name, shown, one.left)
     return Settled(
         ripple.fit, ripple.share, _deviations(fitter, ripple.fit, trained, left), sizes,
         _remaining(fitter, replace(fit, residual=left), terms),

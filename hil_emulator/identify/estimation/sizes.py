@@ -7,6 +7,7 @@ apart beyond their own uncertainty tells how far one that is measured elsewhere 
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import chdtrc
 
 from hil_emulator.identify.measured.experiment import Array, Single
 
@@ -21,20 +22,23 @@ class Sizes:
     Attributes:
         about: size in the model.
         length: successive residuals that may be correlated.
-        values: the size that each experiment wants.
+        names: of the experiments.
+        values: the size that each of them wants.
         variances: of each, serial correlation counted.
 
     """
 
     about: float
     length: int
+    names: list[str] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
     variances: list[float] = field(default_factory=list)
 
-    def add(self, shown: Array | Single, left: Array) -> None:
+    def add(self, name: str, shown: Array | Single, left: Array) -> None:
         """Add the size that one experiment wants, if it shows any.
 
         Args:
+            name: of the experiment.
             shown: what the effect does there that nothing else can.
             left: residual there.
 
@@ -47,8 +51,15 @@ class Sizes:
         products = shown * (left + step * shown)
         sums = np.add.reduceat(products, np.arange(0, len(products), self.length))
         widened = max(1.0, float(sums @ sums) / power)
+        self.names.append(name)
         self.values.append(self.about + step)
         self.variances.append(widened / power)
+
+    @property
+    def by_chance(self) -> float:
+        """Probability that sizes of one law are as far apart (Cochran 1954, Biometrics 10, 101)."""
+        degrees = len(self.values) - 1
+        return float(chdtrc(degrees, self._apart)) if degrees >= FEWEST - 1 else 1.0
 
     @property
     def spread(self) -> float:
@@ -59,11 +70,17 @@ class Sizes:
         """
         if len(self.values) < FEWEST:
             return 0.0
-        values, weights = np.array(self.values), 1.0 / np.array(self.variances)
+        weights = 1.0 / np.array(self.variances)
+        beyond = self._apart - (len(self.values) - 1)
         total = float(np.sum(weights))
-        mean = float(weights @ values) / total
-        beyond = float(weights @ (values - mean) ** 2) - (len(values) - 1)
         return float(np.sqrt(max(beyond, 0.0) / (total - float(weights @ weights) / total)))
+
+    @property
+    def _apart(self) -> float:
+        """Sum of the squares by which they are off their mean, each over its variance."""
+        values, weights = np.array(self.values), 1.0 / np.array(self.variances)
+        mean = float(weights @ values) / float(np.sum(weights))
+        return float(weights @ (values - mean) ** 2)
 
     @property
     def elsewhere(self) -> float:

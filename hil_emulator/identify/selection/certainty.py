@@ -14,12 +14,15 @@ from scipy.special import stdtr, stdtrit
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter, prior_rows
 from hil_emulator.identify.estimation.outer_iteration import converge
+from hil_emulator.identify.estimation.settled import Settled
+from hil_emulator.identify.estimation.sizes import Sizes
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_shapes import HATS
 from hil_emulator.identify.prediction.law_places import calibrates
 from hil_emulator.identify.selection.levels import (
     FALSE_ALARM,
     GREATER_PART,
+    INEXACT,
     NORMAL_95,
     NOTICEABLE,
     ONE_IN_TWENTY,
@@ -133,6 +136,25 @@ def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]
         if sizes.elsewhere > lacking:
             lacking, told_by = sizes.elsewhere, len(sizes.values) - 1
     return math.hypot(found, discrepancy_uncertainty(search, fit)[i]), lacking, told_by
+
+
+def apart(settled: Settled | None) -> dict[str, str]:
+    """Return the effects of which experiments want other sizes, and which, in words.
+
+    They are farther apart than chance puts the sizes of one law, and than a law may be off.
+    """
+    if settled is None:
+        return {}
+    return {name: _from_to(sizes) for name, sizes in settled.sizes.items()
+            if sizes.by_chance < FALSE_ALARM
+            and sizes.spread**2 > INEXACT * sizes.about**2}  # fmt: skip
+
+
+def _from_to(sizes: Sizes) -> str:
+    """Say which sizes experiments want, those aside that hardly know."""
+    known = zip(sizes.values, sizes.variances, strict=True)
+    parts = [value / sizes.about for value, variance in known if variance < sizes.about**2]
+    return f"experiments want from {min(parts):.0%} to {max(parts):.0%} of this size"
 
 
 def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:

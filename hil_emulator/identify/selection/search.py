@@ -16,7 +16,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.selection.certainty import faint, not_by_chance, re_examine
+from hil_emulator.identify.selection.certainty import apart, faint, not_by_chance, re_examine
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.law_between import between
@@ -290,7 +290,8 @@ class Searcher:
         displaced = displacing(search.effects, base)
         parts = search.of_another_size
         resized = {n: f"held-out data want {part:.0%} of this size" for n, part in parts.items()}
-        search.forms = {**displaced, **completed, **resized, **beside.other_laws()}
+        unequal = apart(search.settled)
+        search.forms = {**unequal, **displaced, **completed, **resized, **beside.other_laws()}
         # as much less as it is here, it may be more elsewhere
         lacks = {name: (1.0 / part - 1.0) ** 2 for name, part in parts.items()}
         search.lacks = {n: max(part, lacks.get(n, 0.0)) for n, part in beside.lacks.items()}

@@ -100,7 +100,9 @@ def record(
         current[k] = np.clip(bench.gain * (target[k] - seen) + feed[k], -6e-3, 6e-3)
         force = advance(machine, s, memory, acts(current[k]) + drift, supply, time[k],
                         round(period / STEP))  # fmt: skip
-    readings = transduced(table, effects, machine.foreign, period, bench.bends) + scatter
+    readings = scatter + transduced(
+        table, effects, machine.foreign, period, bench.bends, machine.since
+    )
     if dirty:
         readings = converted(readings, np.array(bench.steps))
     channels = {name: readings[:, i].copy() for i, name in enumerate(CHANNELS)}

@@ -31,6 +31,12 @@ RIPPLE = 0.03
 WIDE = 10
 """One case of so many has ordinary parameters up to four deviations off."""
 
+LONG = 60.0
+"""Time within which a machine has been running when an experiment begins [s]."""
+
+KINDS = (*TRAINING, *VALIDATION)
+"""Of the experiments, in their order."""
+
 DIRTY = 3
 """One case of so many is recorded on a dirty bench."""
 
@@ -138,10 +144,11 @@ def machine(which: Case) -> Machine:
 def campaign(which: Case) -> tuple[list[Experiment], list[Experiment]]:
     """Return four experiments for training and three of other kinds for validation."""
     real, effects = machine(which), dict(which.effects)
+    since = np.random.default_rng(seed(which.name) + 2).uniform(0.0, LONG, len(KINDS))
     found = [
-        record(real, effects, kind, (seed(which.name), i), which.duration * which.bench.slowness,
-               which.dirty, bench=which.bench)
-        for i, kind in enumerate((*TRAINING, *VALIDATION))
+        record(real._replace(since=float(since[i])), effects, kind, (seed(which.name), i),
+               which.duration * which.bench.slowness, which.dirty, bench=which.bench)
+        for i, kind in enumerate(KINDS)
     ]  # fmt: skip
     return found[: len(TRAINING)], found[len(TRAINING) :]
 

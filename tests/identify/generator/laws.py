@@ -149,7 +149,7 @@ def surroundings(p: Any, x: float, v: float, t: float) -> float:
 @numba.njit
 def bias(p: Any, t: float) -> float:
     """Return how far the null is off; foreign: wandering."""
-    return p.null_bias * (1.0 + (0.4 * math.sin(2.0 * t) if p.foreign else 0.0))
+    return p.null_bias * (1.0 + (0.4 * math.sin(2.0 * (p.since + t)) if p.foreign else 0.0))
 
 
 @numba.njit

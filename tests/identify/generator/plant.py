@@ -31,7 +31,11 @@ PUMP_DROOP = 10e5
 
 
 class Machine(NamedTuple):
-    """Parameters of one real machine, SI; from `null_bias` on they are effects, zero without."""
+    """Parameters of one real machine, SI; from `null_bias` on they are effects, zero without.
+
+    `since` is the time for which it has been running when an experiment begins [s]: a wander does
+    not begin with it.
+    """
 
     supply: float
     tank: float
@@ -76,6 +80,7 @@ class Machine(NamedTuple):
     drag: float = 0.0
     burst: float = 0.0
     one_way_damper: float = 0.0
+    since: float = 0.0
 
 
 STATES = ("spool", "spool speed", "p_a", "p_b", "position", "velocity", "return flow",

@@ -41,14 +41,16 @@ def ringing(values: Array, time: float, period: float) -> Array:
 
 
 def transduced(
-    table: Array, effects: dict[str, float], foreign: bool, period: float, bends: float
+    table: Array, effects: dict[str, float], foreign: bool, period: float, bends: float,
+    since: float = 0.0,
 ) -> Array:  # fmt: skip
     """Return what the sensors report, without noise.
 
-    Foreign: offsets and a gain that wander, a load cell whose gain bends at some force [N].
+    Foreign: offsets and a gain that have wandered for a while [s], a load cell whose gain bends at
+    some force [N].
     """
     size, out = effects.get, table.copy()
-    time = np.arange(len(table)) * period
+    time = since + np.arange(len(table)) * period
     wander = 1.0 + (0.5 * np.sin(1.3 * time) if foreign else 0.0)
     force = bends * np.tanh(table[:, 4] / bends) if foreign else table[:, 4]
     out[:, 0] += size("pressure_a.offset", 0.0) * wander
