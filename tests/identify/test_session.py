@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.reporting.report import report
 from hil_emulator.identify.session import Question, identify
 from tests.identify.rig_data import CACHE, campaign, knee, without
 
@@ -37,6 +38,24 @@ def test_one_hidden_effect_is_named_with_its_value(field: str, value: float, nam
     result = found({field: value})
     assert [f.name for f in result.effects] == [name]
     assert result.effects[0].value == pytest.approx(value, rel=0.15)
+
+
+def test_every_experiment_says_which_size_it_wants() -> None:
+    """Of a leak that is the catalogue's, the same; the file has the numbers and the page a picture.
+
+    The interval holds the true value, and is no wider than a tenth of it.
+    """
+    asked = Question(only=["internal_leakage", "external_leakage"])
+    train, other = campaign({"internal_leakage_conductance": 1e-13})
+    result = identify(knee(), train, other, asked, cache=CACHE)
+    leak = result.effects[0]
+    assert leak.interval[0] <= 1e-13 <= leak.interval[1] <= leak.interval[0] + 1e-14
+    assert [w.experiment for w in leak.by_experiment] == [e.name for e in (*train, *other)]
+    for wanted in leak.by_experiment:
+        assert abs(wanted.size - 1.0) < 4.0 * wanted.deviation
+    written = result.to_dict()["effects"][0]["by_experiment"]
+    assert [w["size"] for w in written] == [w.size for w in leak.by_experiment]
+    assert "the size that each experiment wants of each effect" in report(result, "a leak")
 
 
 def test_a_healthy_machine_lacks_nothing() -> None:

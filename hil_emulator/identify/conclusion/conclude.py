@@ -10,6 +10,7 @@ from hil_emulator.identify.conclusion.findings import (
     Refitted,
     Rival,
     Unexplained,
+    Wanted,
     in_words,
 )
 from hil_emulator.identify.conclusion.result import Result
@@ -179,8 +180,18 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
         group=tuple(group),
         form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
         rivals=tuple(_rival(t, best) for t in weaker), separating_size=round_.separating,
-        words=_in_words(coordinate),
+        words=_in_words(coordinate), by_experiment=_wanted(search, coordinate.name),
     )  # fmt: skip
+
+
+def _wanted(search: Search, name: str) -> tuple[Wanted, ...]:
+    """Return what each experiment wants of an effect, if that is known."""
+    if search.settled is None:
+        return ()
+    sizes = search.settled.sizes[name]
+    about = sizes.about or 1.0
+    each = zip(sizes.names, sizes.values, sizes.variances, strict=True)
+    return tuple(Wanted(e, v / about, math.sqrt(s) / abs(about)) for e, v, s in each)
 
 
 def _in_words(coordinate: Coordinate) -> str:

@@ -79,6 +79,22 @@ class Rival:
 
 
 @dataclass(frozen=True)
+class Wanted:
+    """What one experiment wants of an effect, all else as all of them want it.
+
+    Attributes:
+        experiment: its name.
+        size: what it wants, over what is told.
+        deviation: standard deviation of that.
+
+    """
+
+    experiment: str
+    size: float
+    deviation: float
+
+
+@dataclass(frozen=True)
 class Finding:
     """A missing effect.
 
@@ -101,6 +117,7 @@ class Finding:
         rivals: what else was weighed.
         separating_size: size [unit] at which the nearest rival would separate; None without rivals,
             or if none would.
+        by_experiment: what each experiment wants of it, the held-out ones last.
 
     """
 
@@ -119,6 +136,7 @@ class Finding:
     separating_size: float | None = None
     form: str = ""
     words: str = ""
+    by_experiment: tuple[Wanted, ...] = ()
 
     def __str__(self) -> str:
         low, high = (rounded(v, self.unit, self.shown) for v in self.interval)

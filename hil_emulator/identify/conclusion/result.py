@@ -136,7 +136,9 @@ def _plain(found: object) -> dict[str, Any]:
 
 
 def _finding(finding: Finding) -> Mapping[str, Any]:
-    return {**_plain(finding), "rivals": [_plain(r) for r in finding.rivals]}
+    parts = {name: [_plain(p) for p in getattr(finding, name)]
+             for name in ("rivals", "by_experiment")}  # fmt: skip
+    return {**_plain(finding), **parts}
 
 
 def _where(disagreement: Disagreement) -> Mapping[str, Any]:

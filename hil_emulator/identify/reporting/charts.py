@@ -5,7 +5,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.reporting.canvas import AFTER, BEFORE, FLOOR, figure, logarithmic, png
+from hil_emulator.identify.reporting.canvas import (
+    AFTER,
+    BEFORE,
+    FLOOR,
+    MEASURED,
+    figure,
+    logarithmic,
+    png,
+)
+from hil_emulator.identify.selection.levels import NORMAL_95
+
+LEAST_KNOWN = 0.5
+"""Standard deviation of a size, over what is told, up to which a picture makes room for it."""
 
 RANKED = 12
 """Candidates that a ranking shows."""
@@ -61,6 +73,37 @@ def ranking(result: Result) -> bytes:
     axes.margins(x=0.1)
     axes.set_xlabel("gain in chi-square, ordinary parameters projected out (blue: named)",
                     fontsize=9)  # fmt: skip
+    return png(drawn)
+
+
+def sizes(result: Result) -> bytes:
+    """Draw what each experiment wants of each effect, with 95 % intervals, over what is told."""
+    found = [f for f in result.effects if f.by_experiment][::-1]
+    rows = [(f, w) for f in found for w in f.by_experiment[::-1]]
+    drawn, axes = figure(0.9 + 0.2 * len(rows) + 0.25 * len(found))
+    ticks, begin, seen = [], 0.0, [1.0]
+    for f in found:
+        of_it = f.by_experiment[::-1]
+        places = begin + np.arange(len(of_it))
+        ticks += places.tolist()
+        ends = sorted(end / f.value for end in f.interval) if f.value else [1.0, 1.0]
+        # who hardly knows a size may reach beyond the picture
+        seen += [*ends, *(w.size for w in of_it if w.deviation < LEAST_KNOWN)]
+        axes.fill_betweenx([begin - 0.6, places[-1] + 0.6], *ends, color=FLOOR, alpha=0.25, lw=0)
+        for place, w in zip(places, of_it, strict=True):
+            later = w.experiment in result.held_out
+            axes.errorbar(w.size, place, xerr=NORMAL_95 * w.deviation, fmt="s" if later else "o",
+                          color=AFTER if later else MEASURED, ms=4, lw=1.2)  # fmt: skip
+        axes.text(0.01, places[-1] + 0.65, f.name, fontsize=9, va="bottom",
+                  transform=axes.get_yaxis_transform())  # fmt: skip
+        begin = float(places[-1]) + 2.25
+    axes.axvline(1.0, color=FLOOR, lw=0.8)
+    axes.set_yticks(ticks, [w.experiment for _, w in rows], fontsize=8)
+    axes.set_ylim(-0.8, begin - 1.0)
+    room = 0.1 * (max(seen) - min(seen)) + 0.01
+    axes.set_xlim(min(seen) - room, max(seen) + room)
+    axes.set_xlabel("size that an experiment wants, over the one that is told; grey: its interval; "
+                    "squares: held out", fontsize=9)  # fmt: skip
     return png(drawn)
 
 

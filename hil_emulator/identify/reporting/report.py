@@ -69,6 +69,7 @@ def _found(result: Result) -> dict[str, Any]:
     unknown = sorted(result.unknown, key=lambda u: -u.statistic) if searched else []
     return {
         "effects": report_tables.effects(result),
+        "sizes": charts.sizes(result) if any(f.by_experiment for f in result.effects) else b"",
         "unknown": [(u.balance, u.regressor, u.shape, f"{u.statistic:.0f}") for u in unknown],
         "term": pictures.term(unknown[0]) if unknown else b"",
     }
