@@ -74,7 +74,7 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         result.verdict = "cannot_tell"
         result.reason = f"either {' and '.join(far)}, or that stands in for something missing"
         result.reason += _nearest(search)
-    result.nearest = search.nearest
+    result.nearest, result.parameters = search.nearest, _refitted(search)
     ambiguous = [f for f in findings if f.group]
     if ambiguous:
         f = ambiguous[0]
@@ -113,25 +113,31 @@ def _last_fit(search: Search) -> Fit:
     return search.told or search.rounds[-1].base
 
 
-def _measure(searcher: Searcher, search: Search, result: Result) -> None:
-    """Fill gap, ladder, parameters and traces."""
+def _refitted(search: Search) -> dict[str, Refitted]:
+    """Return the ordinary parameters, by name."""
     final = search.told
     if final is None:
-        return
-    account.fill(searcher, search, result)
-    if result.verdict == "nothing_missing" and result.repeats and result.repeats.unexplained:
-        result.verdict, result.reason = "cannot_tell", str(result.repeats)
+        return {}
     known = np.sqrt(np.diag(final.covariance()))
     if search.settled is not None:
         known = np.array([search.settled.deviations[c.name] for c in final.coordinates])
     deviations = np.hypot(known, discrepancy_uncertainty(search, final))
-    result.parameters = {
+    return {
         c.name: Refitted(
             c.neutral, float(c.value(float(a))), float(c.value(float(a - NORMAL_95 * d))),
             float(c.value(float(a + NORMAL_95 * d))), c.unit, c.shown,
         )
         for c, a, d in zip(search.ordinary, final.at, deviations, strict=False)
     }  # fmt: skip
+
+
+def _measure(searcher: Searcher, search: Search, result: Result) -> None:
+    """Fill gap, ladder and traces."""
+    if search.told is None:
+        return
+    account.fill(searcher, search, result)
+    if result.verdict == "nothing_missing" and result.repeats and result.repeats.unexplained:
+        result.verdict, result.reason = "cannot_tell", str(result.repeats)
     for found in search.rounds:
         if found.accepted:
             t = found.trials[0]
