@@ -45,7 +45,8 @@ FAILURES = (ArithmeticError, LookupError, ValueError, MemoryError)
 def fill(searcher: Searcher, search: Search, result: Result) -> None:
     """Fill in gap, regions, maps and traces of a search with at least one round."""
     first, last = search.rounds[0], search.rounds[-1]
-    before, after = first.base, search.told or last.base
+    after = search.told or last.base
+    before = first.base if search.effects else after
     predictor = searcher.fitter.predictor
     training = searcher.fitter.experiments
     jobs = searcher.fitter.jobs
@@ -146,10 +147,10 @@ def shares(searcher: Searcher, search: Search) -> dict[str, float]:
     The error is that one step ahead, on the training data, in the weights of the final model; what
     the shares leave is noise, and what no effect explains.
     """
-    if search.final is None or not search.effects:
+    if search.final is None or search.told is None or not search.effects:
         return {}
     fitter = searcher.fitter
-    fitter.freeze(search.final.coordinates, search.final.at)
+    fitter.freeze(search.told.coordinates, search.told.at)
     took = _lost(searcher, search) if search.dropped else _won(searcher, search, search.final)
     total = _chi2(searcher, search.rounds[0].base)
     return {c.name: max(took.get(c.name, 0.0), 0.0) / total if total > 0.0 else 0.0
