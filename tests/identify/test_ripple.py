@@ -76,6 +76,16 @@ def test_sizes_of_a_law_that_fits_are_alike(rippling: tuple[Fitter, Fit]) -> Non
         assert sizes.spread < 0.05 * abs(sizes.about)
 
 
+def test_what_lasts_widens_no_belief(rippling: tuple[Fitter, Fit]) -> None:
+    """Stops that the rod never meets are as uncertain as a data sheet leaves them, and no more."""
+    told = settled(*rippling, KNOBS, None, [])
+    assert told is not None
+    assert told.deviations["end_stops"] == pytest.approx(1.0, abs=1e-3)
+    white = np.sqrt(np.diag(told.fit.covariance()))
+    for coordinate, deviation in zip(FREE[: -len(KNOBS)], white, strict=False):
+        assert deviation <= told.deviations[coordinate.name] <= max(1.0, 3.0 * deviation)
+
+
 def test_without_ripple_nothing_changes() -> None:
     """None is found, or so little that the estimate stays within a fraction of its deviation."""
     fitter, fit = fitted(0.0)

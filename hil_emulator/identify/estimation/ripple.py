@@ -3,9 +3,8 @@
 Seals, bore and rod are nowhere the same: friction changes from place to place by some percent, and
 a law of friction takes a part of that for itself. So at the end the ripple is integrated out: at
 each place friction is larger or smaller by a share of its own, all of one variance, which the data
-tell.
-What is estimated beside it is generalised least squares (Aitken 1935, Proceedings of the Royal
-Society of Edinburgh 55, 42-48).
+tell. What is estimated beside it is generalised least squares (Aitken 1935, Proceedings of the
+Royal Society of Edinburgh 55, 42-48).
 """
 
 from collections.abc import Iterator, Sequence
@@ -167,8 +166,9 @@ class Ripple:
 
 def ripples(fitter: Fitter, fit: Fit) -> bool:
     """Tell whether data show places of the stroke: noise that is estimated holds ripple already."""
-    known = fit.effective is None and PISTON in fitter.predictor.balances
-    return known and len(_places(fitter)) > 0
+    if fit.effective is not None or PISTON not in fitter.predictor.balances:
+        return False
+    return all(isinstance(f, Frozen) for f in fitter.frozen) and len(_places(fitter)) > 0
 
 
 def _places(fitter: Fitter) -> Array:

@@ -75,12 +75,16 @@ def _at(fit: Fit, name: str) -> float:
 def _deviations(
     fitter: Fitter, fit: Fit, trained: Sequence[Along], left: Array
 ) -> dict[str, float]:  # fmt: skip
-    """Return the standard deviation of each coordinate, what lasts counted."""
+    """Return the standard deviation of each coordinate, what lasts counted.
+
+    It widens what the data tell, and not what is believed.
+    """
     clusters, found = fitter.clusters, {}
-    white = np.sqrt(np.diag(fit.covariance()))
-    for i, coordinate in enumerate(fit.coordinates):
+    for i, variance in enumerate(np.diag(fit.covariance()).tolist()):
         shown = np.concatenate([one.shown[i] for one in trained]).astype(np.float64)
-        found[coordinate.name] = float(white[i]) * math.sqrt(clusters.variance_factor(shown, left))
+        widened = clusters.variance_factor(shown, left) - 1.0
+        part = min(variance * float(shown @ shown), 1.0)
+        found[fit.coordinates[i].name] = math.sqrt(variance * (1.0 + part * widened))
     return found
 
 
