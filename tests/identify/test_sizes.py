@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.estimation.sizes import Sizes
+from hil_emulator.identify.estimation.sizes import Sizes, parts_of_each
 
 
 def of(values: list[float], variances: list[float]) -> Sizes:
@@ -75,6 +75,23 @@ def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
         assert np.mean(values) == pytest.approx(1.5, abs=4.0 * np.std(values) / np.sqrt(300))
         assert np.mean(variances) == pytest.approx(np.var(values), rel=0.25)
     assert np.var(np.array(lasting)[:, 0]) > 5.0 * np.var(np.array(white)[:, 0])
+
+
+def test_of_few_experiments_each_is_divided() -> None:
+    """A log by itself tells by its quarters whether an effect is of one size in all of it."""
+    assert [parts_of_each(count) for count in (1, 2, 3, 7)] == [4, 2, 1, 1]
+    random = np.random.default_rng(4)
+    shown = random.standard_normal(4000)
+    # it grows from half of what is in the model to three halves
+    growing = np.linspace(-0.5, 0.5, 4000) * shown
+    sizes = Sizes(1.0, 10)
+    sizes.add("a log", shown, 0.1 * random.standard_normal(4000) - growing, 4)
+    assert sizes.names == [f"a log, part {i} of 4" for i in (1, 2, 3, 4)]
+    assert sizes.values == pytest.approx([0.625, 0.875, 1.125, 1.375], abs=0.02)
+    assert sizes.by_chance < 1e-6
+    short = Sizes(1.0, 100)
+    short.add("a log", shown, growing, 4)
+    assert short.names == ["a log, part 1 of 2", "a log, part 2 of 2"]
 
 
 def test_an_experiment_that_shows_nothing_tells_no_size() -> None:

@@ -117,7 +117,8 @@ class Finding:
         rivals: what else was weighed.
         separating_size: size [unit] at which the nearest rival would separate; None without rivals,
             or if none would.
-        by_experiment: what each experiment wants of it, the held-out ones last.
+        by_experiment: what each experiment wants of it, the held-out ones last; each
+            part of an experiment where there are fewer than three.
 
     """
 

@@ -10,7 +10,7 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_t
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter, Linearised
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.ripple import Along, Ripple, ripples
-from hil_emulator.identify.estimation.sizes import Sizes
+from hil_emulator.identify.estimation.sizes import Sizes, parts_of_each
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
 
@@ -56,12 +56,13 @@ def settled(
     trained = list(ripple.along(every))
     left = np.concatenate([one.left for one in trained])
     sizes = {name: Sizes(_at(ripple.fit, name), fitter.correlation_length) for name in named}
+    parts = parts_of_each(len(trained) + (len(elsewhere.batch.frozen) if elsewhere else 0))
     for name in named:
         for one in trained:
-            sizes[name].add(one.name, one.shown[every.index(name)], one.left)
-    for one in ripple.along(named, elsewhere) if elsewhere is not None else ():
+            sizes[name].add(one.name, one.shown[every.index(name)], one.left, parts)
+    for one in ripple.along(named, elsewhere) if elsewhere else ():
         for shown, name in zip(one.shown, named, strict=True):
-            sizes[name].add(one.name, shown, one.left)
+            sizes[name].add(one.name, shown, one.left, parts)
     return Settled(
         ripple.fit, ripple.share, _deviations(fitter, ripple.fit, trained, left), sizes,
         _remaining(fitter, replace(fit, residual=left), terms),

@@ -4,6 +4,7 @@ A law of another form fits as another size where the machine moves otherwise. Ho
 apart beyond their own uncertainty tells how far one that is measured elsewhere may be.
 """
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +14,15 @@ from hil_emulator.identify.measured.experiment import Array, Single
 
 FEWEST = 3
 """Experiments that tell how far sizes are apart: of two, no one knows which is odd."""
+
+BLOCKS = 20
+"""Blocks of correlated residuals that a part has at least: so many tell the variance of its size to
+a third, the root of two over their number."""
+
+
+def parts_of_each(experiments: int) -> int:
+    """Return into how many parts each of so few experiments is divided that sizes can be apart."""
+    return 1 if experiments >= FEWEST else math.ceil((FEWEST + 1) / max(experiments, 1))
 
 
 @dataclass
@@ -34,23 +44,33 @@ class Sizes:
     values: list[float] = field(default_factory=list)
     variances: list[float] = field(default_factory=list)
 
-    def add(self, name: str, shown: Array | Single, left: Array) -> None:
-        """Add the size that one experiment wants, if it shows any.
+    def add(self, name: str, shown: Array | Single, left: Array, parts: int = 1) -> None:
+        """Add the size that one experiment wants, or each of some equal parts if it is long enough.
 
         Args:
             name: of the experiment.
             shown: what the effect does there that nothing else can.
             left: residual there.
+            parts: how many.
 
         """
-        shown = shown.astype(np.float64)
+        parts = min(parts, max(1, len(left) // (BLOCKS * self.length)))
+        pieces = zip(np.array_split(shown, parts), np.array_split(left, parts), strict=True)
+        for i, (some, rest) in enumerate(pieces):
+            own = name if parts == 1 else f"{name}, part {i + 1} of {parts}"
+            self._add(own, some.astype(np.float64), rest)
+
+    def _add(self, name: str, shown: Array, left: Array) -> None:
+        """Add one size, if there is any."""
         power = float(shown @ shown)
         if power <= 0.0:
             return
         step = -float(shown @ left) / power
         products = shown * (left + step * shown)
         sums = np.add.reduceat(products, np.arange(0, len(products), self.length))
-        widened = max(1.0, float(sums @ sums) / power)
+        # one of them is taken by the size itself
+        fewer = len(sums) / max(len(sums) - 1, 1)
+        widened = max(1.0, fewer * float(sums @ sums) / power)
         self.names.append(name)
         self.values.append(self.about + step)
         self.variances.append(widened / power)
