@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from hil_emulator.model.effects import CATALOGUE
-from tests.identify.answer import Answer, Named
+from tests.identify.answer import Answer
 from tests.identify.generator.cases import Case, machine
 from tests.identify.generator.effects import EFFECTS, OUTSIDE, SITS
 from tests.identify.generator.plant import Machine
@@ -93,7 +93,7 @@ def judge(case: Case, answer: Answer) -> Outcome:
     told = all(not n.group or answer.separates for n in answer.named)
     found = set().union(*[true & n.members for n in answer.named])
     exact = bool(hits or not true) and all(hits) and len(hits) == len(true) == len(found)
-    pairs = [(n, _size(case, n)) for n in answer.named]
+    pairs = [(n, true_size(case, n.name)) for n in answer.named]
     judged = [(n, size) for n, size in pairs if not math.isnan(size)]
     return Outcome(
         case, answer, exact=exact and sizes and told and not _only_unknown(answer, true),
@@ -118,10 +118,10 @@ def _only_unknown(answer: Answer, true: set[str]) -> bool:
     return not true and bool(answer.unknown)
 
 
-def _size(case: Case, named: Named) -> float:
+def true_size(case: Case, name: str) -> float:
     """Return the true value of the knob of a named effect, NaN if it was not hidden."""
     for key, size in case.effects.items():
-        if key in EFFECTS and EFFECTS[key].name == named.name:
+        if key in EFFECTS and EFFECTS[key].name == name:
             return EFFECTS[key].knob(size)
     return math.nan
 
