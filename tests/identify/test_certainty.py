@@ -206,6 +206,18 @@ def test_a_law_whose_sizes_are_apart_is_another_one(
     assert said == ({name: "experiments want from 70% to 130% of this size"} if other else {})
 
 
+@pytest.mark.parametrize(
+    ("about", "said"), [(0.0, {}), (0.01, {"position_friction": "from -1000% to 1000%"})]
+)
+def test_sizes_about_nothing_are_told_as_well(about: float, said: dict[str, str]) -> None:
+    """A value that ended at none has no part; one that is next to none has parts beyond reason."""
+    fit, name = search(1e4).rounds[-1].base, "position_friction"
+    sizes = Sizes(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
+    found = apart(Settled(fit, 0.0, {}, {name: sizes}, []))
+    assert {n: words for n, words in said.items() if words in found[n]} == said
+    assert bool(found) == bool(about)
+
+
 def test_what_a_calibration_lacks_is_a_part_of_the_law_of_its_own_errors_only() -> None:
     """It leaves the gain of its sensor no more uncertain than its law says, but that of others."""
     found = search(1e4)

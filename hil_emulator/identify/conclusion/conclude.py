@@ -192,10 +192,10 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
 
 def _wanted(search: Search, name: str) -> tuple[Wanted, ...]:
     """Return what each experiment wants of an effect, if that is known."""
-    if search.settled is None:
+    if search.settled is None or not search.settled.sizes[name].about:
         return ()
     sizes = search.settled.sizes[name]
-    about = sizes.about or 1.0
+    about = sizes.about
     each = zip(sizes.names, sizes.values, sizes.variances, strict=True)
     return tuple(Wanted(e, v / about, math.sqrt(s) / abs(about)) for e, v, s in each)
 

@@ -146,14 +146,15 @@ def apart(settled: Settled | None) -> dict[str, str]:
     if settled is None:
         return {}
     return {name: _from_to(sizes) for name, sizes in settled.sizes.items()
-            if sizes.by_chance < FALSE_ALARM
+            if sizes.about and sizes.by_chance < FALSE_ALARM
             and sizes.spread**2 > INEXACT * sizes.about**2}  # fmt: skip
 
 
 def _from_to(sizes: Sizes) -> str:
     """Say which sizes experiments want, those aside that hardly know."""
-    known = zip(sizes.values, sizes.variances, strict=True)
-    parts = [value / sizes.about for value, variance in known if variance < sizes.about**2]
+    each = [(value / sizes.about, variance / sizes.about**2)
+            for value, variance in zip(sizes.values, sizes.variances, strict=True)]  # fmt: skip
+    parts = [part for part, variance in each if variance < 1.0] or [part for part, _ in each]
     return f"experiments want from {min(parts):.0%} to {max(parts):.0%} of this size"
 
 
