@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from hil_emulator.identify.conclusion.findings import Finding
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.reporting.canvas import (
     AFTER,
@@ -76,6 +77,15 @@ def ranking(result: Result) -> bytes:
     return png(drawn)
 
 
+def _ends(result: Result, found: Finding) -> list[float]:
+    """Return the sizes at the ends of an interval, over the one that is told."""
+    named = result.search.effects if result.search else []
+    knob = next(c for c in named if c.name == found.name)
+    if knob.inverse:
+        return sorted(found.value / end for end in found.interval)
+    return sorted((end - knob.neutral) / (found.value - knob.neutral) for end in found.interval)
+
+
 def sizes(result: Result) -> bytes:
     """Draw what each experiment wants of each effect, with 95 % intervals, over what is told."""
     found = [f for f in result.effects if f.by_experiment][::-1]
@@ -86,7 +96,7 @@ def sizes(result: Result) -> bytes:
         of_it = f.by_experiment[::-1]
         places = begin + np.arange(len(of_it))
         ticks += places.tolist()
-        ends = sorted(end / f.value for end in f.interval) if f.value else [1.0, 1.0]
+        ends = _ends(result, f)
         # who hardly knows a size may reach beyond the picture
         seen += [*ends, *(w.size for w in of_it if w.deviation < LEAST_KNOWN)]
         axes.fill_betweenx([begin - 0.6, places[-1] + 0.6], *ends, color=FLOOR, alpha=0.25, lw=0)
