@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtri
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.measured.between_rows import (
@@ -32,19 +31,8 @@ DEAD_TIME = "transport_delay"
 CERTAIN = 3.0
 """Standard errors by which one answer has to be better (assumed)."""
 
-LEAST_TOLD = float(chdtri(1.0, 1e-3))
-"""Difference in chi-square by which one has to be better at least: chance reaches it in one of a
-thousand cases."""
-
 ROUNDS = 5
-"""Iterations of a fit at once."""
-
-MOST_CONTINUATIONS = 8
-"""Most times that they go on."""
-
-LEAST_LEFT = 1.0
-"""Gain in chi-square of these iterations below which they were the last: what one answer still had
-to gain would count for the other."""
+"""Iterations of a fit (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +138,7 @@ def _answer(fitter: Fitter, free: list[Coordinate], at: Array) -> SetPoints:
     error = _error(held.residual**2 - moves.residual**2, fitter.correlation_length)
     # what ordinary parameters have to be for it counts, too
     better = held.chi2 - moves.chi2
-    if abs(better) < max(CERTAIN * error, LEAST_TOLD):
+    if abs(better) < CERTAIN * error:
         return "unknown"
     return "moves" if better > 0.0 else "held"
 
@@ -162,17 +150,7 @@ def _fit(fitter: Fitter, free: list[Coordinate], at: Array) -> Fit:
     if free[-1].name == DEAD_TIME:
         late = {float(at[-1]), 0.0, 0.5 * period / free[-1].scale}
         starts = [np.append(at[:-1], start) for start in sorted(late)]
-    return min((_converged(fitter, free, start) for start in starts), key=lambda fit: fit.chi2)
-
-
-def _converged(fitter: Fitter, free: list[Coordinate], start: Array) -> Fit:
-    """Return the fit to which a start leads, however far that is."""
-    fit = fitter.fit(free, start, ROUNDS)
-    for _ in range(MOST_CONTINUATIONS):
-        before, fit = fit.chi2, fitter.fit(free, fit.at, ROUNDS)
-        if before - fit.chi2 < LEAST_LEFT:
-            break
-    return fit
+    return min((fitter.fit(free, start, ROUNDS) for start in starts), key=lambda fit: fit.chi2)
 
 
 def _held(frozen: Frozen) -> Frozen:
