@@ -17,7 +17,7 @@ from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.selection.levels import NOTICEABLE
 from hil_emulator.identify.selection.search import Searcher
-from tests.identify.generator.cases import Case, campaign, cases_called
+from tests.identify.generator.cases import Case, campaign, short_cases
 from tests.identify.rig_data import CACHE, INSTRUMENTS
 
 
@@ -41,9 +41,11 @@ def main() -> None:
     options = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    options.add_argument("cases", nargs="+", help="healthy ones, as none-600 or none-600:20@axis")
+    options.add_argument(
+        "cases", nargs="+", type=short_cases, help="healthy ones, as none-600 or none-600:20@axis"
+    )
     shares, noticed = [], 0
-    for which in (c for told in options.parse_args().cases for c in cases_called(told, 2.0)):
+    for which in (c for some in options.parse_args().cases for c in some):
         share, title = largest(which)
         shares.append(share)
         noticed += share > NOTICEABLE

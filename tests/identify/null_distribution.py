@@ -23,7 +23,7 @@ from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.selection.levels import FALSE_ALARM, needed_delta_chi2
 from hil_emulator.identify.selection.scan import Score, scan
-from tests.identify.generator.cases import Case, campaign, cases_called
+from tests.identify.generator.cases import Case, campaign, short_cases
 from tests.identify.rig_data import CACHE, INSTRUMENTS
 
 DRAWS = 4000
@@ -102,9 +102,11 @@ def main() -> None:
     options = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    options.add_argument("cases", nargs="+", help="healthy ones, as none-60 or none-60@axis")
+    options.add_argument(
+        "cases", nargs="+", type=short_cases, help="healthy ones, as none-60 or none-60@axis"
+    )
     print("case            candidates  needed  1 in 20  1 in 1000  alarms")
-    for which in (c for told in options.parse_args().cases for c in cases_called(told, 2.0)):
+    for which in (c for some in options.parse_args().cases for c in some):
         found = examined(which)
         ends = np.quantile(found.best, [0.95, 1.0 - FALSE_ALARM])
         print(f"{which.name:15} {found.candidates:10}  {found.needed:6.1f}  {ends[0]:7.1f}  "

@@ -174,7 +174,7 @@ def test_an_interval_holds_the_size_that_one_more_experiment_wants() -> None:
         *drawn, eighth = (1.0 + 0.1 * random.standard_normal(8)).tolist()
         told = replace(fit, at=np.array([np.mean(drawn)]))
         sizes = {"position_friction": Sizes(float(np.mean(drawn)), 1, [""] * 7, drawn, [1e-8] * 7)}
-        found.settled = Settled(told, 0.0, {"position_friction": 1e-4}, sizes, [])
+        found.settled = Settled(told, {"position_friction": 1e-4}, sizes, [])
         low, high = interval(found, told, "position_friction")
         inside.append(low < eighth < high)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
@@ -185,7 +185,7 @@ def test_the_larger_measure_of_what_a_law_lacks_counts() -> None:
     found = search(1e4)
     fit, name = found.rounds[-1].base, "position_friction"
     sizes = Sizes(1.0, 1, [""] * 3, [0.9, 1.0, 1.1], [1e-8] * 3)
-    found.settled = Settled(fit, 0.0, {name: 1e-4}, {name: sizes}, [])
+    found.settled = Settled(fit, {name: 1e-4}, {name: sizes}, [])
     apart = 0.1 * np.sqrt(1.0 + 1.0 / 3.0)
     for lacks, expected in ((0.05**2, apart), (0.3**2, 0.3)):
         found.lacks[name] = lacks
@@ -202,7 +202,7 @@ def test_a_law_whose_sizes_are_apart_is_another_one(
     """Beyond chance, and beyond the root of the 1.5 % that any law may lack: 12 % of itself."""
     fit, name = search(1e4).rounds[-1].base, "position_friction"
     sizes = Sizes(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
-    said = apart(Settled(fit, 0.0, {}, {name: sizes}, []))
+    said = apart(Settled(fit, {}, {name: sizes}, []))
     assert said == ({name: "experiments want from 70% to 130% of this size"} if other else {})
 
 
@@ -213,7 +213,7 @@ def test_sizes_about_nothing_are_told_as_well(about: float, said: dict[str, str]
     """A value that ended at none has no part; one that is next to none has parts beyond reason."""
     fit, name = search(1e4).rounds[-1].base, "position_friction"
     sizes = Sizes(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
-    found = apart(Settled(fit, 0.0, {}, {name: sizes}, []))
+    found = apart(Settled(fit, {}, {name: sizes}, []))
     assert {n: words for n, words in said.items() if words in found[n]} == said
     assert bool(found) == bool(about)
 

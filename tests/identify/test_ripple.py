@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.config.load import load
+from hil_emulator.identify.estimation import ripple
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.estimation.ripple import Ripple, ripples
 from hil_emulator.identify.estimation.settled import settled
@@ -110,11 +111,29 @@ def test_pieces_tell_the_same_as_the_whole(
     assert left @ left == pytest.approx(fit.residual @ fit.residual, rel=0.2)
 
 
+def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
+    rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What they want on average does not hang on how far the value itself was moved."""
+    fitter, fit = rippling
+    wanted = []
+    for part in (1.0, 0.5):
+        monkeypatch.setattr(ripple, "PARTS", (part,))
+        told = settled(fitter, fit, KNOBS, None, [])
+        assert told is not None
+        for name, sizes in told.sizes.items():
+            mean = np.average(sizes.values, weights=1.0 / np.array(sizes.variances))
+            wanted.append(mean / told.deviations[name])
+    whole, half = np.reshape(wanted, (2, -1))
+    np.testing.assert_allclose(whole, half, atol=0.3)
+
+
 def test_where_nobody_knows_the_place_there_is_no_ripple(rippling: tuple[Fitter, Fit]) -> None:
-    """Without a position, or beside noise that is estimated and holds it."""
+    """Without a position, beside noise that is estimated and holds it, or where nothing counts."""
     fitter, fit = rippling
     assert ripples(fitter, fit)
     assert not ripples(fitter, replace(fit, effective=100.0))
+    assert not ripples(fitter, replace(fit, residual=0.0 * fit.residual))
     blind = [replace(e, readings={k: v for k, v in e.readings.items() if k != "position"})
              for e in fitter.experiments]  # fmt: skip
     assert not ripples(Fitter(Observer(MODEL, INSTRUMENTS), blind), fit)

@@ -20,7 +20,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.selection.levels import NORMAL_95
 from hil_emulator.identify.session import identify
 from tests.identify.answer import from_result
-from tests.identify.generator.cases import Case, campaign, cases_called, machine
+from tests.identify.generator.cases import Case, campaign, machine, short_cases
 from tests.identify.rig_data import CACHE
 from tests.identify.scoring import ORDINARY, judge, true_size
 
@@ -101,10 +101,12 @@ def main() -> None:
     options = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    options.add_argument("cases", nargs="+", help="such as medium-572, or pairs-572:15@axis")
+    options.add_argument(
+        "cases", nargs="+", type=short_cases, help="such as medium-572, or pairs-572:15@axis"
+    )
     effects: list[Told] = []
     deviations: list[float] = []
-    for which in (c for told in options.parse_args().cases for c in cases_called(told, 2.0)):
+    for which in (c for some in options.parse_args().cases for c in some):
         learn, check = campaign(which)
         result = identify(load([which.bench.config]), learn, check, cache=CACHE)
         found = list(values(which, result))

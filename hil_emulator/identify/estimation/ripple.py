@@ -39,7 +39,7 @@ class Along(NamedTuple):
     Attributes:
         name: of the experiment.
         shown: what each coordinate does that nothing else can, shape (coordinates, residuals).
-        left: what the model and the ripple leave, shape (residuals,).
+        left: what the linear model leaves with the likeliest ripple, shape (residuals,).
 
     """
 
@@ -59,6 +59,8 @@ class Ripple:
         share: standard deviation of the ripple over the friction; 0 where there is none.
         fit: the model where it is likeliest with the ripple integrated out, which makes its
             coordinates less certain.
+        beyond: how far its coordinates are from where the linear model has them: zero, where a
+            whole step leads there and meets no end of a range.
 
     """
 
@@ -78,6 +80,7 @@ class Ripple:
         self._shift = evidence.shift(self._ripple)
         self._covariance = evidence.covariance(uncertain)
         self.fit = self._settled(self._covariance - evidence.covariance())
+        self.beyond = self.fit.at - begun.at - self._shift
 
     def along(self, names: Sequence[str], seen: Linearised | None = None) -> Iterator[Along]:
         """Yield what is left of each experiment, and what some coordinates do there.
@@ -167,6 +170,8 @@ class Ripple:
 def ripples(fitter: Fitter, fit: Fit) -> bool:
     """Tell whether data show places of the stroke: noise that is estimated holds ripple already."""
     if fit.effective is not None or PISTON not in fitter.predictor.balances:
+        return False
+    if not fit.residual.any():  # nothing counts of so short a record
         return False
     return all(isinstance(f, Frozen) for f in fitter.frozen) and len(_places(fitter)) > 0
 

@@ -11,7 +11,7 @@ from hil_emulator.identify.estimation.map_fit import Fit, Fitter, Linearised
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.ripple import Along, Ripple, ripples
 from hil_emulator.identify.estimation.sizes import Sizes, parts_of_each
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.plant_model import Coordinate
 
 
@@ -21,7 +21,6 @@ class Settled:
 
     Attributes:
         fit: where it is likeliest, the ripple of the friction integrated out.
-        ripple: standard deviation of that over the friction.
         deviations: standard deviation of each coordinate, by name.
         sizes: what size each experiment wants of each effect, by name.
         terms: free terms that chance hardly explains beside the ripple.
@@ -29,7 +28,6 @@ class Settled:
     """
 
     fit: Fit
-    ripple: float
     deviations: Mapping[str, float]
     sizes: Mapping[str, Sizes]
     terms: Sequence[DiscrepancyTerm]
@@ -55,22 +53,27 @@ def settled(
     named, every = [c.name for c in effects], [c.name for c in fit.coordinates]
     trained = list(ripple.along(every))
     left = np.concatenate([one.left for one in trained])
-    sizes = {name: Sizes(_at(ripple.fit, name), fitter.correlation_length) for name in named}
     parts = parts_of_each(len(trained) + (len(elsewhere.batch.frozen) if elsewhere else 0))
+    sizes: dict[str, Sizes] = {}
     for name in named:
+        i = every.index(name)
+        sizes[name] = Sizes(float(ripple.fit.at[i]), fitter.correlation_length)
         for one in trained:
-            sizes[name].add(one.name, one.shown[every.index(name)], one.left, parts)
+            sizes[name].add(one.name, *_told(one, i, ripple.beyond[i]), parts)
     for one in ripple.along(named, elsewhere) if elsewhere else ():
-        for shown, name in zip(one.shown, named, strict=True):
-            sizes[name].add(one.name, shown, one.left, parts)
+        for k, name in enumerate(named):
+            beyond = ripple.beyond[every.index(name)]
+            sizes[name].add(one.name, *_told(one, k, beyond), parts)
     return Settled(
-        ripple.fit, ripple.share, _deviations(fitter, ripple.fit, trained, left), sizes,
+        ripple.fit, _deviations(fitter, ripple.fit, trained, left), sizes,
         _remaining(fitter, replace(fit, residual=left), terms),
     )  # fmt: skip
 
 
-def _at(fit: Fit, name: str) -> float:
-    return float(fit.at[[c.name for c in fit.coordinates].index(name)])
+def _told(one: Along, i: int, beyond: float) -> tuple[Single, Array]:
+    """Return what a coordinate does, and what is left where it is as it is told."""
+    shown = one.shown[i]
+    return shown, one.left + beyond * shown if beyond else one.left
 
 
 def _deviations(

@@ -5,6 +5,7 @@ A case is drawn from its name alone, so that any subset of the study repeats the
 
 import math
 import zlib
+from argparse import ArgumentTypeError
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -162,10 +163,25 @@ def cases(
             yield case(group, number, duration, bench)
 
 
+def short_cases(told: str) -> list[Case]:
+    """Return the cases of a word of the command line, with experiments of 2 s."""
+    return list(cases_called(told, 2.0))
+
+
 def cases_called(told: str, duration: float | None = None) -> Iterator[Case]:
-    """Yield the case of a name, or several: "none-600:20@axis" are twenty from number 600 on."""
+    """Yield the case of a name, or several: "none-600:20@axis" are twenty from number 600 on.
+
+    Raises:
+        ArgumentTypeError: if there is no such group or bench, or what should be a number is none.
+
+    """
     own, _, bench = told.partition("@")
     group, _, numbers = own.rpartition("-")
     first, _, count = numbers.partition(":")
+    if group not in GROUPS or bench not in BENCHES:
+        known = f"groups are {', '.join(GROUPS)}; benches {', '.join(filter(None, BENCHES))}"
+        raise ArgumentTypeError(f"{told}: no such cases; {known}")
+    if not first.isdigit() or not (count or "1").isdigit():
+        raise ArgumentTypeError(f"{told}: say a number, or a first one and how many: 600:20")
     for number in range(int(first), int(first) + int(count or 1)):
         yield case(group, number, duration, BENCHES[bench])
