@@ -8,10 +8,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from hil_emulator.identify.estimation.map_fit import Fit
-from hil_emulator.identify.estimation.set_point_course import Investigation, followed, held
+from hil_emulator.identify.estimation.set_point_course import (
+    DEAD_TIME,
+    Investigation,
+    followed,
+    held,
+    hold,
+    late,
+)
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.certainty import disbelief, hardly_believed
+from hil_emulator.identify.selection.levels import NORMAL_95, TOLD_APART
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 
@@ -26,7 +34,7 @@ class Searched:
         asked: what was examined.
         searcher: that searched.
         found: by it; None if it was interrupted.
-        believed: whether its current was held for less to be believed.
+        believed: whether its current was taken to be held where the readings do not tell.
 
     """
 
@@ -40,6 +48,20 @@ class Searched:
         """Whether it needs an ordinary parameter that one of twenty machines has."""
         fit = self.found.final if self.found else None
         return fit is not None and bool(hardly_believed(fit))
+
+    @property
+    def late(self) -> bool:
+        """Whether its current surely comes later than one that is held: a dead time is missing."""
+        fit = self.found.told if self.found else None
+        if self.found is None or fit is None or self.found.settled is None:
+            return False
+        least = {c.name: (at - NORMAL_95 * self.found.settled.deviations[c.name]) * c.scale
+                 for c, at in zip(fit.coordinates, fit.at, strict=True)}  # fmt: skip
+        return float(least.get(DEAD_TIME, 0.0)) > hold(self.asked.learn)
+
+    def names(self, effect: str) -> bool:
+        """Tell whether an effect was named."""
+        return self.found is not None and effect in {c.name for c in self.found.effects}
 
     @property
     def disbelief(self) -> float:
@@ -72,7 +94,14 @@ def searched(
     if again is not None:
         second = search(again)
         return first if second.found is None else second
-    if asked.answer != "unknown" or not first.strained:
+    if asked.answer != "unknown":
+        return first
+    if first.late:
+        tell("searching once more: the current comes later than one that is held")
+        second = search(late(given))
+        if second.names(DEAD_TIME):
+            return second
+    if not first.strained:
         return first
     tell("searching once more: of a current that was held less may have to be believed")
     second = search(held(given))
@@ -101,6 +130,6 @@ def course(
 ) -> Investigation | None:  # fmt: skip
     """Return the same with what the current did between rows, or None after Ctrl-C."""
     try:
-        return followed(predictor, given, tell, model, told)
+        return followed(predictor, given, TOLD_APART, tell, model, told)
     except KeyboardInterrupt:
         return None

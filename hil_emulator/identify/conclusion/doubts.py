@@ -1,9 +1,10 @@
 """What a log is too slow or too short to tell: a verdict that rests on it is taken back."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.estimation.set_point_course import DEAD_TIME
+from hil_emulator.identify.estimation.set_point_course import DEAD_TIME, hold
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
@@ -31,11 +32,9 @@ def doubt_rows(
         believed: whether that was held for less to be believed, not for what readings show.
 
     """
+    if answer == "unknown" or believed:
+        _widen_dead_time(result, answer, hold(experiments))
     if answer == "held":
-        if believed and any(f.name == DEAD_TIME for f in result.effects):
-            half = 0.5e3 * max(e.period for e in experiments)
-            said = f"{DEAD_TIME} is {half:g} ms longer if the current moved between the rows"
-            result.notes = [*result.notes, f"{said}; {ADVICE}"]
         return
     rows = f"(logged every {max(e.period for e in experiments) * 1e3:g} ms)"
     spool = [u for u in result.unknown if u.balance == SPOOL.name]
@@ -65,6 +64,22 @@ def doubt_rows(
             f"the current changes between the rows {rows}, and the model explains the data only if "
             f"{' and '.join(far)}; {ADVICE}"
         )
+
+
+def _widen_dead_time(result: Result, answer: SetPoints, hold: float) -> None:
+    """Widen the interval of a named dead time by what a hold is late, and say so."""
+    for i, f in enumerate(result.effects):
+        if f.name != DEAD_TIME:
+            continue
+        low, high = f.interval
+        if answer == "held":
+            far, ends = "longer if the current moved between the rows", (low, high + hold)
+        else:
+            far, ends = "shorter if the current was held from row to row", (low - hold, high)
+        result.effects[i] = replace(f, interval=ends)
+        result.reason = result.reason.replace(str(f), str(result.effects[i]))
+        said = f"{DEAD_TIME} is {hold * 1e3:g} ms {far}, and its interval holds both"
+        result.notes = [*result.notes, f"{said}; {ADVICE}"]
 
 
 def doubt_haste(result: Result, predictor: Predictor, experiments: Sequence[Experiment]) -> None:
