@@ -50,18 +50,19 @@ class Searched:
         return fit is not None and bool(hardly_believed(fit))
 
     @property
-    def late(self) -> bool:
-        """Whether its current surely comes later than one that is held: a dead time is missing."""
+    def least_late(self) -> float:
+        """How late its current surely comes [s], where that is an ordinary parameter."""
         fit = self.found.told if self.found else None
         if self.found is None or fit is None or self.found.settled is None:
-            return False
+            return 0.0
         least = {c.name: (at - NORMAL_95 * self.found.settled.deviations[c.name]) * c.scale
                  for c, at in zip(fit.coordinates, fit.at, strict=True)}  # fmt: skip
-        return float(least.get(DEAD_TIME, 0.0)) > hold(self.asked.learn)
+        return float(least.get(DEAD_TIME, 0.0))
 
-    def names(self, effect: str) -> bool:
-        """Tell whether an effect was named."""
-        return self.found is not None and effect in {c.name for c in self.found.effects}
+    @property
+    def named(self) -> set[str]:
+        """The effects that were named."""
+        return {c.name for c in self.found.effects} if self.found else set()
 
     @property
     def disbelief(self) -> float:
@@ -96,18 +97,29 @@ def searched(
         return first if second.found is None else second
     if asked.answer != "unknown":
         return first
-    if first.late:
+    return _unknown(given, first, search, tell)
+
+
+def _unknown(
+    given: Investigation, first: Searched, search: Callable[[Investigation], Searched], tell: Tell
+) -> Searched:
+    """Return the simplest answer where the readings do not tell what the current did."""
+    if first.least_late > hold(given.learn):
         tell("searching once more: the current comes later than one that is held")
         second = search(late(given))
-        if second.names(DEAD_TIME):
+        if DEAD_TIME in second.named:
             return second
-    if not first.strained:
-        return first
-    tell("searching once more: of a current that was held less may have to be believed")
-    second = search(held(given))
-    if second.found is None or second.disbelief > first.disbelief:
-        return first
-    return replace(second, believed=True)
+    if first.strained:
+        tell("searching once more: of a current that was held less may have to be believed")
+        second = search(held(given, "less has to be believed then"))
+        if second.found is not None and second.disbelief <= first.disbelief:
+            return replace(second, believed=True)
+    elif first.least_late > 0.0 and not first.named:
+        tell("searching once more: a current that is held comes late as well")
+        second = search(held(given, "it comes late; if it moved, a dead time is missing"))
+        if second.found is not None and not second.named and not second.strained:
+            return replace(second, believed=True)
+    return first
 
 
 def asked_again(

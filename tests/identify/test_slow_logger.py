@@ -21,7 +21,7 @@ from hil_emulator.identify.prediction.balances import SPOOL
 from hil_emulator.identify.prediction.instrumentation import predicting, priors
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.second_search import Searched, searched
 from hil_emulator.identify.selection.certainty import disbelief
 from hil_emulator.identify.selection.levels import TOLD_APART
@@ -171,10 +171,14 @@ def test_a_term_on_the_spool_may_be_the_current_between_the_rows(
 
 
 @SLOW
-@pytest.mark.parametrize(("name", "rate"), [("healthy-1", 200), ("leakage", 200), ("delay", 200)])
-def test_every_fifth_row_raises_no_false_alarm(name: str, rate: int) -> None:
+@pytest.mark.parametrize(
+    ("name", "rate", "held"),
+    [("healthy-1", 200, False), ("leakage", 200, False), ("delay", 200, False),
+     ("healthy-1", 500, True)],
+)  # fmt: skip
+def test_few_rows_raise_no_false_alarm(name: str, rate: int, held: bool) -> None:
     """What is there is named, or it is said that nobody can tell; nothing is invented."""
-    result = logged(CASES[name], rate)
+    result = logged(CASES[name], rate, held)
     assert sort_of(result, CASES[name].effect) in ("right", "open"), result.reason
 
 
@@ -267,6 +271,13 @@ def test_a_dead_time_of_one_and_a_half_milliseconds_has_a_name(rate: int, held: 
     assert low < 1.5e-3 < high
 
 
+def lateness(knob: Coordinate, late: float, effects: list[Coordinate]) -> Search:
+    """Return a search in which the current comes late [s], by 0.1 ms more or less."""
+    fit = Fit([knob], np.array([late / knob.scale]), np.zeros(0), np.zeros((0, 1)), 0.0)
+    settled = Settled(fit, {knob.name: 1e-4 / knob.scale}, {}, [])
+    return Search([], effects=effects, final=fit, settled=settled)
+
+
 @pytest.mark.parametrize(
     ("beyond", "named", "again"),
     [(1.5e-4, True, False), (2.5e-4, False, True), (2.5e-4, True, True)],
@@ -281,18 +292,43 @@ def test_a_current_later_than_one_that_is_held_has_a_dead_time(
     given = Investigation([log], [], [], [knob])
     observer = Observer(model, INSTRUMENTS)
     searcher = Searcher(observer, [], [], [], [])
-    at = 0.5 * (log.period - CONTROLLER) + beyond
+    late = 0.5 * (log.period - CONTROLLER) + beyond
 
     def search(asked: Investigation) -> Searched:
-        fit = Fit([knob], np.array([at / knob.scale]), np.zeros(0), np.zeros((0, 1)), 0.0)
-        settled = Settled(fit, {knob.name: 1e-4 / knob.scale}, {}, [])
-        effects = [knob] if named and asked.candidates else []
-        return Searched(asked, searcher, Search([], effects=effects, final=fit, settled=settled))
+        effects = [knob] if named and asked.answer == "unknown" and asked.candidates else []
+        at = 0.0 if asked.answer == "held" else late
+        return Searched(asked, searcher, lateness(knob, at, effects))
 
     asked = replace(given, answer="unknown", candidates=[])
     last = searched(observer, given, asked, False, search, lambda _: None)
-    assert last.names(knob.name) == (again and named)
-    assert last.asked.answer == "unknown"
+    assert (knob.name in last.named) == (again and named)
+
+
+@pytest.mark.parametrize(
+    ("late", "names", "holds"),
+    [(3e-4, False, True), (3e-4, True, False), (1.5e-4, False, False)],
+)
+def test_a_current_that_may_be_held_is_where_nothing_else_is_missing(
+    late: float, names: bool, holds: bool
+) -> None:
+    """It comes late as a held one does, and no dead time need be missing; or it comes in time."""
+    model = knee_model()
+    knob = next(c for c in candidates(model, INSTRUMENTS) if c.name == "transport_delay")
+    given = Investigation([experiment(np.sin(TICKS), False)], [], [], [knob])
+    observer = Observer(model, INSTRUMENTS)
+    searcher = Searcher(observer, [], [], [], [])
+
+    def search(asked: Investigation) -> Searched:
+        effects = [knob] if names and asked.answer == "held" else []
+        return Searched(asked, searcher, lateness(knob, late, effects))
+
+    asked = replace(given, answer="unknown")
+    last = searched(observer, given, asked, False, search, lambda _: None)
+    assert last.believed == holds
+    assert (last.asked.answer == "held") == holds
+    result = Result("nothing_missing", "nothing")
+    doubt_rows(result, last.asked.answer, last.asked.learn, last.believed)
+    assert ("if the current is held" in result.reason) == holds
 
 
 @pytest.mark.parametrize(

@@ -29,14 +29,16 @@ def doubt_rows(
         result: of the search.
         answer: what the current did.
         experiments: the data.
-        believed: whether that was held for less to be believed, not for what readings show.
+        believed: whether that was held for what is simpler, not for what readings show.
 
     """
     if answer == "unknown" or believed:
         _widen_dead_time(result, answer, hold(experiments))
-    if answer == "held":
-        return
     rows = f"(logged every {max(e.period for e in experiments) * 1e3:g} ms)"
+    if answer == "held":
+        if believed and result.verdict == "nothing_missing":
+            result.reason += f", if the current is held from row to row {rows}; {ADVICE}"
+        return
     spool = [u for u in result.unknown if u.balance == SPOOL.name]
     late = result.parameters.get(DEAD_TIME) if answer == "unknown" else None
     if spool:

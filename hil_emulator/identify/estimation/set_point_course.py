@@ -108,9 +108,9 @@ def hold(experiments: Sequence[Experiment]) -> float:
     return 0.5 * (max(e.period for e in experiments) - CONTROLLER)
 
 
-def held(given: Investigation) -> Investigation:
+def held(given: Investigation, why: str) -> Investigation:
     """Return the same with the current held, where the readings tell nothing of it."""
-    return _with(given, "held", "less has to be believed then")
+    return _with(given, "held", why)
 
 
 def late(given: Investigation) -> Investigation:
