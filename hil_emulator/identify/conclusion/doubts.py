@@ -68,19 +68,22 @@ def doubt_rows(
         )
 
 
-def _widen_dead_time(result: Result, answer: SetPoints, hold: float) -> None:
+def _widen_dead_time(result: Result, answer: SetPoints, late: float) -> None:
     """Widen the interval of a named dead time by what a hold is late, and say so."""
     for i, f in enumerate(result.effects):
         if f.name != DEAD_TIME:
             continue
         low, high = f.interval
         if answer == "held":
-            far, ends = "longer if the current moved between the rows", (low, high + hold)
+            far, ends = "longer if the current moved between the rows", (low, high + late)
         else:
-            far, ends = "shorter if the current was held from row to row", (low - hold, high)
+            far, ends = (
+                "shorter if the current was held from row to row",
+                (max(low - late, 0.0), high),
+            )
         result.effects[i] = replace(f, interval=ends)
         result.reason = result.reason.replace(str(f), str(result.effects[i]))
-        said = f"{DEAD_TIME} is {hold * 1e3:g} ms {far}, and its interval holds both"
+        said = f"{DEAD_TIME} is {late * 1e3:g} ms {far}, and its interval holds both"
         result.notes = [*result.notes, f"{said}; {ADVICE}"]
 
 
