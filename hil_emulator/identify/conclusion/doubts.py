@@ -74,13 +74,10 @@ def _widen_dead_time(result: Result, answer: SetPoints, late: float) -> None:
         if f.name != DEAD_TIME:
             continue
         low, high = f.interval
-        if answer == "held":
-            far, ends = "longer if the current moved between the rows", (low, high + late)
-        else:
-            far, ends = (
-                "shorter if the current was held from row to row",
-                (max(low - late, 0.0), high),
-            )
+        far, ends = "longer if the current moved between the rows", (low, high + late)
+        if answer == "unknown":
+            far = "shorter if the current was held from row to row"
+            ends = max(low - late, 0.0), high
         result.effects[i] = replace(f, interval=ends)
         result.reason = result.reason.replace(str(f), str(result.effects[i]))
         said = f"{DEAD_TIME} is {late * 1e3:g} ms {far}, and its interval holds both"
