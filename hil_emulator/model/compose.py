@@ -4,13 +4,14 @@ import inspect
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from hil_emulator.model import actuator, digits, exchange, integrator, leg, sensors
+from hil_emulator.model import actuator, digits, exchange, integrator, leg, sensors, set_points
 from hil_emulator.model.declare import Argument, DeclarationError, Effect, Law, Stage
 from hil_emulator.model.layout import base_fields
 from hil_emulator.model.stages import ACTS, CONTINUOUS, SAMPLED, TICKED
 
 BALANCES = (
-    *actuator.BALANCES, *leg.LEG, *exchange.EXCHANGE, *integrator.INTEGRATOR, sensors.sample,
+    *actuator.BALANCES, *leg.LEG, *exchange.EXCHANGE, *integrator.INTEGRATOR,
+    *set_points.SET_POINTS, sensors.sample,
     *digits.DIGITS,
 )  # fmt: skip
 
@@ -50,13 +51,11 @@ def hold_all(states, parameters, inputs, held):
 
 
 @compiled
-def delay_all(parameters, past, held, period):
-    """Put the set point that reaches each valve in place of the one that is told."""
+def delay_all(parameters, past, held, step, steps):
+    """Find the set points that reach each valve within a tick."""
     before = view(past, PAST)
     for i in range(ACTUATORS):
-        held[i].valve_current = set_point(
-            parameters[i], held[i], held[i], before[i], held[i].valve_current, period
-        )
+        await_set_point(parameters[i], held[i], before[i], step, steps)
 
 
 @apart
@@ -73,9 +72,8 @@ def pass_tick(memory, past, par, inputs, signals, path, step, steps):
         state[i] = memory[i]
     fill_all(parameters, par)
     hold_all(work.states, parameters, inputs, held)
-    if steps > 0:
-        delay_all(parameters, past, held, step * steps)
-    integrate(work, parameters, held, y, path, step, steps)
+    delay_all(parameters, past, held, step, steps)
+    pass_set_points(work, parameters, held, y, path, step, steps)
     for i in range(SIGNALS_LENGTH * ACTUATORS):
         signals[i] = found[i]
     for i in range(STATE_LENGTH * ACTUATORS):

@@ -55,7 +55,7 @@ def sum_slopes(
         held: as of `integrate`.
         y: as of `integrate`.
         path: takes what they meet.
-        done: number of steps that have been taken; 0 in the midst of one, and of the first.
+        done: number of steps that have been taken; 0 in the midst of one, and of a call's first.
         step: width of this one [s].
 
     """
@@ -109,7 +109,7 @@ def unsure(bends: Any, step: float) -> bool:
 
 
 def integrate(
-    work: Work, par: Any, held: Any, y: Any, path: Any, step: float, steps: int
+    work: Work, par: Any, held: Any, y: Any, path: Any, first: int, step: float, steps: int
 ) -> None:  # fmt: skip
     """Take `steps` steps of classical Runge-Kutta with the inputs held.
 
@@ -124,6 +124,7 @@ def integrate(
         path: what the sensors' elements meet after each step, channels of all actuators one after
             the other, shape (steps, actuators * channels); overwritten, without elements only the
             last of them.
+        first: row of `path` that the first step fills.
         step: step width [s].
         steps: number of steps.
 
@@ -132,7 +133,8 @@ def integrate(
     pieces = 0
     while done < steps:
         width = step if pieces == 0 else step / PIECES
-        sum_slopes(work, par, held, y, path, done if pieces == 0 else 0, width)
+        seen = first + done if pieces == 0 and done > 0 else 0
+        sum_slopes(work, par, held, y, path, seen, width)
         if pieces == 0 and unsure(work.bend, step):
             pieces = PIECES
             continue
@@ -145,7 +147,7 @@ def integrate(
     # the signals of a trial state are not those of the state reached
     evaluate(work.states, work.slopes, par, held, y)
     if steps > 0:
-        observe(y, path[steps - 1])
+        observe(y, path[first + steps - 1])
 
 
 def finite(memory: Any) -> bool:

@@ -126,6 +126,9 @@ INPUTS = (
 
 HELD = (
     *INPUTS,
+    Quantity("late_current", "A", "set point that acts at the end of a tick"),
+    Quantity("early_current", "A", "set point that acts from its begin on"),
+    Quantity("arrival", "1", "steps of the tick after which the late one acts"),
     Quantity("temperature", "K", "temperature of the oil"),
     Quantity("viscosity", "1", "viscosity over that at the reference temperature"),
     Quantity("gas_pressure", "Pa", "pressure below which gas governs a chamber's stiffness"),

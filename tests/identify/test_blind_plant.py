@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.config.load import load
+from hil_emulator.identify.measured.between_rows import CONTROLLER
 from hil_emulator.identify.prediction.parameters import candidates
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.effects import CATALOGUE
@@ -40,8 +41,10 @@ def blind(effects: dict[str, float], foreign: bool, bench: Bench = FIRST) -> np.
     s, memory = at_rest(real)
     rows = []
     for k, u in enumerate(CURRENT):
-        force = advance(real, s, memory, acts(u), real.supply, k * bench.period,
-                        round(bench.period / STEP))  # fmt: skip
+        now = k * bench.period
+        for set_point, steps in acts(u):
+            force = advance(real, s, memory, set_point, real.supply, now, steps)
+            now += steps * STEP
         rows.append([s[2], s[3], real.supply + s[7], s[4], force])
     return np.array(rows) / bench.noise
 
@@ -66,8 +69,9 @@ def of_the_package(effects: dict[str, float], bench: Bench = FIRST) -> np.ndarra
     at = [model.signal_names.index(n) for n in READ]
     rows = []
     for u in CURRENT:
-        plant.command({"valve_current": u})
-        plant.step(round(bench.period / 2e-5))
+        for _ in range(round(bench.period / CONTROLLER)):
+            plant.command({"valve_current": u})
+            plant.step(round(CONTROLLER / 2e-5))
         rows.append(plant.signal_vector[at])
     return np.array(rows) / bench.noise
 

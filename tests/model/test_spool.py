@@ -37,7 +37,7 @@ def bandwidth(make_plant: MakePlant, values: dict[str, float], amplitude: float)
 
 
 def test_transport_delay_ages_the_set_point(make_plant: MakePlant) -> None:
-    """A step arrives three ticks late; a delay of half a tick averages two ticks."""
+    """A step arrives three ticks late, or in the midst of a tick."""
     plant = make_plant(bare(transport_delay_time=3e-3))
     seen = []
     for current in (0.0, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3):
@@ -45,11 +45,19 @@ def test_transport_delay_ages_the_set_point(make_plant: MakePlant) -> None:
         plant.step(50)
         seen.append(float(plant.signals.valve_current))
     assert seen == [0.0, 0.0, 0.0, 0.0, 1e-3, 1e-3]
-    plant = make_plant(bare(transport_delay_time=0.5e-3))
+
+
+@pytest.mark.parametrize("late", [0.37e-3, 0.5e-3, 2.613e-3])
+def test_a_set_point_arrives_when_its_dead_time_is_over(late: float, make_plant: MakePlant) -> None:
+    """Whatever a tick is: the lag of a driver tells to the microsecond when its current moved."""
+    lag, end = 1e-3, 5e-3
+    plant = make_plant(bare(transport_delay_time=late, driver_lag_time_constant=lag))
     plant.step(50)
     plant.inputs.valve_current = 1e-3
-    plant.step(50)
-    assert plant.signals.valve_current == pytest.approx(0.5e-3)
+    for _ in range(round(end / 1e-3)):
+        plant.step(50)
+    reached = 1e-3 * (1.0 - math.exp(-(end - late) / lag))
+    assert plant.signals.valve_current == pytest.approx(reached, rel=1e-6)
 
 
 @pytest.mark.parametrize("sign", [1, -1])

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
-from hil_emulator.identify.measured import between_rows
 from hil_emulator.identify.measured.between_rows import (
     CONTROLLER,
     SetPoints,
@@ -145,7 +144,7 @@ def _as(answer: SetPoints, e: Experiment, said: str) -> Experiment:
     if not slower_than_controller(e):
         return e
     if answer == "held":
-        return between_rows.held(replace(e, notes=(*e.notes, said)))
+        return replace(e, notes=(*e.notes, said))
     taken = f"taken along a curve through them, in steps of {CONTROLLER * 1e3:g} ms (assumed)"
     return moving(replace(e, notes=(*e.notes, f"{said}; {taken}")))
 
@@ -187,7 +186,7 @@ def _settled(fitter: Fitter, free: list[Coordinate], start: Array) -> Fit:
 
 def _held(frozen: Frozen) -> Frozen:
     """Return a frozen experiment whose current is held, whatever it was frozen with."""
-    current = between_rows.held(frozen.experiment).currents.current
+    current = np.repeat(frozen.experiment.current[:, None], frozen.data.current.shape[1], axis=1)
     return replace(frozen, data=frozen.data._replace(current=current))
 
 

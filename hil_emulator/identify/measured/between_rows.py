@@ -32,16 +32,6 @@ def slower_than_controller(e: Experiment) -> bool:
     return round(e.period / CONTROLLER) > 1
 
 
-def held(e: Experiment) -> Experiment:
-    """Return an experiment whose current is held, in parts of a controller's period.
-
-    In these a dead time shorter than a row acts when it does, and not in part all along.
-    """
-    parts, rows = round(e.period / CONTROLLER), len(e.current)
-    current = np.repeat(e.current[:, None], parts, axis=1)
-    return replace(e, course=BetweenRows(current, np.zeros(rows), np.zeros(rows, np.bool_)))
-
-
 def moving(e: Experiment) -> Experiment:
     """Return an experiment whose current moves between its rows, along a curve through them.
 

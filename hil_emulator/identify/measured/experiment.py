@@ -57,7 +57,7 @@ class Experiment:
         notes: what was found and repaired on the way in.
         digest: digest of the file.
         set_point_first: whether a current is that at the end of its period, not the beginning.
-        course: what it did in between; None where every row may be a new set point.
+        course: what it did in between; None where it was held.
         copies: experiments that share its noise, itself included; see `copies`.
 
     """
@@ -80,7 +80,7 @@ class Experiment:
 
     @property
     def currents(self) -> BetweenRows:
-        """The current in every part of a period: one part where every row may be a new one."""
+        """The current in every part of a period: one part where it was held."""
         rows = len(self.current)
         held = BetweenRows(self.current[:, None], np.zeros(rows), np.zeros(rows, np.bool_))
         return self.course or held

@@ -13,6 +13,16 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @register_jitable
+def remember(history: Array, newest: float) -> None:
+    """Put a sample before the earlier ones; the first one has been there for ever."""
+    if math.isnan(history[0]):
+        history[:] = newest
+    for i in range(len(history) - 1, 0, -1):
+        history[i] = history[i - 1]
+    history[0] = newest
+
+
+@register_jitable
 def past(history: Array, newest: float, age: float) -> float:
     """Remember a sample and return the one of `age` samples ago, linear between samples.
 
@@ -23,11 +33,7 @@ def past(history: Array, newest: float, age: float) -> float:
         age: at most HISTORY - 1.
 
     """
-    if math.isnan(history[0]):
-        history[:] = newest
-    for i in range(len(history) - 1, 0, -1):
-        history[i] = history[i - 1]
-    history[0] = newest
+    remember(history, newest)
     whole = min(int(age), len(history) - 2)
     part = min(1.0, age - whole)
     value: float = history[whole] + part * (history[whole + 1] - history[whole])

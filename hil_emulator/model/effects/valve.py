@@ -6,9 +6,11 @@ The spool position is expressed in ampere: the current that holds the spool ther
 import math
 
 from hil_emulator.model.declare import Param, Quantity, effect
-from hil_emulator.model.effects.history import HISTORY, Array, past
+from hil_emulator.model.effects.history import HISTORY, Array, remember
 from hil_emulator.model.stages import (
+    arrival,
     command,
+    earlier_set_point,
     pilot,
     set_point,
     spool,
@@ -27,20 +29,37 @@ Twice that, and the side of the loop would turn faster than a step of `identify`
 product of both rates and of the step stays below 2.78, where classical Runge-Kutta is stable."""
 
 
+def transport_delay_earlier_set_point(period: float, time: float, history: Array) -> float:
+    """Return the set point before the one that arrives within this tick."""
+    value: float = history[min(int(time / period), len(history) - 2) + 1]
+    return value
+
+
+def transport_delay_arrival(period: float, time: float) -> float:
+    """Return when the set point arrives that was told a whole number of ticks before this one."""
+    return time - int(time / period) * period
+
+
 @effect(
     set_point,
     knob=Param("time", "s", "age of the set point that acts", 1e-3, 0.0, 0.1, shown="ms"),
     states=(Quantity("history", "A", "set points of the last ticks", length=HISTORY),),
+    also=(
+        (earlier_set_point, transport_delay_earlier_set_point),
+        (arrival, transport_delay_arrival),
+    ),
     source="dead time of a bus and a digital driver; 0 to 3 ms assumed",
     signature="phase of everything against the set point, proportional to frequency",
     not_modelled="jitter of the delay; set points older than 127 ticks",
 )
 def transport_delay(set_point: float, period: float, time: float, history: Array) -> float:
-    """u(t) = u_set(t - T_d), linear between ticks.
+    """u(t) = u_set(t - T_d), held from one set point to the next.
 
     The set point arrives late.
     """
-    return past(history, set_point, time / period)
+    remember(history, set_point)
+    value: float = history[min(int(time / period), len(history) - 2)]
+    return value
 
 
 @effect(

@@ -43,22 +43,33 @@ def wanted(kind: str, time: np.ndarray, random: np.random.Generator) -> np.ndarr
 
 
 class SetPoint:
-    """What acts at the valve: a dead time linear between samples, or three equal lags."""
+    """What acts at the valve: set points that arrive after a dead time, or three equal lags.
+
+    Args:
+        time: dead time, or the sum of the lags [s].
+        foreign: whether it is the lags.
+        period: between two set points [s].
+
+    """
 
     def __init__(self, time: float, foreign: bool, period: float) -> None:
-        self._samples, self._foreign = time / period, foreign
+        whole, part = divmod(time, period)
+        self._foreign, self._period, self._whole, self._part = foreign, period, int(whole), part
         self._past = [0.0] * 16
         self._keep = time / (time + 3.0 * period)
 
-    def __call__(self, u: float) -> float:
-        """Return what acts after the newest set point."""
+    def __call__(self, u: float) -> list[tuple[float, int]]:
+        """Return what acts after the newest set point, one after the other, and how many steps."""
         if self._foreign:
             for i in range(3):
                 self._past[i] += (1.0 - self._keep) * (u - self._past[i])
                 u = self._past[i]
-            return u
+            return [(u, round(self._period / STEP))]
         self._past = [u, *self._past[:-1]]
-        return float(np.interp(self._samples, np.arange(16), self._past))
+        before = round(self._part / STEP)
+        after = round(self._period / STEP) - before
+        both = (self._past[self._whole + 1], before), (self._past[self._whole], after)
+        return [(acting, steps) for acting, steps in both if steps]
 
 
 def record(
@@ -98,8 +109,10 @@ def record(
         drift = drift * keep + pushes[k]
         seen = s[4] + scatter[k, 3]
         current[k] = np.clip(bench.gain * (target[k] - seen) + feed[k], -6e-3, 6e-3)
-        force = advance(machine, s, memory, acts(current[k]) + drift, supply, time[k],
-                        round(period / STEP))  # fmt: skip
+        now = time[k]
+        for set_point, steps in acts(current[k]):
+            force = advance(machine, s, memory, set_point + drift, supply, now, steps)
+            now += steps * STEP
     readings = scatter + transduced(
         table, effects, machine.foreign, period, bench.bends, machine.since
     )

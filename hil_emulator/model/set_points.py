@@ -1,0 +1,70 @@
+"""Set points on their way to the valves: which acts in a tick, and from when on."""
+
+from typing import Any
+
+from hil_emulator.model.constants import ACTUATORS
+from hil_emulator.model.integrator import Work, integrate
+from hil_emulator.model.stages import arrival, earlier_set_point, set_point
+
+
+def await_set_point(par: Any, held: Any, past: Any, step: float, steps: int) -> None:
+    """Find the set points that reach a valve within a tick, and when the late one does.
+
+    Args:
+        par: parameters.
+        held: has the set point that is told now; takes both.
+        past: set points that were told before.
+        step: step width [s].
+        steps: number of steps of the tick; without any, what is told acts.
+
+    """
+    told = held.valve_current
+    held.late_current = told
+    held.early_current = told
+    held.arrival = 0.0
+    if steps > 0:
+        held.late_current = set_point(par, held, held, past, told, step * steps)
+        held.early_current = earlier_set_point(par, held, held, past, told, step * steps)
+        held.arrival = arrival(par, held, held, past, step * steps) / step
+
+
+def pass_set_points(
+    work: Work, par: Any, held: Any, y: Any, path: Any, step: float, steps: int
+) -> None:  # fmt: skip
+    """Take `steps` steps; into each valve goes the early set point, and the late one from then on.
+
+    A step within which one arrives is taken in parts.
+
+    Args:
+        work: as of `integrate`.
+        par: as of `integrate`.
+        held: as of `integrate`, with both set points of each valve, and when the late one arrives.
+        y: as of `integrate`.
+        path: as of `integrate`.
+        step: step width [s].
+        steps: number of steps.
+
+    """
+    at = 0.0
+    going = True
+    while going:
+        until = 1.0 * steps
+        for i in range(ACTUATORS):
+            late = held[i].arrival <= at
+            held[i].valve_current = held[i].late_current if late else held[i].early_current
+            until = until if late else min(until, held[i].arrival)
+        row = int(at)
+        count = int(until) - row
+        end = 1.0 * (row + count)
+        width = step
+        if steps > 0 and (at > row or count == 0):
+            count = 1
+            end = min(until, row + 1.0)
+            width = (end - at) * step
+        integrate(work, par, held, y, path, row, width, count)
+        at = end
+        going = at < steps
+
+
+SET_POINTS = (await_set_point, pass_set_points)
+"""What `kernel` compiles of this file, in the order of use."""
