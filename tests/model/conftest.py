@@ -13,7 +13,8 @@ from hil_emulator.platform.paths import cache_folder
 USED_BY_TWO = {
     "fixed_pump", "accumulator", "supply_line", "back_pressure", "viscous_friction",
     "coulomb_friction", "load_viscous_friction", "entrained_air", "end_stops", "spool_rate_limit",
-    "current_saturation", "rotary_joint", "rod_mass", "coupling_compliance",
+    "current_saturation", "rotary_joint", "rod_mass", "coupling_compliance", "driver_lag",
+    "transport_delay",
 }  # fmt: skip
 
 

@@ -186,3 +186,20 @@ def test_supply_droops_by_what_both_draw(supplied: Supplied) -> None:
     assert drawn > 0.2 * FIVE_LITRES
     for plant in plants:
         assert plant.signals.supply_pressure == pytest.approx(expected, rel=1e-4)
+
+
+def test_each_set_point_arrives_after_its_own_dead_time(supplied: Supplied) -> None:
+    """Two valves of one supply: the lag of each driver tells when its current moved."""
+    lag, late, end = 1e-3, (0.37e-3, 1.613e-3), 4e-3
+    plants = supplied(
+        {"transport_delay_time": late[1]},
+        transport_delay_time=late[0], driver_lag_time_constant=lag,
+    )  # fmt: skip
+    plants[0].step(50)
+    for plant in plants:
+        plant.command({"valve_current": 1e-3})
+    for _ in range(round(end / (50 * STEP))):
+        plants[0].step(50)
+    for plant, dead in zip(plants, late, strict=True):
+        reached = 1e-3 * (1.0 - np.exp(-(end - dead) / lag))
+        assert plant.signals.valve_current == pytest.approx(reached, rel=1e-6)

@@ -23,6 +23,13 @@ def remember(history: Array, newest: float) -> None:
 
 
 @register_jitable
+def sample_of(history: Array, ticks: int) -> float:
+    """Return the sample of so many ticks ago; what is older is forgotten."""
+    value: float = history[min(ticks, len(history) - 1)]
+    return value
+
+
+@register_jitable
 def past(history: Array, newest: float, age: float) -> float:
     """Remember a sample and return the one of `age` samples ago, linear between samples.
 

@@ -6,7 +6,7 @@ The spool position is expressed in ampere: the current that holds the spool ther
 import math
 
 from hil_emulator.model.declare import Param, Quantity, effect
-from hil_emulator.model.effects.history import HISTORY, Array, remember
+from hil_emulator.model.effects.history import HISTORY, Array, remember, sample_of
 from hil_emulator.model.stages import (
     arrival,
     command,
@@ -31,8 +31,7 @@ product of both rates and of the step stays below 2.78, where classical Runge-Ku
 
 def transport_delay_earlier_set_point(period: float, time: float, history: Array) -> float:
     """Return the set point before the one that arrives within this tick."""
-    value: float = history[min(int(time / period), len(history) - 2) + 1]
-    return value
+    return sample_of(history, int(time / period) + 1)
 
 
 def transport_delay_arrival(period: float, time: float) -> float:
@@ -58,8 +57,7 @@ def transport_delay(set_point: float, period: float, time: float, history: Array
     The set point arrives late.
     """
     remember(history, set_point)
-    value: float = history[min(int(time / period), len(history) - 2)]
-    return value
+    return sample_of(history, int(time / period))
 
 
 @effect(
