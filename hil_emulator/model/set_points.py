@@ -4,7 +4,7 @@ from typing import Any
 
 from hil_emulator.model.constants import ACTUATORS
 from hil_emulator.model.integrator import Work, integrate
-from hil_emulator.model.stages import arrival, earlier_set_point, set_point
+from hil_emulator.model.stages import arrival, early_set_point, late_set_point, set_point
 
 
 def await_set_point(par: Any, held: Any, past: Any, step: float, steps: int) -> None:
@@ -18,13 +18,13 @@ def await_set_point(par: Any, held: Any, past: Any, step: float, steps: int) -> 
         steps: number of steps of the tick; without any, what is told acts.
 
     """
-    told = held.valve_current
-    held.late_current = told
-    held.early_current = told
+    held.late_current = held.valve_current
+    held.early_current = held.valve_current
     held.arrival = 0.0
     if steps > 0:
-        held.late_current = set_point(par, held, held, past, told, step * steps)
-        held.early_current = earlier_set_point(par, held, held, past, told, step * steps)
+        sent = set_point(par, held, held, past, held.valve_current, step * steps)
+        held.late_current = late_set_point(par, held, held, past, sent, step * steps)
+        held.early_current = early_set_point(par, held, held, past, sent, step * steps)
         held.arrival = arrival(par, held, held, past, step * steps) / step
 
 

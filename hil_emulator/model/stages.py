@@ -16,12 +16,16 @@ SUPPLY = "supply pressure"
 
 # once per tick
 set_point = Stage(
-    "set_point", "valve", ("set_point", "period"), "set point that has reached the driver", "A",
-    "chain", balances=(SPOOL,),
+    "set_point", "valve", ("set_point", "period"), "set point that is on its way to the driver",
+    "A", "chain", balances=(SPOOL,),
 )  # fmt: skip
-earlier_set_point = Stage(
-    "earlier_set_point", "valve", ("set_point", "period"), "set point that acts until then", "A",
-    "chain", balances=(SPOOL,),
+late_set_point = Stage(
+    "late_set_point", "valve", ("set_point", "period"), "set point that acts when the tick ends",
+    "A", "chain", balances=(SPOOL,),
+)  # fmt: skip
+early_set_point = Stage(
+    "early_set_point", "valve", ("set_point", "period"), "set point that acts until it arrives",
+    "A", "chain", balances=(SPOOL,),
 )  # fmt: skip
 arrival = Stage(
     "arrival", "valve", ("period",), "when it reaches the driver, from the tick's begin on", "s",
@@ -319,7 +323,7 @@ CONTINUOUS = (
     load_inertia, joint_angle, joint_lever, joint_lever_slope, joint_inertia, joint_mass_moment,
     joint_carries,
 )  # fmt: skip
-TICKED = (set_point, earlier_set_point, arrival)
+TICKED = (set_point, late_set_point, early_set_point, arrival)
 SAMPLED = (element, transducer)
 ACTS = (
     gas_expansion_acts, source_acts, dry_friction_acts, holding_acts, coupling_acts, element_acts,

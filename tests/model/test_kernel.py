@@ -15,6 +15,7 @@ from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
 from hil_emulator.model.stages import friction as friction_stage
 from hil_emulator.model.stages import metering
+from hil_emulator.model.stages import set_point as set_point_stage
 
 
 def everything() -> dict[str, float]:
@@ -225,3 +226,24 @@ def test_a_law_may_take_a_record_of_what_belongs_together() -> None:
     plant.step(0)
     own = 2.0 * 0.1 * values["load_mass"]
     assert plant.signals.friction_force == pytest.approx(1000 * 0.1 + 100.0 + own)
+
+
+def test_what_changes_a_set_point_does_so_before_it_is_late() -> None:
+    """A law of one's own acts on both set points of a tick in which one arrives."""
+
+    @effect(set_point_stage, knob=knob(), source="none", signature="none")
+    def doubling(set_point: float, strength: float) -> float:
+        """U = (1 + k) u."""
+        return (1.0 + strength) * set_point
+
+    lag = 20.0 * STEP
+    values = machine(transport_delay_time=5.5 * STEP, doubling_strength=1.0,
+                     driver_lag_time_constant=lag)  # fmt: skip
+    plant = Plant(kernel.build((*CATALOGUE, doubling), compiled=False), values, STEP)
+    for told in (1e-3, 2e-3):
+        plant.inputs.valve_current = told
+        plant.step(10)
+    reached = 0.0
+    for target, steps in ((2e-3, 15.5), (4e-3, 4.5)):
+        reached = target + (reached - target) * np.exp(-steps * STEP / lag)
+    assert plant.signals.valve_current == pytest.approx(reached, rel=1e-6)

@@ -28,7 +28,7 @@ from hil_emulator.identify.prediction.records import Sweep, Unknowns
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.static import MeasuredStates
 from hil_emulator.model.equilibrium import SCALES, units_of_states
-from hil_emulator.model.stages import friction, pilot, set_point, spool
+from hil_emulator.model.stages import friction, late_set_point, pilot, set_point, spool
 
 ROWS = 3000
 """Rows to which a recording is averaged: a sweep over the full range then steps by 0.1 % of it."""
@@ -53,7 +53,7 @@ SWEEP_PRIORS = {"valve_gain": 0.10}
 CORRELATED_SHARE = 0.01
 """Part of a sweep over which its residuals may be correlated (assumed)."""
 
-TAKES_TIME = (set_point, pilot, spool)
+TAKES_TIME = (set_point, late_set_point, pilot, spool)
 """Stages that act on motion alone."""
 
 PROBE_STEPS = 10.0

@@ -10,9 +10,9 @@ from hil_emulator.model.effects.history import HISTORY, Array, remember, sample_
 from hil_emulator.model.stages import (
     arrival,
     command,
-    earlier_set_point,
+    early_set_point,
+    late_set_point,
     pilot,
-    set_point,
     spool,
     spool_force,
     spool_reach,
@@ -29,7 +29,7 @@ Twice that, and the side of the loop would turn faster than a step of `identify`
 product of both rates and of the step stays below 2.78, where classical Runge-Kutta is stable."""
 
 
-def transport_delay_earlier_set_point(period: float, time: float, history: Array) -> float:
+def transport_delay_early_set_point(period: float, time: float, history: Array) -> float:
     """Return the set point before the one that arrives within this tick."""
     return sample_of(history, int(time / period) + 1)
 
@@ -40,11 +40,11 @@ def transport_delay_arrival(period: float, time: float) -> float:
 
 
 @effect(
-    set_point,
+    late_set_point,
     knob=Param("time", "s", "age of the set point that acts", 1e-3, 0.0, 0.1, shown="ms"),
     states=(Quantity("history", "A", "set points of the last ticks", length=HISTORY),),
     also=(
-        (earlier_set_point, transport_delay_earlier_set_point),
+        (early_set_point, transport_delay_early_set_point),
         (arrival, transport_delay_arrival),
     ),
     source="dead time of a bus and a digital driver; 0 to 3 ms assumed",
