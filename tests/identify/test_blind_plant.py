@@ -108,6 +108,26 @@ def test_a_late_channel_is_late_by_its_time_in_both_laws() -> None:
         assert (ramp - late(ramp, 1.5e-3, 1e-3, foreign))[-1] == pytest.approx(1.5e-3, rel=1e-3)
 
 
+@pytest.mark.parametrize("period", [1e-3, 2e-3])
+def test_lags_are_those_of_a_device_however_often_it_is_asked(period: float) -> None:
+    """A set point that steps comes as 1 - exp(-x)(1 + x + x^2/2), x = t/lag, between ticks as well.
+
+    A ramp is read late by their sum, less exp(-x)(3 + 2x + x^2/2) lags of what has not settled.
+    """
+    lag = 0.5e-3
+    acts = SetPoint(3.0 * lag, True, period)
+    parts = [part for _ in range(3) for part in acts(1.0)]
+    ends = np.cumsum([steps for _, steps in parts]) * STEP
+    x = (ends - 0.5 * ends[0]) / lag
+    np.testing.assert_allclose(
+        [acting for acting, _ in parts], 1.0 - np.exp(-x) * (1.0 + x + 0.5 * x**2), atol=1e-9
+    )
+    ramp = np.arange(8) * period
+    x = ramp / lag
+    behind = lag * (3.0 - np.exp(-x) * (3.0 + 2.0 * x + 0.5 * x**2))
+    np.testing.assert_allclose(ramp - late(ramp, 3.0 * lag, period, True), behind, atol=1e-9)
+
+
 def test_a_ringing_line_passes_what_is_slow() -> None:
     """A step arrives in full, after an overshoot that a tenth of critical damping gives."""
     step = np.where(np.arange(600) < 10, 0.0, 1.0)

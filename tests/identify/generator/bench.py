@@ -3,11 +3,12 @@
 from typing import Any
 
 import numpy as np
+from scipy.signal import cont2discrete, tf2ss
 
 from hil_emulator.identify.measured.experiment import Experiment
 from tests.identify.generator.benches import FIRST, Bench
 from tests.identify.generator.plant import STEP, Machine, advance, at_rest
-from tests.identify.generator.sensors import CHANNELS, converted, noise, transduced
+from tests.identify.generator.sensors import CHANNELS, converted, noise, three_lags, transduced
 
 TRAINING = ("multisine", "steps", "triangles", "chirp")
 VALIDATION = ("fast", "slow", "stairs")
@@ -42,6 +43,10 @@ def wanted(kind: str, time: np.ndarray, random: np.random.Generator) -> np.ndarr
     return waves @ sizes * np.minimum(1.0, time / 0.4)
 
 
+LAGGED = 10
+"""Steps for which a set point that comes through lags is held, a tenth of a millisecond."""
+
+
 class SetPoint:
     """What acts at the valve: set points that arrive after a dead time, or three equal lags.
 
@@ -54,22 +59,32 @@ class SetPoint:
 
     def __init__(self, time: float, foreign: bool, period: float) -> None:
         whole, part = divmod(time, period)
-        self._foreign, self._period, self._whole, self._part = foreign, period, int(whole), part
-        self._past = [0.0] * 16
-        self._keep = time / (time + 3.0 * period)
+        self._period, self._whole, self._part = period, int(whole), part
+        self._past, self._inner = [0.0] * 16, np.zeros(3)
+        self._lags = _between_halves(time) if foreign and time > 0.0 else None
 
     def __call__(self, u: float) -> list[tuple[float, int]]:
         """Return what acts after the newest set point, one after the other, and how many steps."""
-        if self._foreign:
-            for i in range(3):
-                self._past[i] += (1.0 - self._keep) * (u - self._past[i])
-                u = self._past[i]
-            return [(u, round(self._period / STEP))]
+        if self._lags is not None:
+            return [(self._lagged(u, *self._lags), LAGGED)
+                    for _ in range(round(self._period / STEP / LAGGED))]  # fmt: skip
         self._past = [u, *self._past[:-1]]
         before = round(self._part / STEP)
         after = round(self._period / STEP) - before
         both = (self._past[self._whole + 1], before), (self._past[self._whole], after)
         return [(acting, steps) for acting, steps in both if steps]
+
+    def _lagged(self, u: float, keep: np.ndarray, feed: np.ndarray, show: np.ndarray) -> float:
+        """Return what comes out of the lags in the middle of a part, and go on to its end."""
+        middle = keep @ self._inner + feed * u
+        self._inner = keep @ middle + feed * u
+        return float(show @ middle)
+
+
+def _between_halves(time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what three lags keep of their state in half a part, take in, and show of it."""
+    system = cont2discrete(tf2ss(*three_lags(time)), 0.5 * LAGGED * STEP, "zoh")
+    return system[0], system[1][:, 0], system[2][0]
 
 
 def record(

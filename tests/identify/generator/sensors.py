@@ -1,7 +1,7 @@
 """From the true quantities to readings: errors of sensors in two laws, noise, converter."""
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import cont2discrete, lfilter
 
 Array = np.ndarray
 
@@ -21,16 +21,18 @@ def noise(samples: int, coloured: bool, random: np.random.Generator) -> Array:
     return np.sqrt(0.5) * (white + slow)
 
 
+def three_lags(time: float) -> tuple[list[float], Array]:
+    """Return numerator and denominator of three equal lags that are late by a time together [s]."""
+    return [1.0], np.poly1d([time / 3.0, 1.0]) ** 3
+
+
 def late(values: Array, time: float, period: float, foreign: bool) -> Array:
     """Return a channel that is read late; foreign: three equal lags instead of a dead time."""
     if not foreign:
         steps = np.arange(len(values))
         return np.interp(steps - time / period, steps, values)
-    keep = time / (time + 3.0 * period)
-    out = values - values[0]
-    for _ in range(3):
-        out = lfilter([1.0 - keep], [1.0, -keep], out)
-    return out + values[0]
+    numerator, denominator, _ = cont2discrete(three_lags(time), period, "foh")
+    return lfilter(numerator[0], denominator, values - values[0]) + values[0]
 
 
 def ringing(values: Array, time: float, period: float) -> Array:
