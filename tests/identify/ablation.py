@@ -2,7 +2,7 @@
 
     python -m tests.identify.ablation --out ablation.jsonl --each 6 --watch
     python -m tests.identify.ablation --out ablation.jsonl --each 6
-    python -m tests.identify.ablation --out ablation.jsonl --each 6 --rules kin returning --together
+    python -m tests.identify.ablation --out ablation.jsonl --each 6 --rules alike faint --together
     python -m tests.identify.ablation --out ablation.jsonl --each 6 --report
 
 Cases are none of the study's; each experiment lasts two seconds. A case is searched once with all

@@ -119,7 +119,7 @@ class Bench:
 
 def nearest(scores: list[Score], mine: Score, size: float) -> list[tuple[float, Score]]:
     """Return the rivals by their separability at the hidden size, the nearest first."""
-    rest = [s for s in scores if s is not mine and s.sensible]
+    rest = [s for s in scores if s is not mine]
     return sorted(((separability(mine, s, size), s) for s in rest), key=lambda p: p[0])
 
 

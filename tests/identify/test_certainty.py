@@ -47,7 +47,7 @@ def search(
     jacobian[0] = 1.0 / own if own else 1e6
     fit = Fit([knob], np.ones(1), np.zeros(N), jacobian, 0.0)
     score = replace(score_of(knob, jacobian[:, 0], Projection(fit)), information=information)
-    trial = Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 0.0)
+    trial = Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0), 0.0)
     named = Round(fit, [score], [trial], [], accepted=True)
     knots, nothing = np.zeros(6), np.zeros((0, 0))
     left = DiscrepancyTerm(

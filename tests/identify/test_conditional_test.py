@@ -63,7 +63,7 @@ def judged(spring: float, *names: str) -> Round:
         score = candidate(name, fit, sensitivities[name])
         delta_chi2 = score.statistic
         found.trials.append(
-            Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 1.0)
+            Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0), 1.0)
         )
     search = Search([], effects=[COORDINATES["internal_leakage"]])
     judge(search, found)
@@ -130,7 +130,7 @@ def test_what_acts_elsewhere_is_tried_beside_a_law_that_does_not_fit(
     }
     scores = [candidate(name, fit, column) for name, column in sensitivities.items()]
     first = next(s for s in scores if s.coordinate.name == tried)
-    weak = Trial(first, fit, Evidence(300.0, 9.0, 300.0, 20.0, 300.0), 1.0)
+    weak = Trial(first, fit, Evidence(300.0, 9.0, 300.0, 20.0), 1.0)
     whole = Excerpt(Fitter(Observer(knee_model(), INSTRUMENTS), []), fit)
     terms = [term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)]
     judged = Round(fit, scores, [weak], terms, excerpt=whole)
@@ -161,7 +161,7 @@ def test_all_data_decide_between_those_that_hold_elsewhere(
     """Of gains on training and held-out data, the latter come first unless nearly equal."""
     fit = base(22.0 * NULL)
     score = candidate("null_bias", fit, NULL)
-    trials = [Trial(score, fit, Evidence(g, 0.0, h, 20.0, h), 1.0) for g, h in (own, other)]
+    trials = [Trial(score, fit, Evidence(g, 0.0, h, 20.0), 1.0) for g, h in (own, other)]
     best = ranked(trials)[0].evidence
     assert (best.delta_chi2, best.held_out) == first
 

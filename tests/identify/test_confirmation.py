@@ -8,7 +8,6 @@ from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.selection.starts import Confirmation
@@ -63,27 +62,3 @@ def test_what_a_parameter_stands_in_for_is_looked_for_where_it_is_as_configured(
     found = Confirmation(fitter, fit).stood_in_for(scores, first, 1)
     assert [s.coordinate.name for s in found] == ["overlap", "transport_delay"]
     assert found[1].estimate * delay.scale == pytest.approx(DELAY, rel=0.05)
-
-
-def test_what_was_refitted_in_the_round_before_starts_where_it_ended(
-    slow: tuple[Fitter, Fit],
-) -> None:
-    """A delay and the fast valve that belongs to it come back; what explains nothing does not."""
-    fitter, fit = slow
-    delay, bias = effect("transport_delay"), effect("null_bias")
-    scores = {s.coordinate.name: s for s in scan(fitter, fit, [delay, bias])}
-
-    def ended(coordinate: Coordinate, size: float, valve: float) -> Trial:
-        names = [c.name for c in fit.coordinates]
-        at = np.append(fit.at, size / coordinate.scale)
-        at[names.index("valve_natural_frequency")] = valve
-        there = Fit([*fit.coordinates, coordinate], at, fit.residual, np.zeros((0, 0)), 0.0)
-        return Trial(scores[coordinate.name], there, Evidence(1.0, 1.0, 1.0, 1.0), 1.0)
-
-    before = [ended(delay, DELAY, 0.0), ended(bias, 1e-4, 0.0)]
-    found = Confirmation(fitter, fit).returning(list(scores.values()), [], before)
-    assert [s.coordinate.name for s in found] == ["transport_delay"]
-    assert found[0].start is not None
-    np.testing.assert_array_equal(found[0].start, before[0].fit.at)
-    known = Confirmation(fitter, fit).returning(list(scores.values()), found, before)
-    assert known == found

@@ -44,7 +44,7 @@ def trial(knob: Coordinate, delta_chi2: float, size: float) -> Trial:
     none = np.zeros(0)
     fit = Fit([knob], np.array([size]), none, np.zeros((0, 1)), 0.0)
     score = Score(knob, delta_chi2, size, delta_chi2, none, none, none)
-    return Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 1.0)
+    return Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0), 1.0)
 
 
 def named(*trials: Trial) -> Round:

@@ -45,7 +45,7 @@ def named(name: str, delta_chi2: float, terms: list[DiscrepancyTerm]) -> tuple[T
     """Return an accepted effect with such a gain, and its round."""
     found = score(name, delta_chi2)
     fit = Fit([found.coordinate], np.ones(1), np.zeros(N), sensitivity()[:, None], 0.0)
-    trial = Trial(found, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2), 1.0)
+    trial = Trial(found, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0), 1.0)
     return trial, Round(fit, [found], [trial], terms, accepted=True)
 
 

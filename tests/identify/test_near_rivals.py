@@ -57,7 +57,7 @@ def scored(name: str, statistic: float, estimate: float = 0.0) -> Score:
 
 def trial(name: str, delta_chi2: float, fit: Fit) -> Trial:
     """Return a refitted candidate with such a gain."""
-    evidence = Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0, delta_chi2)
+    evidence = Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0)
     return Trial(scored(name, delta_chi2), fit, evidence, 1.0)
 
 

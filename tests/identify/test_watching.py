@@ -11,13 +11,17 @@ from tests.identify.rules import RULES, changed
 from tests.identify.watching import ASKED, deciding, same, watched
 
 
-@pytest.mark.parametrize(("held_out", "decided"), [(9.0, set()), (3.8, {"held-out gain"})])
-def test_a_bound_decides_where_it_is_the_only_objection(held_out: float, decided: set[str]) -> None:
-    """Evidence that passes either way was not decided by the bound, nor by one that it meets."""
-    with deciding(["held-out size", "held-out gain"]) as found:
-        evidence = Evidence(100.0, 20.0, held_out, needed=12.0, expected=7.0)
-        assert evidence.passed == (not decided)
-    assert found == decided
+@pytest.mark.parametrize(
+    ("wald", "held_out", "decides"), [(20.0, 9.0, False), (20.0, 3.8, True), (11.0, 3.8, False)]
+)
+def test_a_bound_decides_where_it_is_the_only_objection(
+    wald: float, held_out: float, decides: bool
+) -> None:
+    """Evidence that passes either way was not decided by the bound, nor what fails without it."""
+    with deciding(["held-out gain"]) as found:
+        evidence = Evidence(100.0, wald, held_out, needed=12.0)
+        assert evidence.passed == (wald > 12.0 and not decides)
+    assert found == ({"held-out gain"} if decides else set())
 
 
 def test_a_judgement_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:

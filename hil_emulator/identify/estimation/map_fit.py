@@ -61,15 +61,7 @@ class Fit:
 
     def without(self, names: Collection[str]) -> "Fit":
         """Return the fit without some coordinates, everything else as it is."""
-        return self._of([i for i, c in enumerate(self.coordinates) if c.name not in names])
-
-    def ending_with(self, name: str) -> "Fit":
-        """Return the same fit with one coordinate as the last of all."""
-        names = [c.name for c in self.coordinates]
-        return self._of(sorted(range(len(names)), key=lambda i: names[i] == name))
-
-    def _of(self, kept: list[int]) -> "Fit":
-        """Return the fit with some coordinates, in another order."""
+        kept = [i for i, c in enumerate(self.coordinates) if c.name not in names]
         free = [self.coordinates[i] for i in kept]
         further = None if self.further is None else self.further[np.ix_(kept, kept)]
         return replace(

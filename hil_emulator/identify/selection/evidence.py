@@ -9,7 +9,6 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.levels import (
-    GREATER_PART,
     NEARLY_ALL,
     ONE_IN_TWENTY,
     SMALL_PART,
@@ -30,13 +29,9 @@ class Evidence:
         wald: squared estimate over its variance, serial correlation counted.
         held_out: gain in chi-square on the validation data; NaN without any.
         needed: Wald statistic that is needed, see `needed_delta_chi2`.
-        expected: gain on the validation data if the effect has the estimated size there too.
         variance_factor: factor by which correlation widens a variance, see `Clusters`.
         size: estimate, in typical sizes.
         serial_factor: the variance factor by time alone, as that of free terms is.
-        estimated: whether the noise is estimated from the residual: few independent values decide.
-        another_law: whether it is judged as one of another law than the catalogue's, which may
-            be of another size elsewhere.
 
     """
 
@@ -44,12 +39,9 @@ class Evidence:
     wald: float
     held_out: float
     needed: float
-    expected: float = 0.0
     variance_factor: float = 1.0
     size: float = 0.0
-    estimated: bool = False
     serial_factor: float = 1.0
-    another_law: bool = False
 
     @property
     def passed(self) -> bool:
@@ -57,34 +49,12 @@ class Evidence:
         return not self.objections
 
     @property
-    def contradicted(self) -> bool:
-        """Whether all that speaks against it are held-out data."""
-        return not self.passed and not self._by_chance
-
-    @property
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
         found = self._by_chance
         if np.isfinite(self.held_out) and self.held_out <= LEAST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {LEAST_HELD_OUT:.1f}")
-        elif self.surpassing or not (self.confirmed or self.another_law):
-            found.append(f"held-out gain {self.held_out:.0f}, expected {self.expected:.0f}")
         return found
-
-    @property
-    def less_elsewhere(self) -> bool:
-        """Whether all that speaks against it is that held-out data, which show it, want less."""
-        beyond_chance = self.held_out > max(self.needed, LEAST_HELD_OUT)
-        return self.contradicted and beyond_chance and not self.surpassing
-
-    @property
-    def size_elsewhere(self) -> float:
-        """The size that explains the held-out data best, over the estimated one.
-
-        A change d of the residual r gains r'r - |r + d|^2 where d'd is expected; the part of it
-        that gains the most is -r'd / d'd.
-        """
-        return 0.5 * (1.0 + self.held_out / self.expected)
 
     @property
     def _by_chance(self) -> list[str]:
@@ -105,23 +75,6 @@ class Evidence:
     def beside_terms(self) -> float:
         """The same by time alone, to be held against free terms."""
         return self.delta_chi2 / self.serial_factor
-
-    @property
-    def surpassing(self) -> bool:
-        """Whether held-out data gain more than the size explains: something else gains there."""
-        return self.held_out > self.expected / GREATER_PART + self._spread
-
-    @property
-    def _spread(self) -> float:
-        """Standard deviation of the gain on held-out data; two where the noise is estimated."""
-        deviations = 2.0 if self.estimated else 1.0
-        return deviations * 2.0 * float(np.sqrt(self.variance_factor * self.expected))
-
-    @property
-    def confirmed(self) -> bool:
-        """Whether held-out data gain as the size does, or are evidence and less by chance."""
-        least = GREATER_PART * self.expected
-        return not self.held_out < min(least, max(self.needed, least - self._spread))
 
 
 @dataclass
@@ -149,18 +102,13 @@ class Trial:
 
 
 def ranked(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the candidates in the order of what they explain, the surpassing ones last.
+    """Return the candidates in the order of what they explain.
 
     Where several explain the training data about equally well, held-out data decide: a law that
     holds elsewhere beats one that bends to its data. Where several do that equally well, too, none
     has bent, and all data count.
     """
     by_delta_chi2 = sorted(trials, key=lambda t: -t.evidence.delta_chi2)
-    sound = [t for t in by_delta_chi2 if not t.evidence.surpassing]
-    return _ranked(sound) + [t for t in by_delta_chi2 if t.evidence.surpassing]
-
-
-def _ranked(by_delta_chi2: list[Trial]) -> list[Trial]:
     if not by_delta_chi2 or by_delta_chi2[0].evidence.delta_chi2 <= 0.0:
         return by_delta_chi2
     level = NEARLY_ALL * by_delta_chi2[0].evidence.delta_chi2

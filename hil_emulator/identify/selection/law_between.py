@@ -6,16 +6,13 @@ an effect that was fitted alone no sensitivity shows the rival: a little of it d
 the effect does all the work. A refit that begins with part of the work on each side shows it.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction.pool import Batch
-from hil_emulator.identify.selection.evidence import (
-    LEAST_HELD_OUT,
-    Trial,
-)
+from hil_emulator.identify.selection.evidence import LEAST_HELD_OUT
 from hil_emulator.identify.selection.levels import GREATER_PART, SMALL_PART
 from hil_emulator.identify.selection.progress import Completion, Round, Search, StandIn
 from hil_emulator.identify.selection.rivals import weighed
@@ -25,42 +22,6 @@ RIVAL_SHARE = 0.25
 
 SHARED_ITERATIONS = 6
 """Of the refit of both (assumed)."""
-
-
-def completions(
-    selections: Iterable[Sequence[Trial]], trials: Sequence[Trial]
-) -> Mapping[str, Completion]:  # fmt: skip
-    """Return which near rivals only complete a law, by name, those that explain the most first.
-
-    Args:
-        selections: the trials in which each effect in the model was named, itself first.
-        trials: of the round.
-
-    """
-    found: dict[str, Completion] = {}
-    rivalled = {_name(rival): best for best, rival in near(selections)}
-    for trial in sorted(trials, key=lambda t: -t.evidence.delta_chi2):
-        best = rivalled.get(_name(trial))
-        if best is None or not trial.evidence.passed:
-            continue
-        part = trial.evidence.delta_chi2 / best.evidence.delta_chi2
-        if part < SMALL_PART:
-            found[_name(trial)] = Completion(_name(best), _name(trial), part)
-    return found
-
-
-def near(selections: Iterable[Sequence[Trial]]) -> Iterator[tuple[Trial, Trial]]:
-    """Yield effects with the rivals at the same place that explained nearly as much."""
-    # where the best explains everything, a rival's part of it is the squared cosine between both
-    for best, *rivals in selections:
-        for rival in rivals:
-            here = rival.score.coordinate.place == best.score.coordinate.place
-            if here and rival.evidence.delta_chi2 > GREATER_PART * best.evidence.delta_chi2:
-                yield best, rival
-
-
-def _name(trial: Trial) -> str:
-    return trial.score.coordinate.name
 
 
 def between(

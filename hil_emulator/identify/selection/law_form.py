@@ -25,7 +25,6 @@ from hil_emulator.identify.prediction.law_places import (
 )
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Trial, ranked
-from hil_emulator.identify.selection.law_between import completions
 from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
@@ -203,7 +202,7 @@ def outshone(found: Round) -> bool:
                if best is None or not calibrates(t, best))  # fmt: skip
 
 
-def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collection[str]) -> bool:
+def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
     """Put the best one first that is justified beside given laws; tell whether it is named.
 
     For that it has to explain, beside them, what any other free term does; in the balance of such a
@@ -212,7 +211,6 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
     Args:
         found: a round.
         laws: terms of it that are laws of effects in the model.
-        without: names of candidates that complete such a law.
 
     """
     beside = ConditionalTest(laws, found.base)
@@ -221,7 +219,6 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm], without: Collec
             t
             for t in found.trials
             if t.evidence.passed
-            and t.score.coordinate.name not in without
             and beside.stands_out(t.score, found.needed * t.evidence.variance_factor)
             and not beside.part_of_a_law(t.score)
         ]
@@ -253,7 +250,7 @@ def others_beside(search: Search, found: Round) -> list[Score]:
     there = [replace(t, columns=found.excerpt.columns(t.columns)) for t in laws]
     beside = ConditionalTest(there, found.excerpt.fit)
     tried = {t.score.coordinate.name for t in found.trials}
-    rest = [s for s in found.scores if s.sensible and s.coordinate.name not in tried]
+    rest = [s for s in found.scores if s.coordinate.name not in tried]
     gains = [(beside.candidate(s), s) for s in rest if beside.elsewhere(s)]
     gains.sort(key=lambda told: -told[0])
     return [s for gain, s in gains[:MOST_BESIDE] if gain > found.needed]
@@ -272,57 +269,24 @@ def judge(search: Search, found: Round) -> None:
     earlier effect may leave, unless it is a sensor's error apart from that law. Where the law of an
     effect in the model explains what remains better than any candidate does, only one that gains
     beside a free shape of that law is accepted; what a sensor reads over anything counts as such a
-    shape of an error of it. None is that only completes the law of one in the model.
+    shape of an error of it.
     """
-    completing = completions(search.selections, found.trials)
-    found.trials.sort(key=lambda t: t.score.coordinate.name in completing)
     owners = _owners(search, found)
     own = _laws(search, found, owners)
     if overshadowed(found, own):
-        found.accepted = stands_beside(found, own, completing)
+        found.accepted = stands_beside(found, own)
     else:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
         found.accepted &= not outshone(found)
     if found.accepted and found.best <= INEXACT * _named_for(search):
         of_a_sensor = bool(found.trials[0].score.coordinate.channel)
         found.accepted = of_a_sensor and _apart(found, own, found.trials[0])
-    found.accepted &= not completing or found.trials[0].score.coordinate.name not in completing
-    search.between = {c.named: c for c in reversed(list(completing.values()))}
     found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
 
 
 def _apart(found: Round, laws: Sequence[DiscrepancyTerm], trial: Trial) -> bool:
     """Tell whether a candidate has nothing to do with what laws in the model leave."""
     return bool(laws) and ConditionalTest(laws, found.base).elsewhere(trial.score)
-
-
-def allow_another_law(search: Search, found: Round) -> None:
-    """Judge a round that ends a search once more, one of its candidates as of another law.
-
-    A gain error that saturates is of another size in every experiment: held-out data that show it
-    want less of it. So they do of what only makes up for a law in the model that does not fit, or
-    for something unknown that explains more.
-    """
-    laws = _laws(search, found, _owners(search, found))
-    less = [t for t in found.trials if t.evidence.less_elsewhere]
-    if laws:
-        less = [t for t in less if _apart(found, laws, t)]
-    else:
-        less = [t for t in less if not _more_unknown(found, t)]
-    if not less:
-        return
-    best = less[0]
-    stated, best.evidence = best.evidence, replace(best.evidence, another_law=True)
-    judge(search, found)
-    if not found.accepted:
-        best.evidence = stated
-        judge(search, found)
-
-
-def _more_unknown(found: Round, trial: Trial) -> bool:
-    """Tell whether a free term, no curve of the same sensor, explains more than a candidate."""
-    return any(t.robust >= trial.evidence.beside_terms for t in found.worthwhile
-               if not calibrates(t, trial.score.coordinate))  # fmt: skip
 
 
 def _owners(search: Search, found: Round) -> dict[str, str]:

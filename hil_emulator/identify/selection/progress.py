@@ -189,12 +189,6 @@ class Search:
         return [r.trials for r in self.rounds
                 if r.accepted and r.trials[0].score.coordinate.name in names]  # fmt: skip
 
-    @property
-    def of_another_size(self) -> dict[str, float]:
-        """How much of each effect of another law in the model held-out data want, by name."""
-        return {t[0].score.coordinate.name: t[0].evidence.size_elsewhere
-                for t in self.selections if t[0].evidence.another_law}  # fmt: skip
-
     def selected_in(self, name: str) -> Round:
         """Return the round in which an effect was named, the last one if it was more than once."""
         return next(r for r in reversed(self.rounds)

@@ -27,8 +27,7 @@ from hil_emulator.identify.selection.evidence import (
 )
 from hil_emulator.identify.selection.levels import GREATER_PART, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round
-from hil_emulator.identify.selection.scan import Pair, Score, anew, scan, score_of
-from hil_emulator.identify.selection.starts import Confirmation
+from hil_emulator.identify.selection.scan import Pair, Score, score_of
 
 ITERATIONS_AT_ONCE = 5
 """Iterations of a joint refit, before it is asked whether more are worth while."""
@@ -47,9 +46,6 @@ PROMISING = 0.2
 
 PARTNER_ITERATIONS = 3
 """Iterations of a refit with one of a pair."""
-
-PARTNERS = 2
-"""Candidates beside which one is judged that held-out data contradict."""
 
 NOISE_PASSES = 4
 """Most refits, each by the noise that the last one has left."""
@@ -147,17 +143,14 @@ class CandidateRefits:
     def weighed(self, score: Score, fit: Fit) -> Trial:
         """Judge a candidate by a fit with its knob last."""
         wald, deviation, factor, serial = self._certainty(score.coordinate.name, fit)
-        held_out, expected = float("nan"), 0.0
+        held_out = float("nan")
         if self._held is not None:
             before = self._fitter.residual(self._base.coordinates, self._base.at, self._held)
             after = self._fitter.residual(fit.coordinates, fit.at, self._held)
             held_out = float(before @ before - after @ after)
-            expected = float((after - before) @ (after - before))
         delta_chi2 = self._base.chi2 - fit.chi2
-        evidence = Evidence(
-            delta_chi2, wald, held_out, self._needed, expected, factor,
-            float(fit.at[-1]), fit.effective is not None, serial,
-        )  # fmt: skip
+        size = float(fit.at[-1])
+        evidence = Evidence(delta_chi2, wald, held_out, self._needed, factor, size, serial)
         return Trial(score.lean(), fit, evidence, deviation)
 
     def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float, float]:
@@ -218,59 +211,6 @@ class Lookahead:
                 return replace(best, fit=best.fit.without([best.beside]))
         return None
 
-    def confirmed_together(self, trials: Sequence[Trial], scores: Sequence[Score]) -> Trial | None:
-        """Return the best candidate, judged beside another one with which held-out data confirm it.
-
-        Where two are missing, what one alone has to be changes from experiment to experiment, and
-        held-out data contradict it. None where they do not, or beside any other one as well.
-
-        Args:
-            trials: the best first.
-            scores: of all candidates, lean.
-
-        """
-        if not trials or not trials[0].evidence.contradicted:
-            return None
-        first, fitter = trials[0], self._fitter
-        rest = [s.coordinate for s in scores if s.coordinate != first.score.coordinate]
-        excerpt = excerpt_of(fitter, first.fit)
-        beside = [s for s in scan(excerpt.fitter, excerpt.fit, rest) if s.sensible or s.flat]
-        found = Confirmation(excerpt.fitter, excerpt.fit).best(beside, PARTNERS)
-        partners = [anew(fitter, first.fit, s) for s in found]
-        by_itself = {s.coordinate.name: s for s in scores}
-        together = (self._together(first, p, by_itself[p.coordinate.name]) for p in partners)
-        return next((trial for trial in together if trial is not None), None)
-
-    def _together(self, first: Trial, partner: Score, by_itself: Score) -> Trial | None:
-        """Judge one of two candidates beside the other; the other, if it does the work of both.
-
-        None unless data ask for the other one beside the first.
-
-        Args:
-            first: refitted without the other one.
-            partner: the other one, scored beside the first.
-            by_itself: the same, scored without.
-
-        """
-        second = self._refits(first.fit).refit([partner])[0]
-        if not second.evidence.passed:
-            return None
-        both = second.fit.ending_with(first.score.coordinate.name)
-        alone = self._fitter.fit(
-            both.coordinates[:-1], both.at[:-1], PARTNER_ITERATIONS, jacobian=both.jacobian[:, :-1]
-        )
-        again = self._refits(alone).weighed(first.score, both)
-        if again.evidence.passed:  # unless the other one by itself has only stopped short of it
-            alone = self._fitter.fit(alone.coordinates, alone.at, PARTNER_ITERATIONS)
-            again = self._refits(alone).weighed(first.score, both)
-        name = partner.coordinate.name
-        if again.evidence.passed:
-            gone = [c.name for c in both.coordinates if c.belongs_to(name)]
-            return replace(again, fit=again.fit.without(gone), beside=name)
-        other = self._refits(self._base).weighed(by_itself, alone.ending_with(name))
-        more = other.evidence.delta_chi2 > first.evidence.delta_chi2
-        return other if more and other.evidence.passed else None
-
     def _refits(self, model: Fit) -> CandidateRefits:
         return CandidateRefits(self._fitter, model, self._held, self._needed)
 
@@ -302,9 +242,9 @@ def quietest(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
     None, and the weights stay as they are, where they know the noise or it would hardly differ.
     """
     before = fitter.batch.noise
-    likeliest = next((s for s in scores if s.sensible), None)
-    if before is None or likeliest is None:
+    if before is None or not scores:
         return None
+    likeliest = scores[0]
     at = np.append(base.at + likeliest.estimate * likeliest.response, likeliest.estimate)
     fit, noise = fitter.fit([*base.coordinates, likeliest.coordinate], at, NOISE_ITERATIONS), before
     for most in (SMALL_PART, *[NEARLY_ALL] * (NOISE_PASSES - 1)):

@@ -61,11 +61,6 @@ class Score:
         return self.information > TOLD_APART * self.remaining
 
     @property
-    def sensible(self) -> bool:
-        """Whether the data say more for the estimate than its size is improbable."""
-        return self.statistic > surprise(self.estimate)
-
-    @property
     def flat(self) -> bool:
         """Whether a limit that is far away does nothing: it has to come nearer to be seen."""
         return self.coordinate.inverse and self.information <= NOTHING

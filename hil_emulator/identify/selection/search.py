@@ -21,7 +21,6 @@ from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.law_between import between
 from hil_emulator.identify.selection.law_form import (
-    allow_another_law,
     displacing,
     judge,
     nearest,
@@ -112,8 +111,6 @@ class Searcher:
                 self._beside_laws(search, found)
             if not found.accepted:
                 found = self._in_less_noise(search, found)
-            if not found.accepted:
-                allow_another_law(search, found)
             if found.accepted:
                 self._accept(search, found)
             found.slim()
@@ -218,9 +215,7 @@ class Searcher:
         """Return the score of every candidate in an excerpt, and the likeliest, refitted to all."""
         scores = scan(excerpt.fitter, excerpt.fit, rest)
         look = Confirmation(excerpt.fitter, excerpt.fit)
-        likely = look.best([s for s in scores if s.sensible or s.flat], REFITTED)
-        before = search.rounds[-1].trials[1:] if search.rounds else []
-        likely = look.returning(scores, likely, before)
+        likely = look.best(scores, REFITTED)
         if not_by_chance(base):
             likely = look.stood_in_for(scores, likely, REFITTED)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, excerpt.fit)
@@ -230,7 +225,7 @@ class Searcher:
         trials = CandidateRefits(self.fitter, base, held, needed).refit(likely)
         alone = max((t.evidence.delta_chi2 for t in trials), default=0.0)
         ahead = Lookahead(self.fitter, base, held, needed)
-        leader = ahead.leader(pairs, alone) or ahead.confirmed_together(trials, scores)
+        leader = ahead.leader(pairs, alone)
         if leader is not None:
             leader = replace(leader, score=anew(self.fitter, base, leader.score).lean())
             others = [t for t in trials if t.score.coordinate != leader.score.coordinate]
@@ -254,7 +249,7 @@ class Searcher:
     def _conclude(self, search: Search) -> None:
         """Say of each effect whether its law is the catalogue's, and what no effect explains."""
         held = partial(self._held_out, search.rounds[-1].base)
-        search.between = {**between(self.fitter, search, held), **search.between}
+        search.between = between(self.fitter, search, held)
         beside = self._weighed(search)
         for name in faint(search):
             self.tell(f"{name} is too faint")
@@ -274,7 +269,7 @@ class Searcher:
         excerpt = excerpt_of(self.fitter, fit)
         there = as_configured(excerpt.fitter, excerpt.fit)
         scores = scan(excerpt.fitter, there, self.candidates) if there else []
-        return next((s.coordinate.name for s in scores if s.sensible), "")
+        return scores[0].coordinate.name if scores else ""
 
     def _weighed(self, search: Search) -> Discrepancies:
         """Weigh what acts beside the model, and say what that makes of the laws in it."""
@@ -288,13 +283,9 @@ class Searcher:
         completed = {name: str(c) for name, c in search.between.items()
                      if name in names and c.part > INEXACT}  # fmt: skip
         displaced = displacing(search.effects, base)
-        parts = search.of_another_size
-        resized = {n: f"held-out data want {part:.0%} of this size" for n, part in parts.items()}
         unequal = apart(search.settled)
-        search.forms = {**unequal, **displaced, **completed, **resized, **beside.other_laws()}
-        # as much less as it is here, it may be more elsewhere
-        lacks = {name: (1.0 / part - 1.0) ** 2 for name, part in parts.items()}
-        search.lacks = {n: max(part, lacks.get(n, 0.0)) for n, part in beside.lacks.items()}
+        search.forms = {**unequal, **displaced, **completed, **beside.other_laws()}
+        search.lacks = beside.lacks
         return beside
 
     def _take_out(self, search: Search, name: str, why: str) -> None:

@@ -15,7 +15,6 @@ from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.levels import GREATER_PART
 from hil_emulator.identify.selection.scan import Score, scan, score_of
 
@@ -90,38 +89,9 @@ class Confirmation:
                 found.append(score)
                 continue
             tried[i] = score
-            if options and best.sensible and best.statistic > WORTHLESS:
+            if options and best.statistic > WORTHLESS:
                 heapq.heappush(queue, (-best.statistic, i, best))
-        return found + self._kin(found, [s for i, s in enumerate(scores) if i not in tried])
-
-    def returning(
-        self, scores: Sequence[Score], likely: Sequence[Score], before: Sequence[Trial]
-    ) -> list[Score]:
-        """Return the likely candidates, with those of the round before where these ended.
-
-        What gained a lot at a far end of a curved valley is not found there by its linearisation.
-
-        Args:
-            scores: of the linear model.
-            likely: the best of them.
-            before: what was refitted in the round before, and not named.
-
-        """
-        found = {s.coordinate.name: s for s in likely}
-        of = {s.coordinate.name: s for s in scores}
-        for trial in before:
-            name, ended = trial.score.coordinate.name, trial.fit
-            free = [*self._fit.coordinates, trial.score.coordinate]
-            values = dict(zip([c.name for c in free], np.append(self._fit.at, 0.0), strict=True))
-            values |= zip([c.name for c in ended.coordinates], ended.at, strict=True)
-            at = np.array([values[c.name] for c in free])
-            delta_chi2 = next(self._deltas_at(free, [at], self._fit.chi2))
-            known = found[name].statistic if name in found else WORTHLESS
-            if name in of and delta_chi2 > known:
-                found[name] = replace(
-                    of[name], statistic=delta_chi2, estimate=float(at[-1]), start=at
-                )  # fmt: skip
-        return list(found.values())
+        return found
 
     def stood_in_for(
         self, scores: Sequence[Score], likely: Sequence[Score], wanted: int
@@ -148,20 +118,6 @@ class Confirmation:
     def _nearer(self, limit: Score) -> Score:
         """Return where a limit explains the most; it gains nothing where it hardly acts."""
         return max(self._sounding(limit), key=lambda s: s.statistic, default=limit)
-
-    def _kin(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
-        """Return effects that act at the place in the model at which the best one does.
-
-        Of two that do the same, the linearisation of one may lead somewhere, the other's nowhere.
-        """
-        best = max(found, key=lambda s: s.statistic, default=None)
-        if best is None or best.coordinate.channel or best.statistic < WORTHLESS:
-            return []
-        known = {s.coordinate.name for s in found}
-        kin = [s for s in rest if s.coordinate.name not in known
-               and s.coordinate.stage == best.coordinate.stage]  # fmt: skip
-        starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
-        return [s for s in starts if s.statistic > GREATER_PART * best.statistic]
 
     def _holds(self, score: Score) -> bool:
         """Tell whether the model gains most of what its linearisation promises."""
