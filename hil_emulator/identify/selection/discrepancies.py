@@ -22,14 +22,17 @@ from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.levels import INEXACT, NOTICEABLE
 
 OWN_SIZES = (0.05, 0.1, 0.2, 0.4)
-"""Root mean square of what a law lacks over that of its effect, each as likely (assumed)."""
+"""Root mean square of what a law lacks over that of its effect, each as likely. A straight law
+misses 0.17 of a power law of order 4/7, a turbulent gap; 0.2 of an orifice's, 0.25 of a square one
+and 0.4 of a cubic one, as a sensor's odd curve is. Parts of such laws miss less."""
 
 SHARES = tuple(10.0 ** (0.5 * i) for i in range(-8, 2))
 """Shares of the innovations' variance that an unknown term may have, each as likely: from one in
-ten thousand to three (assumed)."""
+ten thousand, which chance gives to six hats of a minute's data, to three times all of it."""
 
 SMOOTH = 1.5
-"""Hats over which a term is correlated (assumed)."""
+"""Hats over which a term is correlated: neighbours by 0.8, the ends of the range by
+nothing, so that it bends once or twice, and is neither noise nor a straight line."""
 
 MOST_DISCREPANCIES = 4
 """Most terms beside the model."""
