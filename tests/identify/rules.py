@@ -94,6 +94,8 @@ RULES: dict[str, Rule] = {
                   {"search.Lookahead.leader": Always(None)}),
     "confirmation": Rule("a linearisation that leads nowhere",
                          {"starts.Confirmation._holds": Always(True)}),
+    "kin": Rule("missing one of two that do the same",
+                {"starts.Confirmation._kin": Always([])}),
     "takeover": Rule("parameters that hide an effect",
                      {"starts.Takeover.starts": Always([])}),
     "stood in for": Rule("parameters that stand in for an effect which explains nothing then",

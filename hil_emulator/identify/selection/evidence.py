@@ -51,20 +51,14 @@ class Evidence:
     @property
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
-        found = self._by_chance
+        found, least = [], self.needed + surprise(self.size)
+        if self.wald <= least:
+            found.append(f"robust Wald statistic {self.wald:.1f} below {least:.1f}")
+        elif self.robust <= least:
+            found.append(f"robust gain in chi-square {self.robust:.1f} below {least:.1f}")
         if np.isfinite(self.held_out) and self.held_out <= LEAST_HELD_OUT:
             found.append(f"held-out gain {self.held_out:.1f} below {LEAST_HELD_OUT:.1f}")
         return found
-
-    @property
-    def _by_chance(self) -> list[str]:
-        """What the training data say against it."""
-        least = self.needed + surprise(self.size)
-        if self.wald <= least:
-            return [f"robust Wald statistic {self.wald:.1f} below {least:.1f}"]
-        if self.robust <= least:
-            return [f"robust gain in chi-square {self.robust:.1f} below {least:.1f}"]
-        return []
 
     @property
     def robust(self) -> float:

@@ -38,7 +38,7 @@ DEAR = 3.0
 typical one: a coupling that hardly gives is stiff, and does nothing (assumed)."""
 
 TAKEOVER_ITERATIONS = 3
-"""Iterations of that refit."""
+"""Iterations of a refit that begins with parameters as they are configured."""
 
 
 class Confirmation:
@@ -91,7 +91,7 @@ class Confirmation:
             tried[i] = score
             if options and best.statistic > WORTHLESS:
                 heapq.heappush(queue, (-best.statistic, i, best))
-        return found
+        return found + self._kin(found, [s for i, s in enumerate(scores) if i not in tried])
 
     def stood_in_for(
         self, scores: Sequence[Score], likely: Sequence[Score], wanted: int
@@ -118,6 +118,20 @@ class Confirmation:
     def _nearer(self, limit: Score) -> Score:
         """Return where a limit explains the most; it gains nothing where it hardly acts."""
         return max(self._sounding(limit), key=lambda s: s.statistic, default=limit)
+
+    def _kin(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
+        """Return effects that act at the place in the model at which the best one does.
+
+        Of two that do the same, the linearisation of one may lead somewhere, the other's nowhere.
+        """
+        best = max(found, key=lambda s: s.statistic, default=None)
+        if best is None or best.coordinate.channel or best.statistic < WORTHLESS:
+            return []
+        known = {s.coordinate.name for s in found}
+        kin = [s for s in rest if s.coordinate.name not in known
+               and s.coordinate.stage == best.coordinate.stage]  # fmt: skip
+        starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
+        return [s for s in starts if s.statistic > GREATER_PART * best.statistic]
 
     def _holds(self, score: Score) -> bool:
         """Tell whether the model gains most of what its linearisation promises."""
