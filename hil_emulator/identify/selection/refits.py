@@ -27,7 +27,7 @@ from hil_emulator.identify.selection.evidence import (
 )
 from hil_emulator.identify.selection.levels import GREATER_PART, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round
-from hil_emulator.identify.selection.scan import Pair, Score, score_of
+from hil_emulator.identify.selection.scan import NOTHING, Pair, Score, score_of
 
 ITERATIONS_AT_ONCE = 5
 """Iterations of a joint refit, before it is asked whether more are worth while."""
@@ -164,6 +164,8 @@ class CandidateRefits:
         fresh = self._fitter.column(fit.coordinates, fit.at, fit.residual, last)
         shown, believed = np.split(project(fresh), [len(fit.residual)])
         information = float(shown @ shown + believed @ believed)
+        if information <= NOTHING:  # what was gained, something else did
+            return 0.0, math.inf, 1.0, 1.0
         if believed @ believed < shown @ shown:
             factor = clusters.variance_factor(shown, fit.residual)
             variance = factor / float(shown @ shown)
@@ -174,7 +176,7 @@ class CandidateRefits:
         changed = self._base.residual - fit.residual
         factor = clusters.variance_factor(changed, fit.residual)
         delta_chi2 = self._base.chi2 - fit.chi2
-        deviation = math.sqrt(factor / max(information, 1e-9))
+        deviation = math.sqrt(factor / information)
         return delta_chi2 / factor, deviation, factor, clusters.serial_factor(changed, fit.residual)
 
 

@@ -1,0 +1,29 @@
+"""What a candidate has gained that was refitted together with everything else."""
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.outer_iteration import converge
+from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.selection.refits import CandidateRefits
+from hil_emulator.identify.selection.scan import scan
+from hil_emulator.identify.selection.search import Searcher
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+
+
+def test_what_does_nothing_where_it_was_fitted_has_gained_nothing() -> None:
+    """A cushion far from the rod's way: something else made the fit a better one."""
+    model = knee_model()
+    free = [c for c in parameters.ordinary(model) if c.name == "valve_gain"]
+    searcher = Searcher(Observer(model, INSTRUMENTS), [recorded({}, "multisine", 7)], [], [], free)
+    base = converge(searcher.fitter, free, np.zeros(1))
+    (cushion,) = [c for c in parameters.candidates(model, INSTRUMENTS)
+                  if c.name == "cushion"]  # fmt: skip
+    (score,) = scan(searcher.fitter, base, [cushion])
+    at, jacobian = np.append(base.at, 0.1), np.pad(base.jacobian, ((0, 0), (0, 1)))
+    better = Fit([*free, cushion], at, base.residual, jacobian, base.chi2 - 100.0)
+    trial = CandidateRefits(searcher.fitter, base, None, 20.0).weighed(score, better)
+    assert trial.evidence.delta_chi2 == 100.0
+    assert trial.evidence.wald == 0.0
+    assert not trial.evidence.passed
