@@ -148,8 +148,9 @@ def taken_over(fit: Fit, i: int) -> float:
     far = [j for j, c in enumerate(fit.coordinates)
            if np.isfinite(c.prior) and abs(fit.at[j]) > TOLERATED * c.prior]  # fmt: skip
     spread = fit.covariance()
-    moved = np.linalg.solve(spread[np.ix_(far, far)], fit.at[far])
-    return abs(float(spread[i, far] @ moved))
+    # two of them may stand in for each other, too
+    back = np.linalg.pinv(spread[np.ix_(far, far)], hermitian=True) @ fit.at[far]
+    return abs(float(spread[i, far] @ back))
 
 
 def apart(settled: Settled | None) -> dict[str, str]:
