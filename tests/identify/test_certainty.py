@@ -143,15 +143,13 @@ def test_a_law_that_lacks_something_leaves_its_value_uncertain() -> None:
     )
 
 
-@pytest.mark.parametrize(("usual", "doubted"), [(3.0, True), (1.5, False)])
-def test_what_a_strange_parameter_may_stand_in_for_is_uncertain(
-    usual: float, doubted: bool
-) -> None:
+@pytest.mark.parametrize(("off", "doubted"), [(3.0, True), (1.5, False)])
+def test_what_a_strange_parameter_may_stand_in_for_is_uncertain(off: float, doubted: bool) -> None:
     """By how much the data want another delay with the valve that is configured, if any do."""
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     delay, prior = COORDINATES["transport_delay"], np.array([0.0, 1.0 / valve.prior])
     slow = np.random.default_rng(4).normal(0.0, 50.0, (200, 2)) @ [[1.0, 2.0], [0.0, 3.0]]
-    start = -slow @ [1.0, -usual * valve.prior] + np.random.default_rng(5).standard_normal(200)
+    start = -slow @ [1.0, -off * valve.prior] + np.random.default_rng(5).standard_normal(200)
     at = np.linalg.lstsq(np.vstack([slow, np.diag(prior)]), np.append(-start, [0.0, 0.0]))[0]
     fit = Fit([delay, valve], at, start + slow @ at, slow, 0.0)
     as_configured = np.linalg.lstsq(slow[:, :1], -start)[0][0]

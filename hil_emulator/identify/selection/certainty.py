@@ -135,15 +135,18 @@ def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]
         found, sizes = search.settled.deviations[name], search.settled.sizes[name]
         if sizes.elsewhere > lacking:
             lacking, told_by = sizes.elsewhere, len(sizes.values) - 1
-    known = math.hypot(found, discrepancy_uncertainty(search, fit)[i], taken_over(fit, i))
+    known = math.hypot(found, discrepancy_uncertainty(search, fit)[i])
+    if name in search.forms:
+        known = math.hypot(known, taken_over(fit, i))
     return known, lacking, told_by
 
 
 def taken_over(fit: Fit, i: int) -> float:
-    """Return how much of a coordinate ordinary parameters may have taken over.
+    """Return how much ordinary parameters may have taken over of an effect of another law.
 
-    That is by how much it would be another one if those were as configured that are where one of
-    twenty machines has them: a valve that is fitted slow may bear a part of what is late.
+    That is by how much its coordinate would be another one if those were as configured that are
+    where one of twenty machines has them: a valve that is fitted slow may bear a part of what is
+    late.
     """
     far = [j for j, c in enumerate(fit.coordinates)
            if np.isfinite(c.prior) and abs(fit.at[j]) > TOLERATED * c.prior]  # fmt: skip
