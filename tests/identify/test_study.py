@@ -96,7 +96,7 @@ def test_drag_is_no_mixed_friction() -> None:
 
 @pytest.mark.slow
 def test_a_name_beside_a_machine_that_nobody_has_is_no_whole_answer() -> None:
-    """Three lags of the set point are told as a dead time and a valve of 0.6 times the bandwidth."""
+    """Three lags of the set point are told as a dead time beside a valve of 0.6 its bandwidth."""
     assert "valve_natural_frequency" in " ".join(
         asked("foreign-pairs", 615, SHORTEST).answer.hardly_believed
     )
