@@ -1,6 +1,6 @@
 """One experiment on a uniform time grid: what the predictor takes."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -71,7 +71,6 @@ class Experiment:
     set_point_first: bool = False
     course: BetweenRows | None = None
     copies: int = 1
-    extras: dict[str, Array] = field(default_factory=dict)
 
     @property
     def samples(self) -> int:
