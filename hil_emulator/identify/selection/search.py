@@ -269,7 +269,8 @@ class Searcher:
         excerpt = excerpt_of(self.fitter, fit)
         there = as_configured(excerpt.fitter, excerpt.fit)
         scores = scan(excerpt.fitter, there, self.candidates) if there else []
-        return scores[0].coordinate.name if scores else ""
+        needed = needed_delta_chi2(len(scores))
+        return next((s.coordinate.name for s in scores if s.statistic > needed), "")
 
     def _weighed(self, search: Search) -> Discrepancies:
         """Weigh what acts beside the model, and say what that makes of the laws in it."""
