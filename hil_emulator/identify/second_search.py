@@ -4,6 +4,7 @@ What is missing may look like a current that moves there, and a current that is 
 look like an ordinary parameter that hardly any machine has.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -15,6 +16,7 @@ from hil_emulator.identify.estimation.set_point_course import (
     held,
     hold,
     late,
+    shifts,
 )
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.prediction.predictor import Predictor
@@ -94,8 +96,10 @@ def searched(
     again = asked_again(predictor, given, asked, first.found, tell)
     if again is not None:
         second = search(again)
-        return first if second.found is None else second
-    if asked.answer != "unknown":
+        if second.found is None:
+            return first
+        first = second
+    if first.asked.answer != "unknown":
         return first
     return _unknown(given, first, search, tell)
 
@@ -122,15 +126,40 @@ def _unknown(
     return first
 
 
+def widen(predictor: Predictor, last: Searched, tell: Tell) -> None:
+    """Let intervals hold what values would be if the current was held, where nobody can tell.
+
+    A dead time that stands in for a hold is none of a valve, whose frequency makes up for it.
+    """
+    found = last.found
+    if last.asked.answer != "unknown" or found is None:
+        return
+    if found.final is None or found.settled is None:
+        return
+    tell("asking what the values are if the current was held")
+    try:
+        apart = shifts(predictor, last.asked.learn, found.final)
+    except KeyboardInterrupt:
+        return
+    # of a dead time that was named, this is told apart
+    apart.pop(DEAD_TIME, None)
+    deviations = {name: math.hypot(known, apart.get(name, 0.0))
+                  for name, known in found.settled.deviations.items()}  # fmt: skip
+    found.settled = replace(found.settled, deviations=deviations)
+
+
 def asked_again(
     predictor: Predictor, given: Investigation, asked: Investigation, found: Search | None,
     tell: Tell,
 ) -> Investigation | None:  # fmt: skip
-    """Return what the current did between rows by a model with what was found, if it did else."""
+    """Return what the current did between rows by a model with what was found, if not the same.
+
+    What was missing may have decided what the readings do not tell.
+    """
     if found is None or not found.effects or found.final is None:
         return None
     again = course(predictor, given, tell, found.final)
-    if again is None or again.answer in ("unknown", asked.answer):
+    if again is None or again.answer == asked.answer:
         return None
     tell("searching once more: with what was found, the current is seen to be otherwise")
     return again

@@ -28,7 +28,7 @@ from hil_emulator.identify.prediction.instrumentation import examinable, predict
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
 from hil_emulator.identify.prediction.pool import Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.second_search import Searched, Tell, course, searched
+from hil_emulator.identify.second_search import Searched, Tell, course, searched, widen
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.platform.cluster import connected
 
@@ -132,6 +132,7 @@ def _identified(
     search = partial(_searched, predictor, pooled=pooled, tell=tell, thorough=question.search)
     told = question.set_points != "unknown"
     last = searched(predictor, given, asked, told, search, tell)
+    widen(predictor, last, tell)
     asked, searcher, found = last.asked, last.searcher, last.found
     learn, check, candidates = asked.learn, asked.check, asked.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]

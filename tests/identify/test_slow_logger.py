@@ -22,7 +22,7 @@ from hil_emulator.identify.prediction.instrumentation import predicting, priors
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
-from hil_emulator.identify.second_search import Searched, searched
+from hil_emulator.identify.second_search import Searched, searched, widen
 from hil_emulator.identify.selection.certainty import disbelief
 from hil_emulator.identify.selection.levels import TOLD_APART
 from hil_emulator.identify.selection.progress import Search
@@ -184,14 +184,15 @@ def test_few_rows_raise_no_false_alarm(name: str, rate: int, held: bool) -> None
 @pytest.mark.parametrize(
     ("before", "after", "anew"),
     [("unknown", "held", True), ("moves", "held", True), ("held", "held", False),
-     ("held", "unknown", False)],
+     ("moves", "unknown", True)],
 )  # fmt: skip
 def test_a_search_begins_anew_where_what_was_found_gives_another_answer(
     monkeypatch: pytest.MonkeyPatch, before: SetPoints, after: SetPoints, anew: bool
 ) -> None:
     """A missing effect may look like a current that moves: with it in the model, it is asked again.
 
-    Who has found nothing has nothing to ask with.
+    That the readings do not tell is another answer, too. Who has found nothing has nothing to ask
+    with.
     """
     given = Investigation([], [], [], [])
     knob = candidates(knee_model(), INSTRUMENTS)[0]
@@ -305,6 +306,25 @@ def test_a_current_later_than_one_that_is_held_has_a_dead_time(
     asked = replace(given, answer="unknown", candidates=[])
     last = searched(observer, given, asked, False, search, lambda _: None)
     assert (knob.name in last.named) == (again and named)
+
+
+@pytest.mark.parametrize(("answer", "wider"), [("unknown", True), ("held", False)])
+def test_an_interval_holds_the_value_that_a_held_current_has(
+    monkeypatch: pytest.MonkeyPatch, answer: SetPoints, wider: bool
+) -> None:
+    """Where nobody can tell whether it was held, four deviations farther are in it, too."""
+    model = knee_model()
+    valve = next(c for c in ordinary(model) if c.name == "valve_natural_frequency")
+    late = next(c for c in candidates(model, INSTRUMENTS) if c.name == "transport_delay")
+    fit = Fit([valve, late], np.ones(2), np.zeros(0), np.zeros((0, 2)), 0.0)
+    found = Search([valve], final=fit)
+    found.settled = Settled(fit, {valve.name: 0.3, late.name: 0.1}, {}, [])
+    monkeypatch.setattr(second_search, "shifts", lambda *_: {valve.name: 0.4, late.name: 9.0})
+    observer = Observer(model, INSTRUMENTS)
+    asked = Investigation([experiment(np.sin(TICKS), False)], [], [], [], answer)
+    widen(observer, Searched(asked, Searcher(observer, [], [], [], []), found), lambda _: None)
+    assert found.settled.deviations[valve.name] == pytest.approx(0.5 if wider else 0.3)
+    assert found.settled.deviations[late.name] == 0.1
 
 
 @pytest.mark.parametrize(

@@ -64,6 +64,26 @@ def test_effects_that_hide_each_other_are_all_named() -> None:
 
 
 @pytest.mark.slow
+def test_two_that_hide_each_other_are_found_half_way_to_where_they_are() -> None:
+    """Friction of pressure and of direction: the whole way that is linearly likeliest is too long.
+
+    By itself neither explains much.
+    """
+    assert asked("pairs", 558, SHORTEST, "axis").exact
+
+
+@pytest.mark.slow
+def test_what_was_missing_does_not_say_that_the_current_moved() -> None:
+    """Beside a weight that is missing it seems to move; with it in the model nobody can tell.
+
+    Then the frequency of the valve, which makes up for how late the current comes, is as uncertain.
+    """
+    outcome = asked("medium", 561, SHORTEST, "axis")
+    assert outcome.exact
+    assert outcome.ordinary["valve_natural_frequency"]
+
+
+@pytest.mark.slow
 def test_an_effect_of_another_size_elsewhere_is_named_beside_the_one_that_makes_it_so() -> None:
     """A valve with a loop gains less with large openings, where its flow saturates as well."""
     assert asked("pairs", 403, SHORTEST, "axis").exact

@@ -117,6 +117,29 @@ def late(given: Investigation) -> Investigation:
     return _with(given, "unknown", "the readings show, but it is later than one that is held")
 
 
+def shifts(predictor: Predictor, experiments: Sequence[Experiment], fit: Fit) -> dict[str, float]:
+    """Return how far the coordinates of a model move if the current was held from row to row.
+
+    Then nothing else makes it late, but a dead time that was named.
+
+    Args:
+        predictor: computes innovations.
+        experiments: for the fit, with a course of the current that moves.
+        fit: the model there.
+
+    """
+    kept = [i for i, c in enumerate(fit.coordinates)
+            if c.name != DEAD_TIME or not np.isfinite(c.prior)]  # fmt: skip
+    free, at = [fit.coordinates[i] for i in kept], fit.at[kept]
+    fitter = Fitter(predictor, experiments)
+    fitter.freeze(free, at)
+    frozen = [f for f in fitter.frozen if isinstance(f, Frozen)]
+    fitter.batch = LocalBatch(predictor, [_held(f) for f in frozen])
+    found = _settled(fitter, free, at)
+    return {c.name: float(there - here)
+            for c, there, here in zip(free, found.at, at, strict=True)}  # fmt: skip
+
+
 _SAID: dict[SetPoints, str] = {
     "held": "held from row to row, as",
     "moves": "it changes between the rows, as",

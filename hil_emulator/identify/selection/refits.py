@@ -47,6 +47,10 @@ PROMISING = 0.2
 PARTNER_ITERATIONS = 3
 """Iterations of a refit with one of a pair."""
 
+WAYS = (1.0, 0.5)
+"""Parts of the way to where the linear model puts a pair, of which one has to lead there: of two
+that act against each other, the whole way may be far too long."""
+
 NOISE_PASSES = 4
 """Most refits, each by the noise that the last one has left."""
 
@@ -221,9 +225,12 @@ class Lookahead:
         base = self._base
         free = [*base.coordinates, *(s.coordinate for s in pair.scores)]
         moved = sum(x * s.response for x, s in zip(pair.sizes, pair.scores, strict=True))
-        at = np.append(base.at + moved, pair.sizes)
-        most = base.chi2 - GREATER_PART * pair.delta_chi2
-        return next(self._fitter.within(free, [at], most)) is not None
+        for way in WAYS:
+            at = np.append(base.at + way * moved, way * np.array(pair.sizes))
+            most = base.chi2 - GREATER_PART * way * (2.0 - way) * pair.delta_chi2
+            if next(self._fitter.within(free, [at], most)) is not None:
+                return True
+        return False
 
     def _beside(self, first: Score, second: Score) -> Trial:
         """Judge a candidate in a model that has another one already."""
