@@ -122,6 +122,8 @@ RULES: dict[str, Rule] = {
                         {"search.apart": Always({})}),
     "displaced": Rule("friction of another form passed off as what takes the place of dry friction",
                       {"search.displacing": Always({})}),
+    "left in place": Rule("a foreign law passed off as the catalogue's, or a value as certain",
+                          {"search.left_in_place": Always({})}),
     "between": Rule("one of two laws for what lies between", {"search.between": Always({})}),
     "noticeable": Rule("a word on ripple that every machine has",
                        {"progress.NOTICEABLE": 0.0, "discrepancies.NOTICEABLE": 0.0},

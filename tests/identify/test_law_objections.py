@@ -10,7 +10,7 @@ from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.certainty import hardly_believed, not_by_chance
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.law_form import displacing, judge, nearest
+from hil_emulator.identify.selection.law_form import displacing, judge, left_in_place, nearest
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_model
@@ -173,3 +173,25 @@ def test_friction_that_takes_the_place_of_dry_friction_is_of_another_form(
     at = np.array([(left - 1.0) * dry.neutral / dry.scale, 1.0])
     fit = Fit([dry, effect(name)], at, np.zeros(N), np.zeros((N, 2)), 0.0)
     assert list(displacing([effect(name)], fit)) == [name] * displaced
+
+
+@pytest.mark.parametrize(
+    ("refused", "delta_chi2", "wald", "left"),
+    [("null_bias", 300.0, 250.0, True), ("null_bias", 100.0, 90.0, False),
+     ("null_bias", 300.0, 10.0, False), ("load_force.offset", 300.0, 250.0, False)],
+)  # fmt: skip
+def test_what_is_refused_where_an_effect_acts_belongs_to_its_law(
+    refused: str, delta_chi2: float, wald: float, left: bool
+) -> None:
+    """Three hundredths of what it did, beyond chance, though held-out data know nothing of it.
+
+    One hundredth may be left by any law, and an error of the load cell is none of a valve.
+    """
+    first, round_ = named("threshold", 10_000.0, [])
+    other = Trial(
+        score(refused, delta_chi2), first.fit, Evidence(delta_chi2, wald, -5.0, 20.0), 1.0
+    )
+    search = Search([], effects=[effect("threshold")], rounds=[round_])
+    search.rounds.append(Round(first.fit, [other.score], [other], []))
+    found = left_in_place(search)
+    assert found == ({"threshold": (refused, 0.03)} if left else {})

@@ -61,6 +61,11 @@ class Evidence:
         return found
 
     @property
+    def certain(self) -> bool:
+        """Whether it is no chance, whatever its size, and whatever held-out data say."""
+        return min(self.wald, self.robust) > self.needed
+
+    @property
     def robust(self) -> float:
         """Gain in chi-square of as many uncorrelated residuals as these are worth."""
         return self.delta_chi2 / self.variance_factor

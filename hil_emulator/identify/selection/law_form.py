@@ -9,6 +9,7 @@ law could.
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -126,6 +127,42 @@ def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
         if _hardly_left(ordinary, float(at))
         for effect in effects if effect.stage == ordinary.stage
     }  # fmt: skip
+
+
+class Left(NamedTuple):
+    """What the law of an effect leaves to another one at its place.
+
+    Attributes:
+        to: that other effect, which has no name of its own.
+        part: what it explains, of what the effect did.
+
+    """
+
+    to: str
+    part: float
+
+    def __str__(self) -> str:
+        """Say it in words."""
+        return f"{self.to} explains {self.part:.0%} more there, and is refused"
+
+
+def left_in_place(search: Search) -> dict[str, Left]:
+    """Return, by name, the effects that leave a refused one at their place more than chance.
+
+    It explains nothing elsewhere, or less than other shapes do, so it has no name of its own; but
+    the law of the largest effect there leaves less, if it is the machine's.
+    """
+    found: dict[str, Left] = {}
+    gains = {c.name: search.selected_in(c.name).best for c in search.effects}
+    for trial in search.rounds[-1].trials:
+        here = [c.name for c in search.effects if c.place == trial.score.coordinate.place]
+        if not here or not trial.evidence.certain:
+            continue
+        name = max(here, key=lambda n: gains[n])
+        left = Left(trial.score.coordinate.name, trial.evidence.delta_chi2 / gains[name])
+        if left.part > max(INEXACT, found.get(name, left._replace(part=0.0)).part):
+            found[name] = left
+    return found
 
 
 def _hardly_left(ordinary: Coordinate, at: float) -> bool:

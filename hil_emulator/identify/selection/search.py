@@ -23,6 +23,7 @@ from hil_emulator.identify.selection.law_between import between
 from hil_emulator.identify.selection.law_form import (
     displacing,
     judge,
+    left_in_place,
     nearest,
     others_beside,
 )
@@ -284,9 +285,11 @@ class Searcher:
         completed = {name: str(c) for name, c in search.between.items()
                      if name in names and c.part > INEXACT}  # fmt: skip
         displaced = displacing(search.effects, base)
-        unequal = apart(search.settled)
-        search.forms = {**unequal, **displaced, **completed, **beside.other_laws()}
-        search.lacks = beside.lacks
+        unequal, left = apart(search.settled), left_in_place(search)
+        refused = {name: str(there) for name, there in left.items()}
+        search.forms = {**refused, **unequal, **displaced, **completed, **beside.other_laws()}
+        search.lacks = {name: max(part, left[name].part if name in left else 0.0)
+                        for name, part in beside.lacks.items()}  # fmt: skip
         return beside
 
     def _take_out(self, search: Search, name: str, why: str) -> None:
