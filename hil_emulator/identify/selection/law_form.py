@@ -150,18 +150,19 @@ def left_in_place(search: Search) -> dict[str, Left]:
     """Return, by name, the effects that leave a refused one at their place more than chance.
 
     It explains nothing elsewhere, or less than other shapes do, so it has no name of its own; but
-    the law of the largest effect there leaves less, if it is the machine's.
+    their laws leave less, if they are the machine's. What explains most of what an effect did is
+    no shape of it.
     """
     found: dict[str, Left] = {}
-    gains = {c.name: search.selected_in(c.name).best for c in search.effects}
     for trial in search.rounds[-1].trials:
-        here = [c.name for c in search.effects if c.place == trial.score.coordinate.place]
-        if not here or not trial.evidence.certain:
+        if not trial.evidence.certain:
             continue
-        name = max(here, key=lambda n: gains[n])
-        left = Left(trial.score.coordinate.name, trial.evidence.delta_chi2 / gains[name])
-        if left.part > max(INEXACT, found.get(name, left._replace(part=0.0)).part):
-            found[name] = left
+        other, explained = trial.score.coordinate, trial.evidence.delta_chi2
+        for name in [c.name for c in search.effects if c.place == other.place]:
+            left = Left(other.name, explained / search.selected_in(name).best)
+            most = found.get(name, Left("", INEXACT)).part
+            if most < left.part < GREATER_PART:
+                found[name] = left
     return found
 
 
