@@ -10,7 +10,8 @@ from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.certainty import hardly_believed, not_by_chance
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.law_form import displacing, judge, left_in_place, nearest
+from hil_emulator.identify.selection.law_between import left_in_place
+from hil_emulator.identify.selection.law_form import displacing, judge, nearest
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_model

@@ -3,17 +3,19 @@
 Play of several elements, named as that of one, leaves something that a hysteresis explains, which
 had explained nearly as much in its place: it completes that law, and is no further effect. Beside
 an effect that was fitted alone no sensitivity shows the rival: a little of it does harm as long as
-the effect does all the work. A refit that begins with part of the work on each side shows it.
+the effect does all the work. A refit that begins with part of the work on each side shows it. And
+what such a law leaves may be refused as an effect of its own: it is a part of that law as well.
 """
 
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import Fit, Fitter
 from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.evidence import LEAST_HELD_OUT
-from hil_emulator.identify.selection.levels import GREATER_PART, SMALL_PART
+from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, SMALL_PART
 from hil_emulator.identify.selection.progress import Completion, Round, Search, StandIn
 from hil_emulator.identify.selection.rivals import weighed
 
@@ -45,6 +47,43 @@ def between(
         part = (base.chi2 - both.chi2) / first.trials[0].evidence.delta_chi2
         if part < SMALL_PART and _certain(fitter, base, both, held, search.rounds[-1].needed):
             found.setdefault(name, Completion(name, rival, part))
+    return found
+
+
+class Left(NamedTuple):
+    """What the law of an effect leaves to another one at its place.
+
+    Attributes:
+        to: that other effect, which has no name of its own.
+        part: what it explains, of what the effect did.
+
+    """
+
+    to: str
+    part: float
+
+    def __str__(self) -> str:
+        """Say it in words."""
+        return f"{self.to} explains {self.part:.0%} more there, and is refused"
+
+
+def left_in_place(search: Search) -> dict[str, Left]:
+    """Return, by name, the effects that leave a refused one at their place more than chance.
+
+    It explains nothing elsewhere, or less than other shapes do, so it has no name of its own; but
+    their laws leave less, if they are the machine's. What explains most of what an effect did is
+    no shape of it.
+    """
+    found: dict[str, Left] = {}
+    for trial in search.rounds[-1].trials:
+        if not trial.evidence.certain:
+            continue
+        other, explained = trial.score.coordinate, trial.evidence.delta_chi2
+        for name in [c.name for c in search.effects if c.place == other.place]:
+            left = Left(other.name, explained / search.selected_in(name).best)
+            most = found.get(name, Left("", INEXACT)).part
+            if most < left.part < GREATER_PART:
+                found[name] = left
     return found
 
 

@@ -9,7 +9,6 @@ law could.
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -127,43 +126,6 @@ def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
         if _hardly_left(ordinary, float(at))
         for effect in effects if effect.stage == ordinary.stage
     }  # fmt: skip
-
-
-class Left(NamedTuple):
-    """What the law of an effect leaves to another one at its place.
-
-    Attributes:
-        to: that other effect, which has no name of its own.
-        part: what it explains, of what the effect did.
-
-    """
-
-    to: str
-    part: float
-
-    def __str__(self) -> str:
-        """Say it in words."""
-        return f"{self.to} explains {self.part:.0%} more there, and is refused"
-
-
-def left_in_place(search: Search) -> dict[str, Left]:
-    """Return, by name, the effects that leave a refused one at their place more than chance.
-
-    It explains nothing elsewhere, or less than other shapes do, so it has no name of its own; but
-    their laws leave less, if they are the machine's. What explains most of what an effect did is
-    no shape of it.
-    """
-    found: dict[str, Left] = {}
-    for trial in search.rounds[-1].trials:
-        if not trial.evidence.certain:
-            continue
-        other, explained = trial.score.coordinate, trial.evidence.delta_chi2
-        for name in [c.name for c in search.effects if c.place == other.place]:
-            left = Left(other.name, explained / search.selected_in(name).best)
-            most = found.get(name, Left("", INEXACT)).part
-            if most < left.part < GREATER_PART:
-                found[name] = left
-    return found
 
 
 def _hardly_left(ordinary: Coordinate, at: float) -> bool:

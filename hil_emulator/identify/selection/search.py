@@ -19,11 +19,10 @@ from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.certainty import apart, faint, not_by_chance, re_examine
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
-from hil_emulator.identify.selection.law_between import between
+from hil_emulator.identify.selection.law_between import between, left_in_place
 from hil_emulator.identify.selection.law_form import (
     displacing,
     judge,
-    left_in_place,
     nearest,
     others_beside,
 )
