@@ -222,15 +222,18 @@ def test_a_law_whose_sizes_are_apart_is_another_one(
 
 
 @pytest.mark.parametrize(
-    ("about", "said"), [(0.0, {}), (0.01, {"position_friction": "from -1000% to 1000%"})]
+    ("about", "said"), [(0.0, {}), (0.01, {}), (0.025, {"position_friction": "from -400% to 400%"})]
 )
 def test_sizes_about_nothing_are_told_as_well(about: float, said: dict[str, str]) -> None:
-    """A value that ended at none has no part; one that is next to none has parts beyond reason."""
+    """A value that is next to none has parts beyond reason, as long as experiments know it at all.
+
+    To half of what each is uncertain by, or at none, it has no part.
+    """
     fit, name = search(1e4).rounds[-1].base, "position_friction"
     sizes = Sizes(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
     found = apart(Settled(fit, {}, {name: sizes}, []))
     assert {n: words for n, words in said.items() if words in found[n]} == said
-    assert bool(found) == bool(about)
+    assert bool(found) == bool(said)
 
 
 def test_what_a_calibration_lacks_is_a_part_of_the_law_of_its_own_errors_only() -> None:

@@ -99,3 +99,11 @@ def test_an_experiment_that_shows_nothing_tells_no_size() -> None:
     sizes = Sizes(1.0, 10)
     sizes.add("", np.zeros(40), np.ones(40))
     assert sizes.values == []
+
+
+def test_sizes_that_hardly_any_experiment_knows_are_not_compared() -> None:
+    """Of what something else can do as well a remainder is left, whose sizes mean nothing."""
+    values, variances = [3.2, 40.0, -60.0, 25.0], [0.5, 4.0, 9.0, 4.0]
+    assert of(values, variances).by_chance == 1.0
+    assert of(values, variances).spread == 0.0
+    assert of(values, [0.5, 0.5, 0.5, 4.0]).by_chance < 1e-6

@@ -76,10 +76,19 @@ class Sizes:
         self.variances.append(widened / power)
 
     @property
+    def comparable(self) -> bool:
+        """Whether enough experiments know their size at all, to less than that in the model.
+
+        What something else in the model can do as well, as a spring's rest what a weight does,
+        leaves a remainder of which none knows anything.
+        """
+        return sum(variance < self.about**2 for variance in self.variances) >= FEWEST
+
+    @property
     def by_chance(self) -> float:
         """Probability that sizes of one law are as far apart (Cochran 1954, Biometrics 10, 101)."""
         degrees = len(self.values) - 1
-        return float(chdtrc(degrees, self._apart)) if degrees >= FEWEST - 1 else 1.0
+        return float(chdtrc(degrees, self._apart)) if self.comparable else 1.0
 
     @property
     def spread(self) -> float:
@@ -88,7 +97,7 @@ class Sizes:
         By the method of moments, in which an experiment that hardly tells a size hardly counts
         (DerSimonian and Laird 1986, Controlled Clinical Trials 7, 177-188).
         """
-        if len(self.values) < FEWEST:
+        if not self.comparable:
             return 0.0
         weights = 1.0 / np.array(self.variances)
         beyond = self._apart - (len(self.values) - 1)
