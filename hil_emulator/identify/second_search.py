@@ -161,7 +161,7 @@ def asked_again(
     again = course(predictor, given, tell, found.final)
     if again is None or again.answer == asked.answer:
         return None
-    tell("searching once more: with what was found, the current is seen to be otherwise")
+    tell("searching once more: with what was found, the readings tell otherwise of the current")
     return again
 
 
