@@ -126,26 +126,31 @@ def _unknown(
     return first
 
 
-def widen(predictor: Predictor, last: Searched, tell: Tell) -> None:
+def widen(predictor: Predictor, last: Searched, tell: Tell) -> list[str]:
     """Let intervals hold what values would be if the current was held, where nobody can tell.
 
     A dead time that stands in for a hold is none of a valve, whose frequency makes up for it.
+
+    Returns:
+        What is to be said of that, if it was done.
+
     """
     found = last.found
     if last.asked.answer != "unknown" or found is None:
-        return
+        return []
     if found.final is None or found.settled is None:
-        return
+        return []
     tell("asking what the values are if the current was held")
     try:
         apart = shifts(predictor, last.asked.learn, found.final)
     except KeyboardInterrupt:
-        return
+        return []
     # of a dead time that was named, this is told apart
     apart.pop(DEAD_TIME, None)
     deviations = {name: math.hypot(known, apart.get(name, 0.0))
                   for name, known in found.settled.deviations.items()}  # fmt: skip
     found.settled = replace(found.settled, deviations=deviations)
+    return ["intervals hold the values of a current that was held from row to row, too"]
 
 
 def asked_again(

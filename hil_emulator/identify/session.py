@@ -132,7 +132,7 @@ def _identified(
     search = partial(_searched, predictor, pooled=pooled, tell=tell, thorough=question.search)
     told = question.set_points != "unknown"
     last = searched(predictor, given, asked, told, search, tell)
-    widen(predictor, last, tell)
+    widened = widen(predictor, last, tell)
     asked, searcher, found = last.asked, last.searcher, last.found
     learn, check, candidates = asked.learn, asked.check, asked.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
@@ -148,7 +148,7 @@ def _identified(
         if question.plain_fit and result.gap:
             tell("fitting the same by ordinary least squares")
             account.compare_with_plain_fit(searcher, found, result)
-    result.notes = [*notes, *result.notes]
+    result.notes = [*notes, *widened, *result.notes]
     result.digests = {e.name: e.digest for e in (*learn, *check)}
     result.held_out = [e.name for e in check]
     every = {c.name for c in parameters.candidates(model, model.names)}

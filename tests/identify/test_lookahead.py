@@ -1,12 +1,16 @@
 """Candidates that hide each other, on problems whose answer is known by hand."""
 
+from collections.abc import Iterator, Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction.plant_model import Coordinate
-from hil_emulator.identify.selection.scan import Score, pairs_of, score_of
+from hil_emulator.identify.selection.refits import Lookahead
+from hil_emulator.identify.selection.scan import Pair, Score, pairs_of, score_of
 
 N = 3000
 
@@ -62,3 +66,38 @@ def test_a_pair_beyond_its_range_is_none() -> None:
     residual = -5.0 * (a - b)
     assert pairs_of(*scanned(residual, sensitivities))
     assert pairs_of(*scanned(residual, sensitivities, most=3.0)) == []
+
+
+class Bent:
+    """A model whose effects each do more and more, by so much of their square."""
+
+    def __init__(self, fit: Fit, sensitivities: dict[str, np.ndarray], bend: float) -> None:
+        self._fit, self._sensitivities, self._bend = fit, sensitivities, bend
+        self.asked: list[float] = []
+
+    def within(
+        self, coordinates: Sequence[Coordinate], points: Sequence[np.ndarray], most: float
+    ) -> Iterator[tuple[np.ndarray, float] | None]:
+        """Yield the residual at each point and its square; None beyond `most`."""
+        for at in points:
+            self.asked.append(float(abs(at[0])))
+            residual = self._fit.residual.copy()
+            for c, size in zip(coordinates, at, strict=True):
+                residual += size * (1.0 + self._bend * abs(size)) * self._sensitivities[c.name]
+            square = float(residual @ residual)
+            yield (residual, square) if square <= most else None
+
+
+@pytest.mark.parametrize(("bend", "parts"), [(0.0, [1.0]), (0.9, [1.0, 0.5])])
+def test_a_pair_is_followed_half_way_where_the_whole_is_too_long(
+    bend: float, parts: list[float]
+) -> None:
+    """A model that is straight is asked once; one that does nearly twice as much there, again."""
+    a, b = orthogonal(2)
+    sensitivities = {"a": a, "b": b}
+    scores, fit = scanned(-(a + b), sensitivities)
+    model: Any = Bent(fit, sensitivities, bend)
+    pair = Pair((scores[0], scores[1]), (1.0, 1.0), fit.chi2)
+    with pytest.raises(AttributeError):  # it goes on to refit both, which this model cannot
+        Lookahead(model, fit, None, 20.0).leader([pair], 0.0)
+    assert model.asked == parts

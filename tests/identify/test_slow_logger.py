@@ -322,7 +322,10 @@ def test_an_interval_holds_the_value_that_a_held_current_has(
     monkeypatch.setattr(second_search, "shifts", lambda *_: {valve.name: 0.4, late.name: 9.0})
     observer = Observer(model, INSTRUMENTS)
     asked = Investigation([experiment(np.sin(TICKS), False)], [], [], [], answer)
-    widen(observer, Searched(asked, Searcher(observer, [], [], [], []), found), lambda _: None)
+    last = Searched(asked, Searcher(observer, [], [], [], []), found)
+    said = widen(observer, last, lambda _: None)
+    assert [note for note in said if "intervals" in note] == said
+    assert bool(said) == wider
     assert found.settled.deviations[valve.name] == pytest.approx(0.5 if wider else 0.3)
     assert found.settled.deviations[late.name] == 0.1
 
