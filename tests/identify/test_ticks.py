@@ -4,14 +4,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction import ticks
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.machine_code import bind
+from hil_emulator.identify.prediction.plant_model import PlantModel, probed
 from hil_emulator.identify.prediction.records import Tick
 from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.identify.prediction.ticks import Ticks
+from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.model.stages import SAMPLED
 from tests.identify.rig_data import CACHE, knee
 
 STEP = 2.5e-4
@@ -55,6 +59,16 @@ def test_code_for_what_acts_computes_the_same(
     np.testing.assert_array_equal(course(model, own), course(model, kept.whole))
     again = Ticks(model.kernel, tmp_path)
     assert again.at(model.par, ticks.WORTH_LOADING) is not again.whole
+
+
+def test_loops_serve_every_model(model: PlantModel) -> None:
+    """A model with other effects, such as one's own, compiles its functions, but no loop again."""
+    sensors = tuple(effect for effect in CATALOGUE if effect.stage in SAMPLED)
+    other, known = bind(probed(sensors, CACHE), CACHE), model.loops
+    assert other.rate is not known.rate
+    loops = [name for name, loop in vars(known).items() if isinstance(loop, Dispatcher)]
+    assert "predict" in loops
+    assert all(getattr(other, name) is getattr(known, name) for name in loops)
 
 
 def test_code_is_loaded_only_for_many_steps(

@@ -15,7 +15,6 @@ from hil_emulator.identify.prediction.records import (
 )
 from hil_emulator.identify.prediction.run import (
     Passage,
-    Sense,
     advance,
     compare,
     correct,
@@ -146,14 +145,14 @@ def spread(estimate: Estimate, tuning: Tuning, unknown: float, settling: bool) -
 
 
 def filter_samples(
-    sense: Sense, passage: Passage, tuning: Tuning, noise: Array, estimate: Estimate, gains: Gains,
+    passage: Passage, tuning: Tuning, noise: Array, estimate: Estimate, gains: Gains,
     jacobians: Jacobians, predicted: Array,
 ) -> None:  # fmt: skip
     """Run the filter along a recording; arguments and results as of `linearise`."""
     run, instruments, data = passage.run, passage.instruments, passage.data
     scales, widths, drift = tuning.scales, estimate.widths, len(run.z) - 2
     for k in range(len(data.current)):
-        sense(*instruments)
+        passage.sense(*instruments)
         for j in range(len(widths)):
             predicted[k, j] = run.z[j]
             deviation = np.sqrt(max(estimate.cov[j, j], 0.0))
@@ -170,7 +169,7 @@ def filter_samples(
 
 
 def linearise(
-    sense: Sense, model: ParametrisedModel, data: Data, start: Start, tuning: Tuning,
+    model: ParametrisedModel, data: Data, start: Start, tuning: Tuning,
     noise: Array,
 ) -> tuple[Gains, Jacobians, Array]:  # fmt: skip
     """Run the extended Kalman filter with a Jacobian by forward differences.
@@ -196,5 +195,5 @@ def linearise(
         np.zeros((n, n)), np.zeros((n, n)),
     )  # fmt: skip
     passage = enter(model, data, start)
-    filter_samples(sense, passage, tuning, noise, estimate, gains, jacobians, predicted)
+    filter_samples(passage, tuning, noise, estimate, gains, jacobians, predicted)
     return gains, jacobians, predicted

@@ -3,26 +3,23 @@
 Innovations of a predictor with process noise are immune to slow drift, which free-running
 simulation adds up to many times the sensors' noise. The gains are computed once per fit and then
 frozen, so that the innovations are an ordinary function of the parameters.
-
-Every function takes the kernel's `sense` as its first argument.
 """
 
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.records import Data, Gains, ParametrisedModel, Start
-from hil_emulator.identify.prediction.run import Passage, Sense, compare, correct, elapse, enter
+from hil_emulator.identify.prediction.run import Passage, compare, correct, elapse, enter
 
 DISTURBANCES = 2
 """Null drift and supply deviation."""
 
 
 def predict(
-    sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    model: ParametrisedModel, data: Data, start: Start, gains: Gains,
     residual: Array, track: Array,
 ) -> None:  # fmt: skip
     """Run the frozen predictor.
 
     Args:
-        sense: the kernel's sensor chain.
         model: at the parameters in question.
         data: the experiment.
         start: where it begins.
@@ -31,17 +28,15 @@ def predict(
         track: predicted signals, shape (samples, signals); overwritten, unless it is one row.
 
     """
-    predict_samples(sense, enter(model, data, start), gains, residual, track)
+    predict_samples(enter(model, data, start), gains, residual, track)
 
 
-def predict_samples(
-    sense: Sense, passage: Passage, gains: Gains, residual: Array, track: Array
-) -> None:
+def predict_samples(passage: Passage, gains: Gains, residual: Array, track: Array) -> None:
     """Predict all samples; arguments and results as of `predict`."""
     run, instruments, current = passage.run, passage.instruments, passage.data.current
     error, whitening = passage.error, gains.whitening
     for k in range(len(current)):
-        sense(*instruments)
+        passage.sense(*instruments)
         compare(passage, k)
         for i in range(len(error)):
             whitened = 0.0

@@ -13,7 +13,6 @@ from hil_emulator.identify.prediction.records import (
     Start,
 )
 from hil_emulator.identify.prediction.run import (
-    Sense,
     begin,
     beside,
     correct,
@@ -25,7 +24,7 @@ from hil_emulator.identify.prediction.small_matrices import congruence, copy, mu
 
 
 def run_freely(
-    sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    model: ParametrisedModel, data: Data, start: Start, gains: Gains,
     restarts: Restarts,
 ) -> Errors:  # fmt: skip
     """Run the frozen predictor, and beside it the free run that it restarts.
@@ -48,10 +47,10 @@ def run_freely(
     error = np.zeros(len(chosen))
     for k in range(len(current)):
         if k > first:
-            sense(*loose_instruments)
+            model.sense(*loose_instruments)
             for i in range(len(chosen)):
                 free[k, i] = measured[k, i] - loose_instruments.reading[chosen[i]]
-        sense(*instruments)
+        model.sense(*instruments)
         copy(run.signals, errors.track[k])
         for i in range(len(chosen)):
             one[k, i] = measured[k, i] - instruments.reading[chosen[i]]

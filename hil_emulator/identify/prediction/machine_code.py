@@ -1,15 +1,13 @@
-"""The predictor's loops bound to one model and compiled, kept for the next start.
+"""The predictor's loops compiled, kept for the next start.
 
-The loops take the model's functions as their first arguments. Numba compiles such functions anew
-in every process; a module in which those functions are globals is one that its cache finds again.
-So each loop is written out once more, without those arguments.
+They take the functions of a model as values, so their machine code serves every model. It is kept
+as a module that is written out from all that they are made of: numba's own cache looks at the age
+of one file only, and would go on predicting as before an edit elsewhere.
 """
 
-import ast
 import hashlib
 import inspect
 import sys
-import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -32,6 +30,7 @@ from hil_emulator.identify.prediction import (
     static_forces,
 )
 from hil_emulator.identify.prediction import filter as predictor
+from hil_emulator.identify.prediction.function_values import RATE, SENSE, FunctionValue
 from hil_emulator.identify.prediction.records import (
     Data,
     Entries,
@@ -41,8 +40,10 @@ from hil_emulator.identify.prediction.records import (
     Moments,
     ParametrisedModel,
     Places,
+    Rate,
     Restarts,
     Seen,
+    Sense,
     Start,
     Sweep,
     Tuning,
@@ -53,9 +54,6 @@ from hil_emulator.model.compile_once import entry
 from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.inlined import inlined
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
-
-_MODEL = ("rate", "sense")
-"""The model's functions that a loop may take."""
 
 _MAKERS: tuple[Callable[..., object], ...] = (
     run.begin,
@@ -112,7 +110,7 @@ _RECORDS = (
 
 @dataclass(frozen=True)
 class Loops:
-    """The loops of one model, each without the model's functions among its arguments.
+    """The loops, and the functions of one model for them.
 
     Attributes:
         predict: see `filter.predict`.
@@ -127,6 +125,8 @@ class Loops:
         smooth: see `smoothing.smooth`.
         sweep: see `quasi_static.sweep`.
         ticks: the model's integrations, of which each run takes one.
+        rate: the derivative of its state.
+        sense: its sensor chain.
 
     """
 
@@ -144,43 +144,34 @@ class Loops:
     smooth: Callable[[Gains, Jacobians, Entries, Array, Array, float, float, Array], None]
     sweep: Callable[[ParametrisedModel, Sweep, Array, Unknowns, Index], tuple[Array, Array]]
     ticks: Ticks
-
-
-class _Binding(ast.NodeTransformer):
-    """Takes the model's functions out of parameters and arguments, and type annotations away."""
-
-    def visit_arguments(self, node: ast.arguments) -> ast.arguments:
-        node.args = [ast.arg(a.arg) for a in node.args if a.arg not in _MODEL]
-        return node
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
-        self.generic_visit(node)
-        node.returns, node.decorator_list = None, []
-        return node
-
-    def visit_Call(self, node: ast.Call) -> ast.Call:
-        self.generic_visit(node)
-        node.args = [a for a in node.args if not (isinstance(a, ast.Name) and a.id in _MODEL)]
-        return node
+    rate: Rate
+    sense: Sense
 
 
 @lru_cache(maxsize=4)
 def bind(kernel: Kernel, cache: Path | None) -> Loops:
-    """Return the loops for a model.
+    """Return the loops with the functions of a model.
 
     Args:
         kernel: the compiled model.
         cache: folder for machine code; None compiles for this process alone.
 
     """
+    rate, sense = FunctionValue(kernel.rate, RATE), FunctionValue(kernel.sense, SENSE)
+    return Loops(**_compiled(cache), ticks=Ticks(kernel, cache), rate=rate, sense=sense)
+
+
+@lru_cache(maxsize=4)
+def _compiled(cache: Path | None) -> dict[str, Any]:
+    """Return the loops by name."""
     chapters = (("lean", _PARTS), ("compiled", _MAKERS), ("entry", _LOOPS))
-    parts = [f"@{name}\n{_bound(f)}" for name, functions in chapters for f in functions]
-    source = "\n\n\n".join(parts)
-    file = keep(source, cache / digest(kernel), "hil_emulator_identify") if cache else None
+    parts = [f"@{name}\n{inspect.getsource(f)}" for name, functions in chapters for f in functions]
+    source = "\n\n".join(["from __future__ import annotations\n", *parts])
+    folder = cache and cache / _digest(sources_digest(()))
+    file = keep(source, folder, "hil_emulator_identify") if folder else None
     # numba finds the functions again through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_identify")
     sys.modules[module.__name__] = module
-    module.__dict__.update({name: getattr(kernel, name) for name in _MODEL})
     module.__dict__.update({record.__name__: record for record in _RECORDS})
     # inlined, a seventh of a prediction is saved, and a sixth more without numba's runtime, where
     # nothing is made: it is the counting of references to arrays
@@ -192,19 +183,17 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
         entry=entry(file, error_model="numpy", nogil=True),
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
-    made = {loop.__name__: getattr(module, loop.__name__) for loop in _LOOPS}
-    return Loops(**made, ticks=Ticks(kernel, cache))
-
-
-def _bound(loop: Callable[..., object]) -> str:
-    """Return the text of a loop in which the model's functions are globals."""
-    tree = ast.parse(textwrap.dedent(inspect.getsource(loop)))
-    return ast.unparse(_Binding().visit(tree))
+    return {loop.__name__: getattr(module, loop.__name__) for loop in _LOOPS}
 
 
 def digest(kernel: Kernel) -> str:
     """Return a digest of the model's machine code and of what the loops are made of."""
-    found = hashlib.sha256((sources_digest(kernel.effects) + kernel.source).encode())
+    return _digest(sources_digest(kernel.effects) + kernel.source)
+
+
+def _digest(model: str) -> str:
+    """Return a digest of some text and of what the loops are made of."""
+    found = hashlib.sha256(model.encode())
     for file in sorted(Path(__file__).parent.glob("*.py")):
         found.update(file.name.encode() + file.read_bytes())
     return found.hexdigest()[:16]

@@ -215,9 +215,10 @@ class PlantModel:
     ) -> ParametrisedModel:
         """Return the model at given parameters for the loops, which make `steps` per sample [s]."""
         return ParametrisedModel(
-            tick or self.loops.ticks.whole, par, chan, self.drift, self.supply, self.bend,
-            self.sources, self.remembered, self._places(self._followed, chan),
-            self._places(self._recorded, chan), len(self.signal_names), step, steps,
+            tick or self.loops.ticks.whole, self.loops.rate, self.loops.sense, par, chan,
+            self.drift, self.supply, self.bend, self.sources, self.remembered,
+            self._places(self._followed, chan), self._places(self._recorded, chan),
+            len(self.signal_names), step, steps,
         )  # fmt: skip
 
     def _places(self, remembered: Sequence[Remembered], chan: Array) -> Index:

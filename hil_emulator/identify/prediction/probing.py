@@ -15,7 +15,6 @@ from hil_emulator.identify.prediction.records import (
 )
 from hil_emulator.identify.prediction.run import (
     Passage,
-    Sense,
     compare,
     correct,
     elapse,
@@ -43,7 +42,7 @@ class Changes(NamedTuple):
 
 
 def probe(
-    sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    model: ParametrisedModel, data: Data, start: Start, gains: Gains,
     probes: Index, sizes: Array,
 ) -> Entries:  # fmt: skip
     """Run the frozen predictor and derive each of its steps by the probes.
@@ -57,17 +56,17 @@ def probe(
     entries = Entries(
         np.zeros((count, n, len(probes)), np.float32), np.zeros((count, m, len(probes)), np.float32)
     )
-    try_samples(sense, enter(model, data, start), gains, probes, sizes, entries)
+    try_samples(enter(model, data, start), gains, probes, sizes, entries)
     return entries
 
 
 def try_samples(
-    sense: Sense, passage: Passage, gains: Gains, probes: Index, sizes: Array, entries: Entries
+    passage: Passage, gains: Gains, probes: Index, sizes: Array, entries: Entries
 ) -> None:
     """Try each probe in each sample; arguments and results as of `probe`."""
     run, moved, data = passage.run, passage.moved, passage.data
     for k in range(len(data.current)):
-        sense(*passage.instruments)
+        passage.sense(*passage.instruments)
         compare(passage, k)
         correct(run, passage.instruments, gains.kalman[k], passage.error)
         follow(passage.corrected, run)

@@ -8,8 +8,8 @@ tight - goes on from the row before.
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
-from hil_emulator.identify.prediction.records import ParametrisedModel, Sweep, Unknowns
-from hil_emulator.identify.prediction.run import INPUT_COUNT, Rate, Sense, install
+from hil_emulator.identify.prediction.records import ParametrisedModel, Rate, Sweep, Unknowns
+from hil_emulator.identify.prediction.run import INPUT_COUNT, install
 
 
 def implicit_step(
@@ -62,14 +62,12 @@ def implicit_step(
 
 
 def sweep(
-    rate: Rate, sense: Sense, model: ParametrisedModel, data: Sweep, start: Array,
+    model: ParametrisedModel, data: Sweep, start: Array,
     solved: Unknowns, probes: Index,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Follow a sweep from row to row.
 
     Args:
-        rate: the model's derivative.
-        sense: the model's sensor chain.
         model: the model at its parameters.
         data: what is given in each row.
         start: state before the first row.
@@ -96,9 +94,9 @@ def sweep(
         state[data.places] = data.given[k]
         # before the first row there was time enough
         width = data.period if k > 0 else 1e3
-        implicit_step(rate, state, par, inputs, signals, solved, width)
-        rate(state, rates, par, inputs, signals)
-        sense(*instruments)
+        implicit_step(model.rate, state, par, inputs, signals, solved, width)
+        model.rate(state, rates, par, inputs, signals)
+        model.sense(*instruments)
         shown[k] = instruments.reading
         track[k] = signals
     return shown, track

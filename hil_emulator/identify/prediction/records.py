@@ -12,12 +12,20 @@ from hil_emulator.identify.measured.experiment import Array, Index, Mask, Single
 Tick = Callable[[Array, Array, Array, Array, Array, Array, float, int], bool]
 """The model's integration over one sample, see `Kernel.tick`."""
 
+Rate = Callable[[Array, Array, Array, Array, Array], None]
+"""The derivative of its state, see `Kernel.rate`."""
+
+Sense = Callable[[Array, Array, Array, Array, Array, Array, float, Array, Index], None]
+"""Its sensor chain, see `Kernel.sense`."""
+
 
 class ParametrisedModel(NamedTuple):
     """The model at one set of parameters.
 
     Attributes:
         tick: its integration, compiled for what acts there, see `ticks`.
+        rate: the derivative of its state.
+        sense: its sensor chain.
         par: the plant's parameters.
         chan: the transducers' parameters.
         drift: index of the null's drift in `par`.
@@ -36,6 +44,8 @@ class ParametrisedModel(NamedTuple):
     """
 
     tick: Tick
+    rate: Rate
+    sense: Sense
     par: Array
     chan: Array
     drift: int

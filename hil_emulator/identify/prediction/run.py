@@ -1,24 +1,17 @@
 """One run of the model along a recording: how every loop begins, proceeds and reads its sensors."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
-from hil_emulator.identify.prediction.records import Data, ParametrisedModel, Start, Tick
+from hil_emulator.identify.prediction.records import Data, ParametrisedModel, Sense, Start, Tick
 from hil_emulator.identify.prediction.small_matrices import copy
 from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.quantities import INPUTS
 
 INPUT_COUNT = len(INPUTS)
 """Inputs of the model; the first is the valve current."""
-
-Rate = Callable[[Array, Array, Array, Array, Array], None]
-"""The kernel's derivative of the state, see `Kernel.rate`."""
-
-Sense = Callable[[Array, Array, Array, Array, Array, Array, float, Array, Index], None]
-"""The kernel's sensor chain, see `Kernel.sense`."""
 
 
 class Run(NamedTuple):
@@ -107,6 +100,7 @@ class Passage(NamedTuple):
 
     Attributes:
         run: the run.
+        sense: the model's sensor chain.
         instruments: its sensors.
         data: the recording.
         steps: integration steps in each part of a period, see `records.ParametrisedModel`.
@@ -117,6 +111,7 @@ class Passage(NamedTuple):
     """
 
     run: Run
+    sense: Sense
     instruments: Instruments
     data: Data
     steps: int
@@ -130,7 +125,9 @@ def enter(model: ParametrisedModel, data: Data, start: Start) -> Passage:
     run = begin(model, start, data.current[0])
     instruments = install(model, run.signals, run.path, data.period)
     error = np.zeros(len(data.chosen))
-    return Passage(run, instruments, data, model.steps, error, beside(run), beside(run))
+    return Passage(
+        run, model.sense, instruments, data, model.steps, error, beside(run), beside(run)
+    )  # fmt: skip
 
 
 def compare(passage: Passage, k: int) -> None:

@@ -16,7 +16,6 @@ from hil_emulator.identify.prediction.records import (
     Start,
 )
 from hil_emulator.identify.prediction.run import (
-    Sense,
     advance,
     compare,
     correct,
@@ -30,7 +29,7 @@ from hil_emulator.identify.prediction.small_matrices import copy
 
 
 def watch(
-    sense: Sense, model: ParametrisedModel, data: Data, start: Start, gains: Gains,
+    model: ParametrisedModel, data: Data, start: Start, gains: Gains,
     watched: Index,
 ) -> Seen:  # fmt: skip
     """Run the frozen predictor, and keep what its sensors look at.
@@ -50,7 +49,7 @@ def watch(
         for i in range(len(watched)):
             seen.signals[k, i] = signals[watched[i]]
         copy(path.ravel(), seen.path[k].ravel())
-        sense(*instruments)
+        model.sense(*instruments)
         for i in range(len(data.chosen)):
             seen.reading[k, i] = instruments.reading[data.chosen[i]]
         compare(passage, k)
@@ -64,12 +63,11 @@ def watch(
 
 
 def reread(
-    sense: Sense, model: ParametrisedModel, data: Data, seen: Seen, change: Array
+    model: ParametrisedModel, data: Data, seen: Seen, change: Array
 ) -> None:  # fmt: skip
     """Fill in how far the readings of a recorded run change with the sensors of a model.
 
     Args:
-        sense: the kernel's sensor chain.
         model: whose sensors read it.
         data: the experiment.
         seen: the recorded run.
@@ -83,7 +81,7 @@ def reread(
         for i in range(len(seen.watched)):
             signals[seen.watched[i]] = seen.signals[k, i]
         copy(seen.path[k].ravel(), path.ravel())
-        sense(*instruments)
+        model.sense(*instruments)
         for i in range(change.shape[1]):
             change[k, i] = instruments.reading[data.chosen[i]] - seen.reading[k, i]
         copy(signals, before)

@@ -4,11 +4,11 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.records import Moments, ParametrisedModel, Places
-from hil_emulator.identify.prediction.run import INPUT_COUNT, Rate, Sense, install
+from hil_emulator.identify.prediction.run import INPUT_COUNT, install
 
 
 def forces(
-    rate: Rate, sense: Sense, model: ParametrisedModel, moments: Moments, at: Places,
+    model: ParametrisedModel, moments: Moments, at: Places,
     period: float, track: Array,
 ) -> Array:  # fmt: skip
     """Return the reading of the force sensor for each measured state that is present, else 0.
@@ -26,7 +26,7 @@ def forces(
     for k in range(len(states)):
         if not moments.present[k]:
             continue
-        rate(states[k], rates, model.par, inputs, signals)
+        model.rate(states[k], rates, model.par, inputs, signals)
         net = signals[at.hydraulic] - signals[at.friction] + signals[at.stop]
         passed_on = net - signals[at.rod_mass] * acceleration[k]
         if at.driven:  # the drive's force moves the load, and the rod as well
@@ -35,7 +35,7 @@ def forces(
             )
         else:
             signals[at.load] = passed_on
-        sense(*instruments)
+        model.sense(*instruments)
         force[k] = instruments.reading[at.cell]
         if len(track):
             track[k] = signals

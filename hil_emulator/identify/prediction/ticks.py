@@ -11,12 +11,9 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
-from typing import Any
-
-from numba.core import types
-from numba.experimental import function_type
 
 from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.function_values import TICK, FunctionValue
 from hil_emulator.identify.prediction.probes import DRIFT
 from hil_emulator.identify.prediction.records import Tick
 from hil_emulator.model.kernel import Kernel, build, sources_digest
@@ -28,41 +25,6 @@ WORTH_COMPILING = 10_000_000
 WORTH_LOADING = 500_000
 """The same for code that the cache holds: a step takes 0.2 us less, loading the code 0.1 s
 (measured); a cache that has grown holds code for what a search asks about once."""
-
-_types: Any = types
-_functions: Any = function_type
-"""Numba tells no types of what makes types, and of addresses of functions."""
-
-_VECTOR = _types.Array(types.float64, 1, "C")
-_SIGNATURE = _types.boolean(
-    *[_VECTOR] * 5, _types.Array(types.float64, 2, "C"), types.float64, types.int64
-)
-
-
-class CompiledTick(_types.WrapperAddressProtocol):  # type: ignore[misc]
-    """A kernel's `tick` as a value: what takes it is compiled once for all kernels.
-
-    Args:
-        compiled: the kernel's function.
-
-    """
-
-    def __init__(self, compiled: Any) -> None:
-        self._compiled = compiled
-        self._compiled.compile(_SIGNATURE.args)
-        self._address = _functions._get_wrapper_address(compiled, _SIGNATURE)
-
-    def __call__(self, *arguments: Any) -> bool:
-        """Integrate."""
-        return bool(self._compiled(*arguments))
-
-    def __wrapper_address__(self) -> int:
-        """Return where the machine code is."""
-        return int(self._address)
-
-    def signature(self) -> Any:
-        """Return what it takes and gives."""
-        return _SIGNATURE
 
 
 class Ticks:
@@ -76,7 +38,7 @@ class Ticks:
 
     def __init__(self, whole: Kernel, cache: Path | None) -> None:
         self._kernel, self._cache = whole, cache
-        self.whole: Tick = CompiledTick(whole.tick)
+        self.whole: Tick = FunctionValue(whole.tick, TICK)
         at = {name: i for i, name in enumerate(whole.parameters.names or ())}
         self._knobs = [(e, at[e.field_of(e.knob)]) for e in whole.effects
                        if e.stage not in SAMPLED]  # fmt: skip
@@ -111,7 +73,7 @@ class Ticks:
     def _compiled(self, known: frozenset[str]) -> Tick:
         whole, acting = self._kernel, [e for e in self._kernel.effects if e.name in known]
         own = build(whole.effects, self._cache, constants=dict(whole.constants), acting=acting)
-        tick = CompiledTick(own.tick)
+        tick = FunctionValue(own.tick, TICK)
         if folder := self._folder():
             names = " ".join(sorted(known))
             with suppress(OSError):
