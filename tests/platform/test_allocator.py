@@ -15,7 +15,7 @@ def resident():
 
 map_large_arrays()
 np.ones(4_000_000)
-arrays = [np.ones(250_000) for _ in range(100)]
+arrays = [np.ones(300_000) for _ in range(100)]
 before = resident()
 del arrays[::2]
 print(before - resident())
@@ -24,8 +24,8 @@ print(before - resident())
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 def test_the_memory_of_every_other_array_goes_back() -> None:
-    """Of 100 arrays of 2 MB half are freed, after a larger one: 100 MB go back to the system."""
+    """Of 100 arrays of 2.4 MB half are freed, after a larger one: 120 MB go back to the system."""
     run = subprocess.run(
         [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True
     )
-    assert int(run.stdout) > 90e6
+    assert int(run.stdout) > 110e6
