@@ -18,7 +18,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.reporting.headline import headline
 from hil_emulator.identify.session import Question
-from hil_emulator.platform.allocator import map_large_arrays
+from hil_emulator.platform.allocator import tune_allocator
 from hil_emulator.platform.paths import near
 
 CONFIGURATIONS = {".toml"}
@@ -56,7 +56,7 @@ def identify(
             "name at least one configuration (.toml) and one recording (.csv, .mf4, "
             ".parquet, .blf, ...); what follows --validate is held-out data"
         )
-    map_large_arrays()
+    tune_allocator()
     actuator = ActuatorModel(", ".join(f.name for f in configs), load(configs))
     with waiting("identify" if question.search else "gap", [*files, *validate]) as progress:
         found = examined(

@@ -7,13 +7,13 @@ import pytest
 
 PROGRAM = """
 import numpy as np
-from hil_emulator.platform.allocator import map_large_arrays
+from hil_emulator.platform.allocator import tune_allocator
 
 def resident():
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * 4096
 
-map_large_arrays()
+tune_allocator()
 np.ones(4_000_000)
 arrays = [np.ones(300_000) for _ in range(100)]
 before = resident()

@@ -169,9 +169,8 @@ def filter_samples(
 
 
 def linearise(
-    model: ParametrisedModel, data: Data, start: Start, tuning: Tuning,
-    noise: Array,
-) -> tuple[Gains, Jacobians, Array]:  # fmt: skip
+    model: ParametrisedModel, data: Data, start: Start, tuning: Tuning, noise: Array
+) -> tuple[Gains, Jacobians, Array]:
     """Run the extended Kalman filter with a Jacobian by forward differences.
 
     Arguments as in `filter.predict`, and:

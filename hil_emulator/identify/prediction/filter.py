@@ -14,9 +14,8 @@ DISTURBANCES = 2
 
 
 def predict(
-    model: ParametrisedModel, data: Data, start: Start, gains: Gains,
-    residual: Array, track: Array,
-) -> None:  # fmt: skip
+    model: ParametrisedModel, data: Data, start: Start, gains: Gains, residual: Array, track: Array
+) -> None:
     """Run the frozen predictor.
 
     Args:

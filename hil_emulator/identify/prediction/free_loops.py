@@ -24,9 +24,8 @@ from hil_emulator.identify.prediction.small_matrices import congruence, copy, mu
 
 
 def run_freely(
-    model: ParametrisedModel, data: Data, start: Start, gains: Gains,
-    restarts: Restarts,
-) -> Errors:  # fmt: skip
+    model: ParametrisedModel, data: Data, start: Start, gains: Gains, restarts: Restarts
+) -> Errors:
     """Run the frozen predictor, and beside it the free run that it restarts.
 
     Arguments as in `filter.predict`, and:

@@ -42,9 +42,8 @@ class Changes(NamedTuple):
 
 
 def probe(
-    model: ParametrisedModel, data: Data, start: Start, gains: Gains,
-    probes: Index, sizes: Array,
-) -> Entries:  # fmt: skip
+    model: ParametrisedModel, data: Data, start: Start, gains: Gains, probes: Index, sizes: Array
+) -> Entries:
     """Run the frozen predictor and derive each of its steps by the probes.
 
     Arguments as in `filter.predict`, and:

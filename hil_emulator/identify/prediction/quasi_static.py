@@ -62,9 +62,8 @@ def implicit_step(
 
 
 def sweep(
-    model: ParametrisedModel, data: Sweep, start: Array,
-    solved: Unknowns, probes: Index,
-) -> tuple[Array, Array]:  # fmt: skip
+    model: ParametrisedModel, data: Sweep, start: Array, solved: Unknowns, probes: Index
+) -> tuple[Array, Array]:
     """Follow a sweep from row to row.
 
     Args:

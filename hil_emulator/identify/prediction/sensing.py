@@ -28,10 +28,7 @@ from hil_emulator.identify.prediction.run import (
 from hil_emulator.identify.prediction.small_matrices import copy
 
 
-def watch(
-    model: ParametrisedModel, data: Data, start: Start, gains: Gains,
-    watched: Index,
-) -> Seen:  # fmt: skip
+def watch(model: ParametrisedModel, data: Data, start: Start, gains: Gains, watched: Index) -> Seen:
     """Run the frozen predictor, and keep what its sensors look at.
 
     Arguments as in `filter.predict`, and:
@@ -62,9 +59,7 @@ def watch(
     return seen
 
 
-def reread(
-    model: ParametrisedModel, data: Data, seen: Seen, change: Array
-) -> None:  # fmt: skip
+def reread(model: ParametrisedModel, data: Data, seen: Seen, change: Array) -> None:
     """Fill in how far the readings of a recorded run change with the sensors of a model.
 
     Args:

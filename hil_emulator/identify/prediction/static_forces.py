@@ -8,9 +8,8 @@ from hil_emulator.identify.prediction.run import INPUT_COUNT, install
 
 
 def forces(
-    model: ParametrisedModel, moments: Moments, at: Places,
-    period: float, track: Array,
-) -> Array:  # fmt: skip
+    model: ParametrisedModel, moments: Moments, at: Places, period: float, track: Array
+) -> Array:
     """Return the reading of the force sensor for each measured state that is present, else 0.
 
     The signals there are written into `track`, shape (samples, signals), unless it has no rows.
