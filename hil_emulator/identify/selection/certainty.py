@@ -23,7 +23,6 @@ from hil_emulator.identify.selection.levels import (
     FALSE_ALARM,
     GREATER_PART,
     INEXACT,
-    NORMAL_95,
     NOTICEABLE,
     ONE_IN_TWENTY,
     reached_by_chance,
@@ -70,7 +69,8 @@ def faint(search: Search) -> list[str]:
 
     So may one that these data would not show if it were as large as usual, one beside which a
     candidate that was refused explained far more, one that explains less than a free term still
-    does, and one beside which ordinary parameters are where hardly any machine has them.
+    does, one beside which ordinary parameters are where hardly any machine has them, and one that
+    is no longer as far from none as a name has to be, once all is counted that leaves it uncertain.
 
     Args:
         search: finished, with what speaks against the laws of its effects.
@@ -82,7 +82,7 @@ def faint(search: Search) -> list[str]:
             if (found := search.selected_in(c.name)).best < least
             and (c.name in search.forms or not found.trials[0].score.visible
                  or _far_less(found) or _below_a_free_term(search, found) or unlikely
-                 or _may_be_none(search, c.name))]  # fmt: skip
+                 or _may_be_none(search, found, c.name))]  # fmt: skip
 
 
 def deviation(search: Search, fit: Fit, name: str) -> float:
@@ -206,10 +206,11 @@ def _below_a_free_term(search: Search, found: Round) -> bool:
     return any(t.certain > found.best for t in search.rounds[-1].terms)
 
 
-def _may_be_none(search: Search, name: str) -> bool:
+def _may_be_none(search: Search, found: Round, name: str) -> bool:
+    """Tell whether an effect, everything counted, is less sure than a name has to be."""
     fit = search.told or search.rounds[-1].base
     at = fit.at[[c.name for c in fit.coordinates].index(name)]
-    return bool(abs(at) < NORMAL_95 * deviation(search, fit, name))
+    return bool(abs(at) < math.sqrt(found.needed) * deviation(search, fit, name))
 
 
 def hardly_believed(fit: Fit, chance: float = ONE_IN_TWENTY) -> list[str]:
