@@ -15,7 +15,7 @@ import numpy as np
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.disagreement.gap import Gap, compare, measure
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.config.load import load
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction import parameters

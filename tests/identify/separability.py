@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import spearmanr
 
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.experiment_design import forecast
 from hil_emulator.identify.experiment_design.forecast import Explanation, Forecaster
 from hil_emulator.identify.experiment_design.library import LIBRARY, Target, limits, target

@@ -8,8 +8,9 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.disagreement.gap import compare, measure
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import score_terms
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction import parameters

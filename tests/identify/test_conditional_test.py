@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.excerpt import Excerpt
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction.balances import FLOW_B, LEAKAGE, LOAD, Balance
 from hil_emulator.identify.prediction.observer import Observer

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
+from hil_emulator.identify.estimation.fit import TOLERATED, Fit
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.observer import Observer

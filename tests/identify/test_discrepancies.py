@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.log_evidence import LogEvidence
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.shape_sums import ShapeSums, Sums
 from hil_emulator.identify.prediction import parameters

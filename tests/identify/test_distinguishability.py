@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.clusters import UNCORRELATED, Clusters
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.levels import TOLD_APART

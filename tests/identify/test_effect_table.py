@@ -11,7 +11,7 @@ from hil_emulator.identify.conclusion.effect_table import effect_table
 from hil_emulator.identify.conclusion.findings import Unexplained, in_words
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.gap import compare, measure
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction import parameters
 from tests.identify.rig_data import knee_model

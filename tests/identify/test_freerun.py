@@ -9,7 +9,7 @@ import pytest
 from hil_emulator.identify.disagreement.freerun import FILTER_SETTLING, RESTART_INTERVAL, replay
 from hil_emulator.identify.disagreement.gap import compare, measure
 from hil_emulator.identify.disagreement.motion import by_motion
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.noise import noise_levels

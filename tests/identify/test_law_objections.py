@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
-from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.prediction.balances import CELL, LOAD, PISTON, RULER, TAP_A, Balance
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import Coordinate

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.prediction.balances import PISTON
 from hil_emulator.identify.prediction.free_shapes import HATS
 from hil_emulator.identify.selection import discrepancies, levels

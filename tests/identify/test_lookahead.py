@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.refits import Lookahead

@@ -11,7 +11,8 @@ from click.testing import CliRunner
 from scipy.stats import spearmanr
 
 from hil_emulator.__main__ import main
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.experiment_design import forecast, next_experiment, practice
 from hil_emulator.identify.experiment_design.forecast import Explanation, Forecaster
 from hil_emulator.identify.experiment_design.library import LIBRARY, limits, stimulus, target

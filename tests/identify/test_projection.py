@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.selection.scan import ROWS_AT_ONCE, pairs_of, score_of

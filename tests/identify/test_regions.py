@@ -8,8 +8,9 @@ import pytest
 
 from hil_emulator.identify.disagreement.regions import disagreements
 from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters

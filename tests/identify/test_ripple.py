@@ -7,7 +7,8 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.estimation import ripple
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.ripple import Ripple, ripples
 from hil_emulator.identify.estimation.settled import settled
 from hil_emulator.identify.prediction import parameters, windows

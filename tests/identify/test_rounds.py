@@ -5,8 +5,9 @@ from typing import cast
 import numpy as np
 
 from hil_emulator.identify.estimation.excerpt import Excerpt
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction.balances import LOAD, PISTON
 from hil_emulator.identify.selection.progress import Round
 

@@ -12,7 +12,7 @@ from hil_emulator.identify import second_search, session
 from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
 from hil_emulator.identify.conclusion.findings import Finding, Refitted, Unexplained
 from hil_emulator.identify.conclusion.result import Result, Verdict
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Investigation, followed
 from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.measured.between_rows import BRIDGE, CONTROLLER, SetPoints, moving

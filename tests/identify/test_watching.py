@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.selection import law_form, search
 from hil_emulator.identify.selection.evidence import Evidence
 from hil_emulator.identify.selection.progress import Round, Search

@@ -22,8 +22,8 @@ from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
 from hil_emulator.identify.disagreement.repeatability import repeatability
 from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
-from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.ordinary_least_squares import ordinary_least_squares
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.regressors import regressors

@@ -14,7 +14,7 @@ from hil_emulator.identify.conclusion.findings import (
     in_words,
 )
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.experiment_design.contrast import contrast
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant_model import Coordinate

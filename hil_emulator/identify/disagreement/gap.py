@@ -12,7 +12,7 @@ import numpy as np
 
 from hil_emulator.identify.disagreement.floor import Floor, spread, strengths
 from hil_emulator.identify.disagreement.freerun import Replay, replay
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, combined
-from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.regressors import Regressors

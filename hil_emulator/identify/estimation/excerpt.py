@@ -11,7 +11,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hil_emulator.identify.estimation.clusters import Clusters
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array, Index, Single
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.pool import LocalBatch

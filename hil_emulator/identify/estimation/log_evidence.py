@@ -14,7 +14,7 @@ the density that the most likely terms give them.
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
+from hil_emulator.identify.estimation.fit import Fit, prior_rows
 from hil_emulator.identify.estimation.shape_sums import Sums, inverse
 from hil_emulator.identify.measured.experiment import Array, Index
 

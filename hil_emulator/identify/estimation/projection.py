@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fit, prior_rows
+from hil_emulator.identify.estimation.fit import Fit, prior_rows
 from hil_emulator.identify.measured.experiment import Array, Single
 
 

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, TOLERATED, Fit, Fitter, prior_rows
+from hil_emulator.identify.estimation.fit import TOLERATED, Fit, prior_rows
+from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
 
 NUDGES = (0.7, 1.4)
 """Factors of an effect's size at which a refit is begun once more (assumed)."""

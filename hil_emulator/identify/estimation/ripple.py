@@ -15,8 +15,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from hil_emulator.identify.estimation.clusters import PLACES
+from hil_emulator.identify.estimation.fit import Fit, Linearised
 from hil_emulator.identify.estimation.log_evidence import LogEvidence
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter, Linearised
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.shape_sums import TOGETHER, Sums
 from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.balances import PISTON

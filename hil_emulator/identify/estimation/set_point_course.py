@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.between_rows import (
     CONTROLLER,
     SetPoints,

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hil_emulator.identify.estimation.fit import Fit, Linearised
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter, Linearised
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.ripple import Along, Ripple, ripples
 from hil_emulator.identify.estimation.sizes import Sizes, parts_of_each

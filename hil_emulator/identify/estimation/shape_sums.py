@@ -11,7 +11,8 @@ from itertools import chain
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter, Linearised, prior_rows
+from hil_emulator.identify.estimation.fit import Fit, Linearised, prior_rows
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
 from hil_emulator.identify.prediction.pool import Batch, side_by_side

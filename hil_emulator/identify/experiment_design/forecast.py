@@ -18,7 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fitter, prior_rows
+from hil_emulator.identify.estimation.fit import prior_rows
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.experiment_design.closed_loop import SimulatedBench, World
 from hil_emulator.identify.experiment_design.library import Target
 from hil_emulator.identify.measured.experiment import Array, Experiment

@@ -12,7 +12,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.special import stdtr, stdtrit
 
-from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter, prior_rows
+from hil_emulator.identify.estimation.fit import TOLERATED, Fit, prior_rows
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.estimation.sizes import Sizes

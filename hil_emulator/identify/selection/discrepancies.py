@@ -12,8 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from hil_emulator.identify.estimation.fit import Fit, Linearised, prior_rows
 from hil_emulator.identify.estimation.log_evidence import LogEvidence
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter, Linearised, prior_rows
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.shape_sums import ShapeSums, inverse
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_shapes import HATS, FreeShape

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import Fit
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.levels import (
     NEARLY_ALL,

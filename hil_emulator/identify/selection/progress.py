@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hil_emulator.identify.estimation.excerpt import Excerpt
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
-from hil_emulator.identify.estimation.map_fit import Fit
 from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction.free_shapes import HATS

@@ -15,7 +15,8 @@ import numpy as np
 
 from hil_emulator.identify.estimation.excerpt import excerpt_of
 from hil_emulator.identify.estimation.finite_difference import Derivative
-from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fit, Fitter
+from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.restarts import nudged
 from hil_emulator.identify.prediction.plant_model import Coordinate

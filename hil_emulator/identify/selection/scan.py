@@ -8,7 +8,8 @@ from itertools import islice
 import numpy as np
 
 from hil_emulator.identify.estimation.finite_difference import Derivative
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate

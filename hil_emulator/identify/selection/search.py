@@ -7,8 +7,9 @@ from functools import partial
 import numpy as np
 
 from hil_emulator.identify.estimation.excerpt import Excerpt, excerpt_of
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
-from hil_emulator.identify.estimation.map_fit import Fit, Fitter
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.settled import settled

@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil_emulator.identify.estimation.map_fit import TOLERATED, Fit, Fitter
+from hil_emulator.identify.estimation.fit import TOLERATED, Fit
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant_model import Coordinate
