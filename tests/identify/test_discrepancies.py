@@ -128,6 +128,26 @@ def test_nothing_is_left_beside_the_true_law(returning: tuple[Fitter, Fitter]) -
     assert found.other_laws() == {}
 
 
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [({"fixed_pump_flow": 3e-5}, "fixed_pump"),
+     ({"back_pressure_resistance": RESISTANCE}, "back_pressure")],
+)  # fmt: skip
+def test_what_an_effect_makes_is_what_a_model_without_it_misses(
+    changes: dict[str, float], name: str
+) -> None:
+    """Of a pump that saturates as well, whose tangent tells three quarters too much."""
+    sides = [[recorded(changes, kind, seed + i) for i, kind in enumerate(("multisine", "steps"))]
+             for seed in (3, 103)]  # fmt: skip
+    fitter, other = (Fitter(Observer(knee_model(), INSTRUMENTS), side) for side in sides)
+    free = [*ORDINARY, COORDINATES[name]]
+    fit = converge(fitter, free, np.array([0.0] * len(ORDINARY) + [1.0]), free[-1:], 3)
+    held = fitter.frozen_at(other.experiments, free, fit.at)
+    found = Discrepancies(fitter, fit, free[-1:], fitter.elsewhere(fit, held))
+    without = fitter.fit(ORDINARY, fit.at[:-1], 6)
+    assert found.made[name][1] == pytest.approx(without.chi2 - fit.chi2, rel=0.12)
+
+
 def test_a_law_that_does_not_fit_is_another_one() -> None:
     """Friction that grows towards the ends of the stroke, named as one that has a direction."""
     changes = {"position_friction_rise": 1.0}

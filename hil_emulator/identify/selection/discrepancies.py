@@ -76,6 +76,12 @@ class Discrepancies:
         effects: that were named.
         held: validation data, or None.
 
+    Attributes:
+        made: the chi-square that each effect makes, and what of it nothing else can take over, by
+            name.
+        shapes: the terms that may be there.
+        found: those that the evidence asks for, the likeliest first.
+
     """
 
     def __init__(
@@ -93,6 +99,7 @@ class Discrepancies:
         self._inflations = np.maximum(inflations, self._inflation)
         self._evidence = LogEvidence(fit, self._training, held_out, self._inflation)
         self._part = self._training.rows / (self._training.rows + held_out.rows)
+        self.made = {c.name: self._made_by(fitter, c) for c in self._effects}
         self._options = [list(self._ways(i)) for i in range(len(self.shapes))]
         self.found = self._asked_for()
 
@@ -100,7 +107,7 @@ class Discrepancies:
     def lacks(self) -> dict[str, float]:
         """What the law of each effect lacks, as a part of what the effect explains, by name."""
         return {c.name: sum(d.explained for d in self.found if d.owner == c.name)
-                / self._power(c.name) for c in self._effects}  # fmt: skip
+                / self.made[c.name][1] for c in self._effects}  # fmt: skip
 
     def other_laws(self) -> dict[str, str]:
         """Return why the laws of effects are others than the catalogue's, by name.
@@ -110,7 +117,7 @@ class Discrepancies:
         forms = {}
         for c in self._effects:
             own = [d for d in self.found if d.owner == c.name and self._noticeable(d)]
-            part = sum(d.explained for d in own) / self._power(c.name)
+            part = sum(d.explained for d in own) / self.made[c.name][1]
             if part > INEXACT:
                 title = max(own, key=lambda d: d.explained).shape.title
                 forms[c.name] = f"a free term in the {title} explains {100.0 * part:.0f} % more"
@@ -179,21 +186,26 @@ class Discrepancies:
         for c in owners:
             places = sum(is_part(s, c) for s in self.shapes)
             chance = -math.log(places * len(OWN_SIZES))
-            at = [k.name for k in self._fit.coordinates].index(c.name)
-            own = float(self._fit.at[at] ** 2 * self._training.normal[at, at]) / whole
+            own = self.made[c.name][0] / whole
             yield from (_Option(size**2 * own, chance, c.name) for size in OWN_SIZES)
 
-    def _power(self, name: str) -> float:
-        """Return the chi-square that an effect makes and no other coordinate can take over."""
-        fit = self._fit
-        at = [c.name for c in fit.coordinates].index(name)
-        rest = [i for i in range(len(fit.at)) if i != at]
-        normal = self._training.normal
+    def _made_by(self, fitter: Fitter, c: Coordinate) -> tuple[float, float]:
+        """Return the chi-square that an effect makes, and what of it nothing else can take over.
+
+        By the model without it: where a law saturates, as a pump's does, its tangent tells as much
+        of that as nothing.
+        """
+        fit, names = self._fit, [k.name for k in self._fit.coordinates]
+        rest = [i for i, name in enumerate(names) if name != c.name]
+        off = np.where([name == c.name for name in names], 0.0, fit.at)
+        change = fitter.residual(fit.coordinates, off) - fit.residual
         others = inverse(
-            normal[np.ix_(rest, rest)] + np.diag(prior_rows(fit.coordinates)[rest] ** 2)
+            self._training.normal[np.ix_(rest, rest)]
+            + np.diag(prior_rows(fit.coordinates)[rest] ** 2)
         )
-        taken = normal[rest, at] @ others @ normal[rest, at]
-        return float(fit.at[at] ** 2) * max(float(normal[at, at] - taken), 1e-9)
+        shared = (change @ fit.jacobian)[rest]
+        whole = float(change @ change)
+        return whole, max(whole - float(shared @ others @ shared), 1e-9)
 
 
 def _smooth(count: int) -> Array:
