@@ -145,7 +145,7 @@ def test_what_an_effect_makes_is_what_a_model_without_it_misses(
     held = fitter.frozen_at(other.experiments, free, fit.at)
     found = Discrepancies(fitter, fit, free[-1:], fitter.elsewhere(fit, held))
     without = fitter.fit(ORDINARY, fit.at[:-1], 6)
-    assert found.made[name][1] == pytest.approx(without.chi2 - fit.chi2, rel=0.12)
+    assert found.made[name].own == pytest.approx(without.chi2 - fit.chi2, rel=0.12)
 
 
 def test_a_law_that_does_not_fit_is_another_one() -> None:

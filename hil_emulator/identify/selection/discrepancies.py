@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,6 +59,19 @@ class Discrepancy:
     explained: float
 
 
+class Made(NamedTuple):
+    """What an effect makes of the residual, as a chi-square.
+
+    Attributes:
+        whole: all of it.
+        own: what of it no other coordinate can take over.
+
+    """
+
+    whole: float
+    own: float
+
+
 @dataclass(frozen=True)
 class _Option:
     """One way in which a term may be there."""
@@ -77,8 +91,7 @@ class Discrepancies:
         held: validation data, or None.
 
     Attributes:
-        made: the chi-square that each effect makes, and what of it nothing else can take over, by
-            name.
+        made: what each effect makes, by name.
         shapes: the terms that may be there.
         found: those that the evidence asks for, the likeliest first.
 
@@ -107,7 +120,7 @@ class Discrepancies:
     def lacks(self) -> dict[str, float]:
         """What the law of each effect lacks, as a part of what the effect explains, by name."""
         return {c.name: sum(d.explained for d in self.found if d.owner == c.name)
-                / self.made[c.name][1] for c in self._effects}  # fmt: skip
+                / self.made[c.name].own for c in self._effects}  # fmt: skip
 
     def other_laws(self) -> dict[str, str]:
         """Return why the laws of effects are others than the catalogue's, by name.
@@ -117,7 +130,7 @@ class Discrepancies:
         forms = {}
         for c in self._effects:
             own = [d for d in self.found if d.owner == c.name and self._noticeable(d)]
-            part = sum(d.explained for d in own) / self.made[c.name][1]
+            part = sum(d.explained for d in own) / self.made[c.name].own
             if part > INEXACT:
                 title = max(own, key=lambda d: d.explained).shape.title
                 forms[c.name] = f"a free term in the {title} explains {100.0 * part:.0f} % more"
@@ -186,14 +199,13 @@ class Discrepancies:
         for c in owners:
             places = sum(is_part(s, c) for s in self.shapes)
             chance = -math.log(places * len(OWN_SIZES))
-            own = self.made[c.name][0] / whole
+            own = self.made[c.name].whole / whole
             yield from (_Option(size**2 * own, chance, c.name) for size in OWN_SIZES)
 
-    def _made_by(self, fitter: Fitter, c: Coordinate) -> tuple[float, float]:
-        """Return the chi-square that an effect makes, and what of it nothing else can take over.
+    def _made_by(self, fitter: Fitter, c: Coordinate) -> Made:
+        """Return what an effect makes, by the model without it.
 
-        By the model without it: where a law saturates, as a pump's does, its tangent tells as much
-        of that as nothing.
+        Where a law saturates, as a pump's does, its tangent may tell a hundredth or ten times that.
         """
         fit, names = self._fit, [k.name for k in self._fit.coordinates]
         rest = [i for i, name in enumerate(names) if name != c.name]
@@ -205,7 +217,7 @@ class Discrepancies:
         )
         shared = (change @ fit.jacobian)[rest]
         whole = float(change @ change)
-        return whole, max(whole - float(shared @ others @ shared), 1e-9)
+        return Made(whole, max(whole - float(shared @ others @ shared), 1e-9))
 
 
 def _smooth(count: int) -> Array:
