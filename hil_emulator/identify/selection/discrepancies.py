@@ -59,7 +59,7 @@ class Discrepancy:
     explained: float
 
 
-class Made(NamedTuple):
+class Contribution(NamedTuple):
     """What an effect makes of the residual, as a chi-square.
 
     Attributes:
@@ -202,7 +202,7 @@ class Discrepancies:
             own = self.made[c.name].whole / whole
             yield from (_Option(size**2 * own, chance, c.name) for size in OWN_SIZES)
 
-    def _made_by(self, fitter: Fitter, c: Coordinate) -> Made:
+    def _made_by(self, fitter: Fitter, c: Coordinate) -> Contribution:
         """Return what an effect makes, by the model without it.
 
         Where a law saturates, as a pump's does, its tangent may tell a hundredth or ten times that.
@@ -217,7 +217,7 @@ class Discrepancies:
         )
         shared = (change @ fit.jacobian)[rest]
         whole = float(change @ change)
-        return Made(whole, max(whole - float(shared @ others @ shared), 1e-9))
+        return Contribution(whole, max(whole - float(shared @ others @ shared), 1e-9))
 
 
 def _smooth(count: int) -> Array:
