@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Mask, Single
+from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.records import (
     Data,
     Gains,
@@ -13,16 +13,15 @@ from hil_emulator.identify.prediction.records import (
     Start,
     Tuning,
 )
-from hil_emulator.identify.prediction.run import (
-    Passage,
-    advance,
-    compare,
-    correct,
-    elapse,
-    enter,
-    follow,
-)
+from hil_emulator.identify.prediction.run import Passage, compare, correct, enter
 from hil_emulator.identify.prediction.small_matrices import congruence, multiply, root_of_inverse
+from hil_emulator.identify.prediction.transition import (
+    Slopes,
+    differentiate,
+    elapse_linearly,
+    note,
+    slopes_of,
+)
 
 
 class Estimate(NamedTuple):
@@ -30,40 +29,46 @@ class Estimate(NamedTuple):
 
     Attributes:
         cov: covariance of z.
-        widths: steps of the differences by z.
-        slope: derivative of the readings by z, shape (chosen, z).
         present: which readings there are.
-        seen: rows of `slope` of what was measured; memory for products of that shape.
+        seen: derivative by z of the readings that were measured; memory for that shape.
         spread: the same.
         innovation: covariance of the errors.
-        onward: derivative of the next z by the corrected one; memory for `update` until then.
-        before: memory for products of that shape.
+        keep: memory for products of covariances.
+        before: the same.
         work: the same.
 
     """
 
     cov: Array
-    widths: Array
-    slope: Array
     present: Mask
     seen: Array
     spread: Array
     innovation: Array
-    onward: Array
+    keep: Array
     before: Array
     work: Array
 
 
-def update(estimate: Estimate, noise: Array, held: int, gain: Array, whitening: Array) -> None:
+def estimate_of(covariance: Array, chosen: int) -> Estimate:
+    """Return what a filter knows at its start."""
+    n, m = len(covariance), chosen
+    return Estimate(
+        covariance.copy(), np.ones(m, np.bool_), np.zeros((m, n)), np.zeros((m, n)),
+        np.zeros((m, m)), np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)),
+    )  # fmt: skip
+
+
+def update(
+    estimate: Estimate, slope: Array, noise: Array, held: int, gain: Array, whitening: Array
+) -> None:
     """Update the covariance by a measurement; fills gain and whitening.
 
     The covariance takes the form that rounding cannot make negative, and that holds for any gain
     (Joseph): element `held` of z, -1 for none, counts as uncertain but is not corrected (Schmidt).
+    `slope` is the derivative of the readings by z.
     """
-    cov, slope, present, h, hp = (
-        estimate.cov, estimate.slope, estimate.present, estimate.seen, estimate.spread
-    )  # fmt: skip
-    s, keep, before = estimate.innovation, estimate.onward, estimate.before
+    cov, present, h, hp = estimate.cov, estimate.present, estimate.seen, estimate.spread
+    s, keep, before = estimate.innovation, estimate.keep, estimate.before
     m, n = slope.shape
     for i in range(m):
         for j in range(n):
@@ -92,42 +97,11 @@ def update(estimate: Estimate, noise: Array, held: int, gain: Array, whitening: 
                 cov[a, b] += gain[a, i] * noise[i] * gain[b, i]
 
 
-def differ(passage: Passage, k: int, estimate: Estimate) -> None:
-    """Find the derivative of a sample's readings by z at it."""
-    run, moved, data, widths = passage.run, passage.moved, passage.data, estimate.widths
-    before = data.current[max(0, k - 1), -1 if k else 0]
-    for j in range(len(widths)):
-        follow(moved, run)
-        moved.z[j] += widths[j]
-        advance(moved, moved.steps, before, 0)
-        for i in range(len(data.chosen)):
-            source = run.sources[data.chosen[i]]
-            change = moved.signals[source] - run.signals[source]
-            estimate.slope[i, j] = change / widths[j]
-    for i in range(len(data.chosen)):
-        estimate.present[i] = np.isfinite(data.measured[k, i])
-
-
-def differ_onward(
-    passage: Passage, k: int, estimate: Estimate, maps: Single, senses: Single
+def spread(
+    estimate: Estimate, onward: Array, tuning: Tuning, unknown: float, settling: bool
 ) -> None:
-    """Find the derivative of the next z and readings by the corrected z of a sample."""
-    run, moved, data, widths = passage.run, passage.moved, passage.data, estimate.widths
-    for j in range(len(widths)):
-        follow(moved, passage.corrected)
-        moved.z[j] += widths[j]
-        elapse(moved, data.current[k], passage.steps)
-        for i in range(len(widths)):
-            estimate.onward[i, j] = (moved.z[i] - run.z[i]) / widths[j]
-            maps[i, j] = estimate.onward[i, j]
-        for i in range(len(data.chosen)):
-            source = run.sources[data.chosen[i]]
-            senses[i, j] = (moved.signals[source] - run.signals[source]) / widths[j]
-
-
-def spread(estimate: Estimate, tuning: Tuning, unknown: float, settling: bool) -> None:
     """Carry the covariance to the next sample, whose mean current had a variance of its own."""
-    cov, onward, before = estimate.cov, estimate.onward, estimate.before
+    cov, before = estimate.cov, estimate.before
     n, drift = len(cov), len(cov) - 2
     for i in range(n):
         for j in range(n):
@@ -145,27 +119,35 @@ def spread(estimate: Estimate, tuning: Tuning, unknown: float, settling: bool) -
 
 
 def filter_samples(
-    passage: Passage, tuning: Tuning, noise: Array, estimate: Estimate, gains: Gains,
-    jacobians: Jacobians, predicted: Array,
+    passage: Passage, tuning: Tuning, noise: Array, estimate: Estimate, slopes: Slopes,
+    gains: Gains, jacobians: Jacobians, predicted: Array,
 ) -> None:  # fmt: skip
     """Run the filter along a recording; arguments and results as of `linearise`."""
     run, instruments, data = passage.run, passage.instruments, passage.data
-    scales, widths, drift = tuning.scales, estimate.widths, len(run.z) - 2
+    drift = len(run.z) - 2
+    set_widths(slopes, estimate, tuning)
+    differentiate(passage, slopes)
     for k in range(len(data.current)):
         passage.sense(*instruments)
-        for j in range(len(widths)):
+        for j in range(len(run.z)):
             predicted[k, j] = run.z[j]
-            deviation = np.sqrt(max(estimate.cov[j, j], 0.0))
-            widths[j] = min(max(scales[0, j], deviation), scales[1, j])
-        differ(passage, k, estimate)
         compare(passage, k)
+        for i in range(len(data.chosen)):
+            estimate.present[i] = np.isfinite(data.measured[k, i])
         held = drift if data.settling[k] else -1
-        update(estimate, noise, held, gains.kalman[k], gains.whitening[k])
+        update(estimate, slopes.readings, noise, held, gains.kalman[k], gains.whitening[k])
         correct(run, instruments, gains.kalman[k], passage.error)
-        follow(passage.corrected, run)
-        elapse(run, data.current[k], passage.steps)
-        differ_onward(passage, k, estimate, jacobians.maps[k], jacobians.senses[k])
-        spread(estimate, tuning, data.unknown[k], k < tuning.settling)
+        set_widths(slopes, estimate, tuning)
+        elapse_linearly(passage, k, slopes)
+        note(slopes, 0, jacobians.maps[k], jacobians.senses[k])
+        spread(estimate, slopes.onward, tuning, data.unknown[k], k < tuning.settling)
+
+
+def set_widths(slopes: Slopes, estimate: Estimate, tuning: Tuning) -> None:
+    """Make the differences as wide as z is uncertain, within bounds."""
+    for j in range(len(slopes.widths)):
+        deviation = np.sqrt(max(estimate.cov[j, j], 0.0))
+        slopes.widths[j] = min(max(tuning.scales[0, j], deviation), tuning.scales[1, j])
 
 
 def linearise(
@@ -188,11 +170,10 @@ def linearise(
     gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
     jacobians = Jacobians(np.zeros((count, n, n), np.float32), np.zeros((count, m, n), np.float32))
     predicted = np.zeros((count, n))
-    estimate = Estimate(
-        tuning.covariance.copy(), tuning.scales[0].copy(), np.zeros((m, n)), np.ones(m, np.bool_),
-        np.zeros((m, n)), np.zeros((m, n)), np.zeros((m, m)), np.zeros((n, n)),
-        np.zeros((n, n)), np.zeros((n, n)),
+    places = np.array([model.drift, model.supply])
+    filter_samples(
+        enter(model, data, start), tuning, noise, estimate_of(tuning.covariance, m),
+        slopes_of(start, data, model.signals, places, tuning.scales[0]), gains, jacobians,
+        predicted,
     )  # fmt: skip
-    passage = enter(model, data, start)
-    filter_samples(passage, tuning, noise, estimate, gains, jacobians, predicted)
     return gains, jacobians, predicted

@@ -19,6 +19,7 @@ class Frozen:
         jacobians: along its trajectory.
         predicted: z as it was predicted for each sample there, shape (samples, z).
         noise: standard deviation of each channel.
+        widths: steps of the differences by each element of z.
         diffusion: variance that the disturbances give each element of z in a sample.
         par, chan: the parameters at which it was frozen.
         weights: one over the standard deviation of each channel's whitened innovations.
@@ -38,6 +39,7 @@ class Frozen:
     jacobians: Jacobians
     predicted: Array
     noise: Array
+    widths: Array
     diffusion: Array
     par: Array
     chan: Array

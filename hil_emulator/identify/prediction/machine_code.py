@@ -28,6 +28,7 @@ from hil_emulator.identify.prediction import (
     small_matrices,
     smoothing,
     static_forces,
+    transition,
 )
 from hil_emulator.identify.prediction import filter as predictor
 from hil_emulator.identify.prediction.function_values import RATE, SENSE, FunctionValue
@@ -60,6 +61,8 @@ _MAKERS: tuple[Callable[..., object], ...] = (
     run.beside,
     run.install,
     run.enter,
+    extended_kalman_filter.estimate_of,
+    transition.slopes_of,
     free_loops.show,
     free_loops.widen,
     smoothing.observe,
@@ -77,16 +80,25 @@ _PARTS: tuple[Callable[..., object], ...] = (
     run.compare,
     run.move,
     run.refine,
+    run.begin_period,
+    run.elapse_part,
+    run.end_period,
     run.elapse,
     small_matrices.copy,
     small_matrices.root_of_inverse,
     small_matrices.multiply,
+    small_matrices.divide,
+    small_matrices.duplicate,
     small_matrices.congruence,
     small_matrices.multiply_eights,
     predictor.predict_samples,
     extended_kalman_filter.update,
-    extended_kalman_filter.differ,
-    extended_kalman_filter.differ_onward,
+    transition.differentiate,
+    transition.map_part,
+    transition.carry_on,
+    transition.elapse_linearly,
+    transition.note,
+    extended_kalman_filter.set_widths,
     extended_kalman_filter.spread,
     extended_kalman_filter.filter_samples,
     probing.try_samples,
@@ -102,8 +114,8 @@ _LOOPS: tuple[Callable[..., object], ...] = (
 )  # fmt: skip
 
 _RECORDS = (
-    run.Run, run.Instruments, run.Passage, extended_kalman_filter.Estimate, probing.Changes, Gains,
-    Jacobians, Entries, Errors, Seen, smoothing.Driven, smoothing.Forwards,
+    run.Run, run.Instruments, run.Passage, transition.Slopes, extended_kalman_filter.Estimate,
+    probing.Changes, Gains, Jacobians, Entries, Errors, Seen, smoothing.Driven, smoothing.Forwards,
 )  # fmt: skip
 """Named tuples that the loops make."""
 

@@ -1,5 +1,6 @@
 """Experiments seen through one model: gains frozen once, innovations for any parameters."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -45,6 +46,10 @@ RECENT = 4
 
 BURN_IN = 0.05
 """Time that counts for nothing [s], at the start and after a jump of the current: states settle."""
+
+LONGEST_PART = 1e-3
+"""Longest part of a sample period within which slopes change evenly [s]: a fast spool opens an edge
+in as much."""
 
 _INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
 
@@ -121,40 +126,40 @@ class Observer:
         active = np.array([names.index(n) for n in active_names])
         state, period = self._start(par, measured), experiment.period
         course = experiment.currents
+        current = _divided(course.current, period)
         z = np.concatenate([state[active], [0.0, 0.0]])
-        start = Start(state, z, active, decay(period / course.current.shape[1]))
+        start = Start(state, z, active, decay(period / current.shape[1]))
         data = Data(
-            np.ascontiguousarray(course.current), course.unknown, measured, self.chosen, period,
+            current, course.unknown, measured, self.chosen, period,
             _settling(course, round(BURN_IN / period)),
         )  # fmt: skip
         tuned = tuning(self.model, par, active_names, state[active], experiment)
         gains, jacobians, predicted = self.model.loops.linearise(
-            self.at(par, chan, data, len(z) + 1), data, start, tuned, noise**2
+            self.at(par, chan, data), data, start, tuned, noise**2
         )
         return Frozen(
             experiment, self.channels, data, start, gains, jacobians, predicted, noise,
-            tuned.diffusion, par, chan, np.ones(len(self.channels)),
+            tuned.scales[0], tuned.diffusion, par, chan, np.ones(len(self.channels)),
         )  # fmt: skip
 
     def probed(self, frozen: Frozen) -> Entries:
         """Return what each probe adds to the next z and reading, see `probing.probe`."""
         if frozen.probed is None:
-            model = self.at(frozen.par, frozen.chan, frozen.data, 0)
+            model = self.at(frozen.par, frozen.chan, frozen.data)
             frozen.probed = self.model.loops.probe(
                 model, frozen.data, frozen.start, frozen.gains, self.model.probes,
-                self.model.probe_sizes,
+                np.concatenate([frozen.widths, self.model.probe_sizes]),
             )  # fmt: skip
         return frozen.probed
 
-    def at(self, par: Array, chan: Array, data: Data, runs: int = 1) -> ParametrisedModel:
+    def at(self, par: Array, chan: Array, data: Data) -> ParametrisedModel:
         """Return the model at given parameters, with integration steps that are stable there.
 
-        It serves for so many runs along the data at these parameters; for none at others as well.
+        It serves for one run along the data.
         """
         period = data.period / data.current.shape[1]
         steps = max(1, int(np.ceil(period / self.step(par) - 1e-9)))
-        ticks = self.model.loops.ticks
-        tick = ticks.at(par, runs * steps * data.current.size) if runs else ticks.whole
+        tick = self.model.loops.ticks.at(par, steps * data.current.size)
         return self.model.at(par, chan, period / steps, steps, tick)
 
     def innovations(
@@ -283,6 +288,12 @@ class Observer:
         spread = np.array([quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])])
         scale = np.sqrt(frozen.experiment.copies)
         frozen.weights = 1.0 / (scale * spread)
+
+
+def _divided(current: Array, period: float) -> Array:
+    """Return a current in parts of each period [s] that are short enough for a linearisation."""
+    times = max(1, math.ceil(period / current.shape[1] / LONGEST_PART - 1e-9))
+    return np.ascontiguousarray(np.repeat(current, times, axis=1))
 
 
 def _settling(course: BetweenRows, burn_in: int) -> Mask:

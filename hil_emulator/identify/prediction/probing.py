@@ -13,15 +13,15 @@ from hil_emulator.identify.prediction.records import (
     ParametrisedModel,
     Start,
 )
-from hil_emulator.identify.prediction.run import (
-    Passage,
-    compare,
-    correct,
-    elapse,
-    enter,
-    follow,
-)
+from hil_emulator.identify.prediction.run import Passage, compare, correct, enter
 from hil_emulator.identify.prediction.small_matrices import multiply_eights
+from hil_emulator.identify.prediction.transition import (
+    Slopes,
+    differentiate,
+    elapse_linearly,
+    note,
+    slopes_of,
+)
 
 
 class Changes(NamedTuple):
@@ -42,45 +42,38 @@ class Changes(NamedTuple):
 
 
 def probe(
-    model: ParametrisedModel, data: Data, start: Start, gains: Gains, probes: Index, sizes: Array
+    model: ParametrisedModel, data: Data, start: Start, gains: Gains, probes: Index, widths: Array
 ) -> Entries:
     """Run the frozen predictor and derive each of its steps by the probes.
 
     Arguments as in `filter.predict`, and:
         probes: parameters whose effect on the next state is wanted.
-        sizes: step of their differences.
+        widths: steps of the differences by each element of z, then by each of these.
 
     """
     count, n, m = len(data.current), len(start.z), len(data.chosen)
     entries = Entries(
         np.zeros((count, n, len(probes)), np.float32), np.zeros((count, m, len(probes)), np.float32)
     )
-    try_samples(enter(model, data, start), gains, probes, sizes, entries)
+    places = np.zeros(2 + len(probes), np.int64)
+    places[0], places[1] = model.drift, model.supply
+    for i in range(len(probes)):
+        places[2 + i] = probes[i]
+    slopes = slopes_of(start, data, model.signals, places, widths)
+    try_samples(enter(model, data, start), gains, slopes, entries)
     return entries
 
 
-def try_samples(
-    passage: Passage, gains: Gains, probes: Index, sizes: Array, entries: Entries
-) -> None:
+def try_samples(passage: Passage, gains: Gains, slopes: Slopes, entries: Entries) -> None:
     """Try each probe in each sample; arguments and results as of `probe`."""
-    run, moved, data = passage.run, passage.moved, passage.data
+    run, data = passage.run, passage.data
+    differentiate(passage, slopes)
     for k in range(len(data.current)):
         passage.sense(*passage.instruments)
         compare(passage, k)
         correct(run, passage.instruments, gains.kalman[k], passage.error)
-        follow(passage.corrected, run)
-        elapse(run, data.current[k], passage.steps)
-        for j in range(len(probes)):
-            follow(moved, passage.corrected)
-            # both runs have the same parameters
-            run.par[probes[j]] += sizes[j]
-            elapse(moved, data.current[k], passage.steps)
-            run.par[probes[j]] -= sizes[j]
-            for i in range(len(run.z)):
-                entries.drives[k, i, j] = (moved.z[i] - run.z[i]) / sizes[j]
-            for i in range(len(data.chosen)):
-                source = run.sources[data.chosen[i]]
-                entries.feeds[k, i, j] = (moved.signals[source] - run.signals[source]) / sizes[j]
+        elapse_linearly(passage, k, slopes)
+        note(slopes, len(run.z), entries.drives[k], entries.feeds[k])
 
 
 def propagate(

@@ -5,7 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
-from hil_emulator.identify.prediction.records import Data, ParametrisedModel, Sense, Start, Tick
+from hil_emulator.identify.prediction.records import (
+    Data,
+    ParametrisedModel,
+    Rate,
+    Sense,
+    Start,
+    Tick,
+)
 from hil_emulator.identify.prediction.small_matrices import copy
 from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.quantities import INPUTS
@@ -100,24 +107,22 @@ class Passage(NamedTuple):
 
     Attributes:
         run: the run.
-        sense: the model's sensor chain.
+        rate: the derivative of the model's state.
+        sense: its sensor chain.
         instruments: its sensors.
         data: the recording.
         steps: integration steps in each part of a period, see `records.ParametrisedModel`.
         error: measured less predicted, zero where nothing was measured, shape (chosen,).
-        corrected: memory for the run as it is after a correction.
-        moved: memory for a run that goes on from elsewhere.
 
     """
 
     run: Run
+    rate: Rate
     sense: Sense
     instruments: Instruments
     data: Data
     steps: int
     error: Array
-    corrected: Run
-    moved: Run
 
 
 def enter(model: ParametrisedModel, data: Data, start: Start) -> Passage:
@@ -125,9 +130,7 @@ def enter(model: ParametrisedModel, data: Data, start: Start) -> Passage:
     run = begin(model, start, data.current[0])
     instruments = install(model, run.signals, run.path, data.period)
     error = np.zeros(len(data.chosen))
-    return Passage(
-        run, model.sense, instruments, data, model.steps, error, beside(run), beside(run)
-    )  # fmt: skip
+    return Passage(run, model.rate, model.sense, instruments, data, model.steps, error)
 
 
 def compare(passage: Passage, k: int) -> None:
@@ -203,11 +206,26 @@ def advance(run: Run, path: Array, current: float, steps: int) -> None:
 
 def elapse(run: Run, currents: Array, steps: int) -> None:
     """Let a sample period pass, in which the current takes some values one after the other."""
+    begin_period(run)
+    for i in range(len(currents)):
+        elapse_part(run, currents, i, steps)
+    end_period(run)
+
+
+def begin_period(run: Run) -> None:
+    """Note what each channel's quantity is when a period begins."""
     for i in range(len(run.sources)):
         run.steps[0, i] = run.signals[run.sources[i]]
-    for i in range(len(currents)):
-        first = 1 + i * steps
-        advance(run, run.steps[first : first + steps], currents[i], steps)
+
+
+def elapse_part(run: Run, currents: Array, i: int, steps: int) -> None:
+    """Let the part of a period pass in which one current acts."""
+    first = 1 + i * steps
+    advance(run, run.steps[first : first + steps], currents[i], steps)
+
+
+def end_period(run: Run) -> None:
+    """Fill in what the sensors' elements met, where there are any."""
     if len(run.traced) > 0:
         refine(run)
 

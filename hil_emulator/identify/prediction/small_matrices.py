@@ -33,6 +33,13 @@ def copy(values: Array, out: Array) -> None:
         out[i] = values[i]
 
 
+def duplicate(matrix: Array, out: Array) -> None:
+    """Fill a matrix with another one's values."""
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            out[i, j] = matrix[i, j]
+
+
 def multiply(a: Array, b: Array, out: Array) -> None:
     """Fill a b."""
     for i in range(a.shape[0]):
@@ -41,6 +48,36 @@ def multiply(a: Array, b: Array, out: Array) -> None:
             for k in range(a.shape[1]):
                 total += a[i, k] * b[k, j]
             out[i, j] = total
+
+
+def divide(a: Array, b: Array) -> None:
+    """Replace b by the solution x of a x = b, and a by what its elimination leaves."""
+    n, columns = b.shape
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[pivot, k]):
+                pivot = i
+        if pivot != k:
+            for j in range(n):
+                a[k, j], a[pivot, j] = a[pivot, j], a[k, j]
+            for j in range(columns):
+                b[k, j], b[pivot, j] = b[pivot, j], b[k, j]
+        per = 1.0 / a[k, k]
+        for i in range(k + 1, n):
+            part = a[i, k] * per
+            if part != 0.0:
+                for j in range(k, n):
+                    a[i, j] -= part * a[k, j]
+                for j in range(columns):
+                    b[i, j] -= part * b[k, j]
+    for k in range(n - 1, -1, -1):
+        for i in range(k + 1, n):
+            for j in range(columns):
+                b[k, j] -= a[k, i] * b[i, j]
+        per = 1.0 / a[k, k]
+        for j in range(columns):
+            b[k, j] *= per
 
 
 def congruence(a: Array, b: Array, work: Array, out: Array) -> None:

@@ -1,0 +1,121 @@
+"""How a small change of state or parameter grows until the next sample."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.probes import PROBES
+from hil_emulator.identify.prediction.transition import Slopes, map_part, slopes_of
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+
+WIDTH, STEPS = 5e-4, 2
+
+
+def even(a: Array, b: Array) -> Slopes:
+    """Return slopes that do not change: dx'/dx = A, dx'/dp = B."""
+    n, places = len(a), np.arange(b.shape[1])
+    start: Any = SimpleNamespace(active=np.arange(n), state=np.zeros(n), decay=())
+    data: Any = SimpleNamespace(chosen=np.arange(1))
+    slopes = slopes_of(start, data, 1, places, 10.0 ** np.arange(n + len(places)))
+    for rates in (slopes.rates, slopes.before):
+        rates[:, :n], rates[:, n:] = a, b
+    return slopes
+
+
+def test_a_step_maps_as_the_exponential_does() -> None:
+    """Of states and parameters, at modes that a step can follow; so far that of third order can."""
+    random = np.random.default_rng(3)
+    turn = random.normal(size=(3, 3))
+    modes = np.array([[-60.0, 200.0, 0.0], [-200.0, -60.0, 0.0], [0.0, 0.0, -300.0]])
+    a, b = turn @ modes @ np.linalg.inv(turn), random.normal(size=(3, 2))
+    slopes = even(a, b)
+    map_part(slopes, WIDTH, STEPS)
+    whole = expm(WIDTH * STEPS * np.block([[a, b], [np.zeros((2, 5))]]))
+    np.testing.assert_allclose(slopes.step, whole[:3], rtol=2e-4, atol=2e-5)
+
+
+@pytest.mark.parametrize("rate", [1e4, 1e6, 1e9])
+def test_what_is_too_fast_for_a_step_is_forgotten_in_it(rate: float) -> None:
+    """And where a parameter holds it, it is there at once: -A⁻¹ B."""
+    slopes = even(np.array([[-rate, 0.0], [0.0, -1.0]]), np.array([[2.0 * rate], [1.0]]))
+    map_part(slopes, WIDTH, STEPS)
+    assert abs(slopes.step[0, 0]) < 0.1
+    assert slopes.step[0, 2] == pytest.approx(2.0, abs=0.2)
+    assert slopes.step[1, 1] == pytest.approx(np.exp(-WIDTH * STEPS), rel=1e-9)
+
+
+class Moved:
+    """The reference machine from a state on, by another integration.
+
+    Args:
+        observer: of it.
+        frozen: a recording.
+
+    """
+
+    def __init__(self, observer: Observer, frozen: Any) -> None:
+        self.kernel, self.frozen = observer.model.kernel, frozen
+        self.model = observer.model
+
+    def after(self, z: Array, current: float, place: int = 0, by: float = 0.0) -> Array:
+        """Return the states of z after a sample period, a parameter moved."""
+        start, n = self.frozen.start, len(self.frozen.start.active)
+        par, inputs = self.frozen.par.copy(), np.array([current, 0.0, 0.0, 0.0])
+        par[self.model.drift] = z[n]
+        par[self.model.supply] += z[n + 1]
+        par[place] += by
+        signals = np.zeros(len(self.model.signal_names))
+
+        def rates(_: float, x: Array) -> Array:
+            full, rate = start.state.copy(), np.zeros(len(start.state))
+            full[start.active] = x
+            self.kernel.rate(full, rate, par, inputs, signals)
+            return rate[start.active]
+
+        span = (0.0, self.frozen.data.period)
+        done = solve_ivp(rates, span, z[:n], "Radau", rtol=1e-9, atol=1e-12)
+        return np.asarray(done.y[:, -1])
+
+
+@pytest.mark.parametrize(("every", "median", "most"), [(1, 1e-3, 5e-3), (5, 0.015, 0.2)])
+def test_a_filter_knows_how_its_machine_moves_on(every: int, median: float, most: float) -> None:
+    """A change of pressure, velocity or position, or a flow that leaks, does what Radau finds.
+
+    At 1000 rows a second and at 200, where a period has as many parts.
+    """
+    fast = recorded({}, "multisine", 3)
+    readings = {name: values[::every] for name, values in fast.readings.items()}
+    e = replace(fast, period=fast.period * every, current=fast.current[::every], readings=readings)
+    observer = Observer(knee_model(), INSTRUMENTS)
+    frozen = observer.freeze(e, *observer.model.memory([], []))
+    entries, moved = observer.probed(frozen), Moved(observer, frozen)
+    names = observer.model.active(frozen.par)
+    states = {"pressure_a": 1e3, "pressure_b": 1e3, "velocity": 1e-4, "position": 1e-5}
+    chosen = [names.index(n) for n in states]
+    scale = np.array([1e5, 1e5, 1e-2, 1e-3])
+    leak = next(i for i, p in enumerate(PROBES) if p.name == "probe_outward")
+    off = []
+    for k in range(100 // every, e.samples - 1, 200 // every):
+        z, current = frozen.predicted[k].astype(float), float(e.current[k])
+        if abs(z[names.index("velocity")]) < 5e-3:
+            continue  # across a standstill, a difference is a secant
+        base = moved.after(z, current)
+        for name, by in states.items():
+            other = z.copy()
+            other[names.index(name)] += by
+            change = (moved.after(other, current) - base)[chosen] / by / scale
+            told = frozen.jacobians.maps[k][chosen, names.index(name)] / scale
+            off.append(np.linalg.norm(told - change) / np.linalg.norm(change))
+        change = moved.after(z, current, observer.model.probes[leak], 1e-8) - base
+        change, told = change[chosen] / 1e-8 / scale, entries.drives[k][chosen, leak] / scale
+        off.append(np.linalg.norm(told - change) / np.linalg.norm(change))
+    assert len(off) > 20
+    assert np.median(off) < median
+    assert np.quantile(off, 0.9) < most
