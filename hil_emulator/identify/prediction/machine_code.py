@@ -94,6 +94,7 @@ _PARTS: tuple[Callable[..., object], ...] = (
     predictor.predict_samples,
     extended_kalman_filter.update,
     transition.differentiate,
+    transition.approximate,
     transition.map_part,
     transition.carry_on,
     transition.elapse_linearly,

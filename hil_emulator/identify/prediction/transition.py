@@ -127,18 +127,7 @@ def map_part(slopes: Slopes, width: float, steps: int) -> None:
         for j in range(x.shape[1]):
             mean = 0.5 * (slopes.before[i, j] + slopes.rates[i, j])
             x[i, j] = width * mean * (widths[j] / widths[i])
-    for i in range(n):
-        for j in range(x.shape[1]):
-            square = 0.0
-            for k in range(n):
-                square += x[i, k] * x[k, j]
-            if j < n:
-                same = 1.0 if i == j else 0.0
-                left[i, j] = same - 2.0 / 3.0 * x[i, j] + square / 6.0
-                step[i, j] = same + x[i, j] / 3.0
-            else:
-                step[i, j] = x[i, j] - square / 6.0
-    divide(left, step)
+    approximate(x, left, step)
     for _ in range(halvings):
         duplicate(step, x)
         for i in range(n):
@@ -150,6 +139,24 @@ def map_part(slopes: Slopes, width: float, steps: int) -> None:
     for i in range(n):
         for j in range(x.shape[1]):
             step[i, j] *= widths[i] / widths[j]
+
+
+def approximate(x: Array, left: Array, step: Array) -> None:
+    """Fill `step` with the approximant of exp(x), x = h A; overwrites `left`."""
+    n = len(x)
+    for i in range(n):
+        for j in range(x.shape[1]):
+            square = 0.0
+            for k in range(n):
+                square += x[i, k] * x[k, j]
+            if j < n:
+                same = 1.0 if i == j else 0.0
+                left[i, j] = same - 2.0 / 3.0 * x[i, j] + square / 6.0
+                step[i, j] = same + x[i, j] / 3.0
+            else:
+                # rows of parameters are zero: what these do is brought to the right side
+                step[i, j] = x[i, j] - square / 6.0
+    divide(left, step)
 
 
 def carry_on(slopes: Slopes) -> None:
