@@ -13,6 +13,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.transition import Slopes, map_part, slopes_of
+from hil_emulator.identify.prediction.tuning import SLIP
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 WIDTH, STEPS = 5e-4, 2
@@ -23,7 +24,7 @@ def even(a: Array, b: Array) -> Slopes:
     n, places = len(a), np.arange(b.shape[1])
     start: Any = SimpleNamespace(active=np.arange(n), state=np.zeros(n), decay=())
     data: Any = SimpleNamespace(chosen=np.arange(1))
-    slopes = slopes_of(start, data, 1, places, 10.0 ** np.arange(n + len(places)))
+    slopes = slopes_of(start, data, 1, places, 10.0 ** np.arange(n + len(places)), -1)
     for rates in (slopes.rates, slopes.before):
         rates[:, :n], rates[:, n:] = a, b
     return slopes
@@ -119,3 +120,27 @@ def test_a_filter_knows_how_its_machine_moves_on(every: int, median: float, most
     assert len(off) > 20
     assert np.median(off) < median
     assert np.quantile(off, 0.9) < most
+
+
+def test_while_a_rod_creeps_friction_counts_by_its_secant() -> None:
+    """A velocity that is known to a millimetre per second decays as one that is that much faster.
+
+    It does not as one that is faster by next to nothing: friction bends within that.
+    """
+    e = recorded({}, "multisine", 3)
+    observer = Observer(knee_model(), INSTRUMENTS)
+    frozen = observer.freeze(e, *observer.model.memory([], []))
+    moved, column = Moved(observer, frozen), observer.model.active(frozen.par).index("velocity")
+    secants, tangents = [], []
+    for k in range(100, e.samples - 1):
+        z, current = frozen.predicted[k].astype(float), float(e.current[k])
+        if abs(z[column]) > SLIP / 2.0:
+            continue
+        told = frozen.jacobians.maps[k][column, column]
+        for width, off in ((SLIP, secants), (SLIP / 100.0, tangents)):
+            other = z.copy()
+            other[column] += width
+            change = (moved.after(other, current) - moved.after(z, current))[column] / width
+            off.append(abs(told - change))
+    assert len(secants) >= 5
+    assert np.median(secants) < 0.2 * np.median(tangents)

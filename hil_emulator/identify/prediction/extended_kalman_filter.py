@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Mask
+from hil_emulator.identify.prediction.linear_period import elapse_linearly, note, read_widely
 from hil_emulator.identify.prediction.records import (
     Data,
     Gains,
@@ -15,13 +16,7 @@ from hil_emulator.identify.prediction.records import (
 )
 from hil_emulator.identify.prediction.run import Passage, compare, correct, enter
 from hil_emulator.identify.prediction.small_matrices import congruence, multiply, root_of_inverse
-from hil_emulator.identify.prediction.transition import (
-    Slopes,
-    differentiate,
-    elapse_linearly,
-    note,
-    slopes_of,
-)
+from hil_emulator.identify.prediction.transition import Slopes, differentiate, slopes_of
 
 
 class Estimate(NamedTuple):
@@ -33,8 +28,7 @@ class Estimate(NamedTuple):
         seen: derivative by z of the readings that were measured; memory for that shape.
         spread: the same.
         innovation: covariance of the errors.
-        keep: memory for products of covariances.
-        before: the same.
+        before: memory for products of covariances.
         work: the same.
 
     """
@@ -44,7 +38,6 @@ class Estimate(NamedTuple):
     seen: Array
     spread: Array
     innovation: Array
-    keep: Array
     before: Array
     work: Array
 
@@ -54,7 +47,7 @@ def estimate_of(covariance: Array, chosen: int) -> Estimate:
     n, m = len(covariance), chosen
     return Estimate(
         covariance.copy(), np.ones(m, np.bool_), np.zeros((m, n)), np.zeros((m, n)),
-        np.zeros((m, m)), np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)),
+        np.zeros((m, m)), np.zeros((n, n)), np.zeros((n, n)),
     )  # fmt: skip
 
 
@@ -63,13 +56,11 @@ def update(
 ) -> None:
     """Update the covariance by a measurement; fills gain and whitening.
 
-    The covariance takes the form that rounding cannot make negative, and that holds for any gain
-    (Joseph): element `held` of z, -1 for none, counts as uncertain but is not corrected (Schmidt).
-    `slope` is the derivative of the readings by z.
+    Element `held` of z, -1 for none, counts as uncertain but is not corrected (Schmidt): it keeps
+    its variance, and all else is as if it were. `slope` is the derivative of the readings by z.
     """
     cov, present, h, hp = estimate.cov, estimate.present, estimate.seen, estimate.spread
-    s, keep, before = estimate.innovation, estimate.keep, estimate.before
-    m, n = slope.shape
+    s, (m, n) = estimate.innovation, slope.shape
     for i in range(m):
         for j in range(n):
             h[i, j] = slope[i, j] if present[i] else 0.0
@@ -77,24 +68,20 @@ def update(
     for i in range(m):
         s[i, i] += noise[i]
     root_of_inverse(s, whitening)
+    # S^-1 = L L^T: what is told is the square of L^T H P
     multiply(whitening.T, hp, h)
     multiply(h.T, whitening.T, gain)
+    for a in range(n):
+        for b in range(a + 1):
+            told = 0.0
+            for i in range(m):
+                told += h[i, a] * h[i, b]
+            if a != held or b != held:
+                cov[a, b] -= told
+                cov[b, a] = cov[a, b]
     if held >= 0:
         for i in range(m):
             gain[held, i] = 0.0
-    for i in range(m):
-        for j in range(n):
-            h[i, j] = slope[i, j] if present[i] else 0.0
-    multiply(gain, h, keep)
-    for a in range(n):
-        for b in range(n):
-            keep[a, b] = (1.0 if a == b else 0.0) - keep[a, b]
-            before[a, b] = cov[a, b]
-    congruence(keep, before, estimate.work, cov)
-    for i in range(m):
-        for a in range(n):
-            for b in range(n):
-                cov[a, b] += gain[a, i] * noise[i] * gain[b, i]
 
 
 def spread(
@@ -125,29 +112,31 @@ def filter_samples(
     """Run the filter along a recording; arguments and results as of `linearise`."""
     run, instruments, data = passage.run, passage.instruments, passage.data
     drift = len(run.z) - 2
-    set_widths(slopes, estimate, tuning)
     differentiate(passage, slopes)
+    slopes.secant[0] = tuning.secant[0]
+    read_widely(passage, slopes)
     for k in range(len(data.current)):
         passage.sense(*instruments)
         for j in range(len(run.z)):
             predicted[k, j] = run.z[j]
+        set_secant(slopes, estimate, tuning)
         compare(passage, k)
         for i in range(len(data.chosen)):
             estimate.present[i] = np.isfinite(data.measured[k, i])
         held = drift if data.settling[k] else -1
         update(estimate, slopes.readings, noise, held, gains.kalman[k], gains.whitening[k])
         correct(run, instruments, gains.kalman[k], passage.error)
-        set_widths(slopes, estimate, tuning)
         elapse_linearly(passage, k, slopes)
         note(slopes, 0, jacobians.maps[k], jacobians.senses[k])
+        read_widely(passage, slopes)
         spread(estimate, slopes.onward, tuning, data.unknown[k], k < tuning.settling)
 
 
-def set_widths(slopes: Slopes, estimate: Estimate, tuning: Tuning) -> None:
-    """Make the differences as wide as z is uncertain, within bounds."""
-    for j in range(len(slopes.widths)):
-        deviation = np.sqrt(max(estimate.cov[j, j], 0.0))
-        slopes.widths[j] = min(max(tuning.scales[0, j], deviation), tuning.scales[1, j])
+def set_secant(slopes: Slopes, estimate: Estimate, tuning: Tuning) -> None:
+    """Make the secant of the velocity as wide as that is uncertain, within bounds."""
+    variance = estimate.cov[slopes.speed, slopes.speed]
+    deviation = np.sqrt(max(variance, 0.0)) if slopes.speed >= 0 else 0.0
+    slopes.secant[0] = min(max(tuning.secant[0], deviation), tuning.secant[1])
 
 
 def linearise(
@@ -156,8 +145,8 @@ def linearise(
     """Run the extended Kalman filter with a Jacobian by forward differences.
 
     Arguments as in `filter.predict`, and:
-        tuning: what it takes for granted. A difference is as long as the deviation of z, between
-            the smallest and the largest step, so that a bent law counts by its secant. What a dead
+        tuning: what it takes for granted. The secant of the velocity is as long as its deviation,
+            within bounds. What a dead
             time still held when the recording began is not known: the spool settles. The null,
             which samples that count for nothing would teach, waits for those that do.
         noise: variance of each chosen channel.
@@ -171,9 +160,9 @@ def linearise(
     jacobians = Jacobians(np.zeros((count, n, n), np.float32), np.zeros((count, m, n), np.float32))
     predicted = np.zeros((count, n))
     places = np.array([model.drift, model.supply])
+    slopes = slopes_of(start, data, model.signals, places, tuning.widths, model.velocity)
     filter_samples(
-        enter(model, data, start), tuning, noise, estimate_of(tuning.covariance, m),
-        slopes_of(start, data, model.signals, places, tuning.scales[0]), gains, jacobians,
-        predicted,
+        enter(model, data, start), tuning, noise, estimate_of(tuning.covariance, m), slopes, gains,
+        jacobians, predicted,
     )  # fmt: skip
     return gains, jacobians, predicted

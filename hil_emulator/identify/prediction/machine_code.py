@@ -21,6 +21,7 @@ from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction import (
     extended_kalman_filter,
     free_loops,
+    linear_period,
     probing,
     quasi_static,
     run,
@@ -84,6 +85,8 @@ _PARTS: tuple[Callable[..., object], ...] = (
     run.elapse_part,
     run.end_period,
     run.elapse,
+    linear_period.creeps,
+    linear_period.move_faster,
     small_matrices.copy,
     small_matrices.root_of_inverse,
     small_matrices.multiply,
@@ -97,9 +100,10 @@ _PARTS: tuple[Callable[..., object], ...] = (
     transition.approximate,
     transition.map_part,
     transition.carry_on,
-    transition.elapse_linearly,
-    transition.note,
-    extended_kalman_filter.set_widths,
+    linear_period.elapse_linearly,
+    linear_period.note,
+    linear_period.read_widely,
+    extended_kalman_filter.set_secant,
     extended_kalman_filter.spread,
     extended_kalman_filter.filter_samples,
     probing.try_samples,
@@ -190,7 +194,8 @@ def _compiled(cache: Path | None) -> dict[str, Any]:
     # nothing is made: it is the counting of references to arrays
     options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
     module.__dict__.update(
-        np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND,
+        np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND, SLID=linear_period.SLID,
+        CREEPING=linear_period.CREEPING,
         compiled=inlined(**options),
         lean=inlined(**options, _nrt=False),
         entry=entry(file, error_model="numpy", nogil=True),

@@ -139,7 +139,7 @@ class Observer:
         )
         return Frozen(
             experiment, self.channels, data, start, gains, jacobians, predicted, noise,
-            tuned.scales[0], tuned.diffusion, par, chan, np.ones(len(self.channels)),
+            tuned.widths, tuned.diffusion, par, chan, np.ones(len(self.channels)),
         )  # fmt: skip
 
     def probed(self, frozen: Frozen) -> Entries:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
+from hil_emulator.identify.prediction.linear_period import elapse_linearly, note
 from hil_emulator.identify.prediction.records import (
     Data,
     Entries,
@@ -15,13 +16,7 @@ from hil_emulator.identify.prediction.records import (
 )
 from hil_emulator.identify.prediction.run import Passage, compare, correct, enter
 from hil_emulator.identify.prediction.small_matrices import multiply_eights
-from hil_emulator.identify.prediction.transition import (
-    Slopes,
-    differentiate,
-    elapse_linearly,
-    note,
-    slopes_of,
-)
+from hil_emulator.identify.prediction.transition import Slopes, differentiate, slopes_of
 
 
 class Changes(NamedTuple):
@@ -59,7 +54,7 @@ def probe(
     places[0], places[1] = model.drift, model.supply
     for i in range(len(probes)):
         places[2 + i] = probes[i]
-    slopes = slopes_of(start, data, model.signals, places, widths)
+    slopes = slopes_of(start, data, model.signals, places, widths, model.velocity)
     try_samples(enter(model, data, start), gains, slopes, entries)
     return entries
 

@@ -31,6 +31,7 @@ class ParametrisedModel(NamedTuple):
         drift: index of the null's drift in `par`.
         supply: index of the supply pressure in `par`.
         bend: index of the bend of the seals in the state vector.
+        velocity: index of the velocity there.
         sources: index of each channel's signal.
         remembered: how many values the set point, the transducers, and their histories remember.
         traced: which of those of the transducers are quantities that an acting element follows,
@@ -51,6 +52,7 @@ class ParametrisedModel(NamedTuple):
     drift: int
     supply: int
     bend: int
+    velocity: int
     sources: Index
     remembered: Index
     traced: Index
@@ -109,14 +111,16 @@ class Tuning(NamedTuple):
     Attributes:
         covariance: of z at the start.
         diffusion: variance that each element of z gains in a sample.
-        scales: smallest and largest step of the differences by each element, shape (2, z).
+        widths: steps of the differences by each element, shape (z,).
+        secant: smallest and largest step of that by velocity which counts while the rod creeps.
         settling: samples for which the spool, the first two of z, is as uncertain as at first.
 
     """
 
     covariance: Array
     diffusion: Array
-    scales: Array
+    widths: Array
+    secant: Array
     settling: int
 
 

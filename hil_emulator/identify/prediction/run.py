@@ -113,6 +113,8 @@ class Passage(NamedTuple):
         data: the recording.
         steps: integration steps in each part of a period, see `records.ParametrisedModel`.
         error: measured less predicted, zero where nothing was measured, shape (chosen,).
+        corrected: memory for the run as it is after a correction.
+        moved: memory for a run that goes on from elsewhere.
 
     """
 
@@ -123,6 +125,8 @@ class Passage(NamedTuple):
     data: Data
     steps: int
     error: Array
+    corrected: Run
+    moved: Run
 
 
 def enter(model: ParametrisedModel, data: Data, start: Start) -> Passage:
@@ -130,7 +134,10 @@ def enter(model: ParametrisedModel, data: Data, start: Start) -> Passage:
     run = begin(model, start, data.current[0])
     instruments = install(model, run.signals, run.path, data.period)
     error = np.zeros(len(data.chosen))
-    return Passage(run, model.rate, model.sense, instruments, data, model.steps, error)
+    return Passage(
+        run, model.rate, model.sense, instruments, data, model.steps, error, beside(run),
+        beside(run),
+    )  # fmt: skip
 
 
 def compare(passage: Passage, k: int) -> None:

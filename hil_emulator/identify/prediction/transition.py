@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Index, Single
+from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction.records import Data, Start
-from hil_emulator.identify.prediction.run import Passage, begin_period, elapse_part, end_period
+from hil_emulator.identify.prediction.run import Passage
 from hil_emulator.identify.prediction.small_matrices import divide, duplicate, multiply
 
 
@@ -30,6 +30,9 @@ class Slopes(NamedTuple):
         readings: derivative of the readings, shape (chosen, changes).
         onward: derivative of what changes by what it was when the period began, shape
             (changes, changes).
+        sensed: derivative of the readings by the same, shape (chosen, changes).
+        speed: index of the velocity in z, -1 where nothing moves.
+        secant: step of its wide difference, 0 for none, shape (1,).
         still: rates of all states.
         moved: the same a width away.
         signals: the model's signals.
@@ -47,6 +50,9 @@ class Slopes(NamedTuple):
     before: Array
     readings: Array
     onward: Array
+    sensed: Array
+    speed: int
+    secant: Array
     still: Array
     moved: Array
     signals: Array
@@ -56,7 +62,9 @@ class Slopes(NamedTuple):
     left: Array
 
 
-def slopes_of(start: Start, data: Data, signals: int, places: Index, widths: Array) -> Slopes:
+def slopes_of(
+    start: Start, data: Data, signals: int, places: Index, widths: Array, velocity: int
+) -> Slopes:
     """Return memory for derivatives by the states of z and some parameters.
 
     Args:
@@ -65,17 +73,22 @@ def slopes_of(start: Start, data: Data, signals: int, places: Index, widths: Arr
         signals: number of the model's signals.
         places: indices of the parameters.
         widths: steps of the differences.
+        velocity: index of the velocity in the state vector.
 
     """
     n, m, count = len(start.active), len(data.chosen), len(widths)
     kept = np.ones(len(places))
     for i in range(len(start.decay)):
         kept[i] = start.decay[i]
+    speed = -1
+    for i in range(n):
+        if start.active[i] == velocity:
+            speed = i
     return Slopes(
         places, kept, widths.copy(), np.zeros((n, count)), np.zeros((n, count)),
-        np.zeros((m, count)), np.zeros((count, count)), np.zeros(len(start.state)),
-        np.zeros(len(start.state)), np.zeros(signals), np.zeros(signals), np.zeros((n, count)),
-        np.zeros((n, count)), np.zeros((n, n)),
+        np.zeros((m, count)), np.zeros((count, count)), np.zeros((m, count)), speed, np.zeros(1),
+        np.zeros(len(start.state)), np.zeros(len(start.state)), np.zeros(signals),
+        np.zeros(signals), np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, n)),
     )  # fmt: skip
 
 
@@ -98,21 +111,6 @@ def differentiate(passage: Passage, slopes: Slopes) -> None:
         for i in range(len(chosen)):
             source = run.sources[chosen[i]]
             slopes.readings[i, j] = (slopes.moved_signals[source] - slopes.signals[source]) * per
-
-
-def elapse_linearly(passage: Passage, k: int, slopes: Slopes) -> None:
-    """Let a sample's period pass, and find what a change at its begin comes to."""
-    run, currents, onward = passage.run, passage.data.current[k], slopes.onward
-    for i in range(len(onward)):
-        for j in range(len(onward)):
-            onward[i, j] = 1.0 if i == j else 0.0
-    begin_period(run)
-    for i in range(len(currents)):
-        elapse_part(run, currents, i, passage.steps)
-        differentiate(passage, slopes)
-        map_part(slopes, run.step, passage.steps)
-        carry_on(slopes)
-    end_period(run)
 
 
 def map_part(slopes: Slopes, width: float, steps: int) -> None:
@@ -169,16 +167,3 @@ def carry_on(slopes: Slopes) -> None:
     for i in range(n):
         for j in range(len(onward)):
             onward[i, j] = after[i, j]
-
-
-def note(slopes: Slopes, first: int, maps: Single, senses: Single) -> None:
-    """Note the derivatives of the next z and readings by changes from the first one on."""
-    onward, readings = slopes.onward, slopes.readings
-    for j in range(maps.shape[1]):
-        for i in range(len(maps)):
-            maps[i, j] = onward[i, first + j]
-        for i in range(len(readings)):
-            total = 0.0
-            for a in range(len(onward)):
-                total += readings[i, a] * onward[a, first + j]
-            senses[i, j] = total

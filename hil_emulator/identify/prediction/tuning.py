@@ -27,12 +27,15 @@ FLOW_DISTURBANCE = 5e-4
 FORCE_DISTURBANCE = 2e-3
 """Unmodelled force over area times supply pressure (assumed)."""
 
+CREEP = 1e-5
+"""Step of the derivative by velocity [m/s] (assumed): friction bends within more than that."""
+
 SLIP = 1e-3
-"""Least step of the derivative by velocity [m/s] (assumed): the secant of friction over as much as
-the velocity is uncertain at rest, where its tangent would make the filter trust no force."""
+"""Least step of a secant by velocity [m/s] (assumed): over as much as that is uncertain at rest,
+where the tangent of friction would make the filter trust no force."""
 
 FASTEST_SLIP = 1e-2
-"""Largest step [m/s] (assumed), while the velocity is less certain."""
+"""Largest step of it [m/s] (assumed), while the velocity is less certain."""
 
 DISTURBANCE_TIME = 0.01
 """Time over which both are correlated [s] (assumed)."""
@@ -69,7 +72,7 @@ def tuning(
         "pressure_a": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
         "pressure_b": (0.2 * supply, pressure * np.sqrt(colour), 1e4),
         "position": (1e-3, 0.0, 1e-6),
-        "velocity": (0.1, force * np.sqrt(colour), SLIP),
+        "velocity": (0.1, force * np.sqrt(colour), CREEP),
         "seal_bend": (1.0, 0.0, 1e-2),
     }
     rows = [table.get(n, (1e-3 * abs(s), 0.0, 1e-4 * max(abs(s), 1e-3)))
@@ -79,10 +82,10 @@ def tuning(
     spread = np.array([r[0] for r in rows] + [drift, SUPPLY_DRIFT])
     growth = np.array([r[1] for r in rows]) ** 2 * experiment.period
     diffusion = np.concatenate([growth, levels**2 * (1.0 - decay(experiment.period) ** 2)])
-    least = np.array([r[2] for r in rows] + [1e-6, 1e4])
-    most = np.where([n == "velocity" for n in [*names, "", ""]], FASTEST_SLIP, least)
+    widths = np.array([r[2] for r in rows] + [1e-6, 1e4])
     settling = round(EARLIER_COMMAND_TIME / experiment.period)
-    return Tuning(np.diag(spread**2), diffusion, np.array([least, most]), settling)
+    secant = np.array([SLIP, FASTEST_SLIP])
+    return Tuning(np.diag(spread**2), diffusion, widths, secant, settling)
 
 
 def decay(period: float) -> Array:
