@@ -134,7 +134,7 @@ class Discrepancies:
 
     def unknown(self) -> list[FreeShape]:
         """Return what belongs to no effect and is worth a word, the likeliest first."""
-        return [d.shape for d in self.found if d.owner == "" and self._noticeable(d)]
+        return [d.shape for d in self.found if not d.owner and self._noticeable(d)]
 
     def _noticeable(self, d: Discrepancy) -> bool:
         least = NOTICEABLE * self._fit.sample_size / HATS
@@ -185,7 +185,8 @@ class Discrepancies:
         each = self._fit.sample_size / max(seen, 1e-9)
         owners = [c for c in self._effects if is_part(shape, c)]
         if shape.ripples:
-            small = [s for s in SHARES if s <= NOTICEABLE]
+            usual = NOTICEABLE * len(rows) / HATS
+            small = [s for s in SHARES if s <= usual]
             yield from (_Option(s * each, -math.log(2 * len(small)), None) for s in small)
         # what outgrows a law in whose balance it acts still is what that law lacks
         names = [c.name for c in owners] or [""]
