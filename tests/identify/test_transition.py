@@ -24,7 +24,7 @@ def even(a: Array, b: Array) -> Slopes:
     n, places = len(a), np.arange(b.shape[1])
     start: Any = SimpleNamespace(active=np.arange(n), state=np.zeros(n), decay=())
     data: Any = SimpleNamespace(chosen=np.arange(1))
-    slopes = slopes_of(start, data, 1, places, 10.0 ** np.arange(n + len(places)), -1)
+    slopes = slopes_of(start, data, 1, places, 10.0 ** np.arange(n + len(places)), 0)
     for rates in (slopes.rates, slopes.before):
         rates[:, :n], rates[:, n:] = a, b
     return slopes

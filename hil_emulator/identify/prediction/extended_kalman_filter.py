@@ -134,21 +134,20 @@ def filter_samples(
 
 def set_secant(slopes: Slopes, estimate: Estimate, tuning: Tuning) -> None:
     """Make the secant of the velocity as wide as that is uncertain, within bounds."""
-    variance = estimate.cov[slopes.speed, slopes.speed]
-    deviation = np.sqrt(max(variance, 0.0)) if slopes.speed >= 0 else 0.0
+    deviation = np.sqrt(max(estimate.cov[slopes.speed, slopes.speed], 0.0))
     slopes.secant[0] = min(max(tuning.secant[0], deviation), tuning.secant[1])
 
 
 def linearise(
     model: ParametrisedModel, data: Data, start: Start, tuning: Tuning, noise: Array
 ) -> tuple[Gains, Jacobians, Array]:
-    """Run the extended Kalman filter with a Jacobian by forward differences.
+    """Run the extended Kalman filter, with Jacobians as of `elapse_linearly`.
 
     Arguments as in `filter.predict`, and:
-        tuning: what it takes for granted. The secant of the velocity is as long as its deviation,
-            within bounds. What a dead
-            time still held when the recording began is not known: the spool settles. The null,
-            which samples that count for nothing would teach, waits for those that do.
+        tuning: what it takes for granted. The secant of the velocity is as wide as its deviation,
+            within bounds. What a dead time still held when the recording began is not known: the
+            spool settles. The null, which samples that count for nothing would teach, waits for
+            those that do.
         noise: variance of each chosen channel.
 
     Returns:

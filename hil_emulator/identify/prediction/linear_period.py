@@ -70,8 +70,6 @@ def move_faster(passage: Passage, k: int, slopes: Slopes) -> None:
 def read_widely(passage: Passage, slopes: Slopes) -> None:
     """Let readings, too, tell the velocity by its secant."""
     run, chosen, width = passage.run, passage.data.chosen, slopes.secant[0]
-    if slopes.speed < 0:
-        return
     place = run.active[slopes.speed]
     here = run.memory[place]
     run.memory[place] = here + width

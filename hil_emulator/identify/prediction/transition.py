@@ -31,7 +31,7 @@ class Slopes(NamedTuple):
         onward: derivative of what changes by what it was when the period began, shape
             (changes, changes).
         sensed: derivative of the readings by the same, shape (chosen, changes).
-        speed: index of the velocity in z, -1 where nothing moves.
+        speed: index of the velocity in z.
         secant: step of its wide difference, 0 for none, shape (1,).
         still: rates of all states.
         moved: the same a width away.
@@ -80,7 +80,7 @@ def slopes_of(
     kept = np.ones(len(places))
     for i in range(len(start.decay)):
         kept[i] = start.decay[i]
-    speed = -1
+    speed = 0
     for i in range(n):
         if start.active[i] == velocity:
             speed = i
