@@ -123,13 +123,17 @@ class Discrepancies:
                 / self.made[c.name].own for c in self._effects}  # fmt: skip
 
     def other_laws(self) -> dict[str, str]:
-        """Return why the laws of effects are others than the catalogue's, by name."""
+        """Return why the laws of effects are others than the catalogue's, by name.
+
+        What is no word worth elsewhere is none here: every machine has a little of everything.
+        """
         forms = {}
-        for name, part in self.lacks.items():
+        for c in self._effects:
+            own = [d for d in self.found if d.owner == c.name and self._noticeable(d)]
+            part = sum(d.explained for d in own) / self.made[c.name].own
             if part > INEXACT:
-                own = [d for d in self.found if d.owner == name]
                 title = max(own, key=lambda d: d.explained).shape.title
-                forms[name] = f"a free term in the {title} explains {100.0 * part:.0f} % more"
+                forms[c.name] = f"a free term in the {title} explains {100.0 * part:.0f} % more"
         return forms
 
     def unknown(self) -> list[FreeShape]:
