@@ -15,7 +15,12 @@ from hil_emulator.identify.prediction.records import (
     Tuning,
 )
 from hil_emulator.identify.prediction.run import Passage, compare, correct, enter
-from hil_emulator.identify.prediction.small_matrices import congruence, multiply, root_of_inverse
+from hil_emulator.identify.prediction.small_matrices import (
+    congruence,
+    duplicate,
+    multiply,
+    root_of_inverse,
+)
 from hil_emulator.identify.prediction.transition import Slopes, differentiate, slopes_of
 
 
@@ -57,7 +62,8 @@ def update(
     """Update the covariance by a measurement; fills gain and whitening.
 
     Element `held` of z, -1 for none, counts as uncertain but is not corrected (Schmidt): it keeps
-    its variance, and all else is as if it were. `slope` is the derivative of the readings by z.
+    its variance, and all else is as if it were corrected. `slope` is the derivative of the readings
+    by z.
     """
     cov, present, h, hp = estimate.cov, estimate.present, estimate.seen, estimate.spread
     s, (m, n) = estimate.innovation, slope.shape
@@ -90,9 +96,7 @@ def spread(
     """Carry the covariance to the next sample, whose mean current had a variance of its own."""
     cov, before = estimate.cov, estimate.before
     n, drift = len(cov), len(cov) - 2
-    for i in range(n):
-        for j in range(n):
-            before[i, j] = cov[i, j]
+    duplicate(cov, before)
     congruence(onward, before, estimate.work, cov)
     for i in range(n):
         cov[i, i] += tuning.diffusion[i]
