@@ -7,7 +7,7 @@ the compiler keeps it in registers, and computes no signal of a trial state that
 from typing import Any, NamedTuple
 
 from hil_emulator.model.constants import ACTUATORS, PIECES, VELOCITY_DOUBT
-from hil_emulator.model.exchange import balances, evaluate
+from hil_emulator.model.exchange import balances, evaluate, show
 from hil_emulator.model.sensors import observe
 from hil_emulator.model.stages import spool_reach
 
@@ -16,6 +16,10 @@ STATE_LENGTH = 0
 
 ELEMENTS = 1
 """How many effects are sensing elements; without any, nobody looks at what lies between samples."""
+
+
+EVERY_SIGNAL = True
+"""Whether a tick leaves all signals of the state that it reaches, or those that sensors see."""
 
 
 class Work(NamedTuple):
@@ -120,7 +124,7 @@ def integrate(
         work: the states, and memory of the integration's own.
         par: parameters of each actuator.
         held: inputs and what follows from parameters, constant over the call, of each.
-        y: signals of each; they belong to the states reached.
+        y: signals of each; they belong to the states reached, see `EVERY_SIGNAL`.
         path: what the sensors' elements meet after each step, channels of all actuators one after
             the other, shape (steps, actuators * channels); overwritten, without elements only the
             last of them.
@@ -145,7 +149,10 @@ def integrate(
         if pieces == 0:
             done += 1
     # the signals of a trial state are not those of the state reached
-    evaluate(work.states, work.slopes, par, held, y)
+    if EVERY_SIGNAL or ACTUATORS > 1:
+        evaluate(work.states, work.slopes, par, held, y)
+    else:
+        show(work.states, work.slopes, par, held, y)
     if steps > 0:
         observe(y, path[first + steps - 1])
 

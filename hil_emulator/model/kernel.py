@@ -178,7 +178,8 @@ def build(
         actuators: how many are on the supply; their number is known to the machine code, so that a
             single one costs no more than it must.
         acting: those of the effects that its balances know, and no others may be on; all of them if
-            not given. Its memory is that of all.
+            not given. Its memory is that of all; of the state that a tick of these reaches, it
+            leaves those signals that sensors see, see `sensors.wiring`.
 
     Raises:
         DeclarationError: if an effect asks for something its stage does not offer.
@@ -203,6 +204,7 @@ def build(
     module.__dict__.update({f"{n.upper()}_LENGTH": length(layout) for n, layout in types.items()})
     module.__dict__["CHANNEL_COUNT"] = len(CHANNELS)
     module.__dict__["ELEMENTS"] = sum(law.stage is element for e in effects for law in e.laws)
+    module.__dict__["EVERY_SIGNAL"] = acting is None
     module.__dict__["WIRING"] = wiring(types["signals"].names or ())
     exec(compile(source, str(file or "<kernel>"), "exec"), module.__dict__)
     return Kernel(

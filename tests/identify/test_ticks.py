@@ -14,7 +14,8 @@ from hil_emulator.identify.prediction.records import Tick
 from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.identify.prediction.ticks import Ticks
 from hil_emulator.model.effects import CATALOGUE
-from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.model.quantities import INPUTS
+from hil_emulator.model.sensors import CHANNELS, wiring
 from hil_emulator.model.stages import SAMPLED
 from tests.identify.rig_data import CACHE, knee
 
@@ -35,15 +36,17 @@ def with_leakage(model: PlantModel) -> Array:
 
 
 def course(model: PlantModel, tick: Tick) -> Array:
-    """Return states and signals along a run in which the rod moves to and fro."""
+    """Return states, and what sensors see, along a run in which the rod moves to and fro."""
+    seen = np.unique(wiring(model.signal_names)[:, [0, 2]]).astype(np.int64)
     state = model.start(model.par, STEP, None)
     past, inputs = np.full(model.remembered[0], np.nan), np.zeros(INPUT_COUNT)
     signals, path = np.zeros(len(model.signal_names)), np.zeros((STEPS, len(CHANNELS)))
     rows = []
+    inputs[[q.name for q in INPUTS].index("transverse_force")] = 20.0
     for k in range(300):
         inputs[0] = 8e-3 if k % 100 < 50 else -8e-3
         tick(state, past, model.par, inputs, signals, path, STEP, STEPS)
-        rows.append(np.concatenate([state, signals, path.ravel()]))
+        rows.append(np.concatenate([state, signals[seen], path.ravel()]))
     return np.array(rows)
 
 

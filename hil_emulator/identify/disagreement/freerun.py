@@ -54,7 +54,7 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
     data, period = frozen.data, frozen.data.period
     restarts = Restarts(round(FILTER_SETTLING / period), max(2, round(RESTART_INTERVAL / period)))
     errors = observer.model.loops.run_freely(
-        observer.at(par, chan, data), data, frozen.start, frozen.gains, restarts
+        observer.at(par, chan, data, every_signal=True), data, frozen.start, frozen.gains, restarts
     )
     errors.one[data.settling] = np.nan
     first, window = restarts

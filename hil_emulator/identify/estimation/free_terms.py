@@ -137,7 +137,7 @@ def _columns(
 
     def made(one: object, along: Regressors) -> Single:
         terms = hats(along[shape.regressor], shape.knots) * shape.balance.scale
-        return predictor.through(one, shape.balance, terms).astype(np.float32)
+        return predictor.through(one, shape.balance, terms).astype(np.float32, copy=False)
 
     several = list(zip(frozen, values, strict=True))
     parts = list(side_by_side(lambda both: made(*both), several, jobs))

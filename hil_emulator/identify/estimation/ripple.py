@@ -162,7 +162,8 @@ class Ripple:
 
         def made(first: int) -> Single:
             some = terms[:, first : first + TOGETHER]
-            return self._fitter.predictor.through(frozen, PISTON, some).astype(np.float32)
+            changes = self._fitter.predictor.through(frozen, PISTON, some)
+            return changes.astype(np.float32, copy=False)
 
         groups = range(0, terms.shape[1], TOGETHER)
         return np.concatenate(list(side_by_side(made, groups, self._fitter.jobs)))

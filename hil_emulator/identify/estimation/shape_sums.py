@@ -196,7 +196,7 @@ class ShapeSums:
         balance = group[0].balance
         terms = np.concatenate([hats(along[s.regressor], s.knots) for s in group], axis=1)
         made = self._fitter.predictor.through(frozen, balance, terms * balance.scale)
-        return made.astype(np.float32)
+        return made.astype(np.float32, copy=False)
 
 
 def inverse(matrix: Array, ridge: float = 0.0) -> Array:

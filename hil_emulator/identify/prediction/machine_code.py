@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Index
+from hil_emulator.identify.measured.experiment import Array, Index, Single
 from hil_emulator.identify.prediction import (
     extended_kalman_filter,
     free_loops,
@@ -152,7 +152,7 @@ class Loops:
         [ParametrisedModel, Data, Start, Tuning, Array], tuple[Gains, Jacobians, Array]
     ]
     probe: Callable[[ParametrisedModel, Data, Start, Gains, Index, Array], Entries]
-    propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Array], None]
+    propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Single], None]
     watch: Callable[[ParametrisedModel, Data, Start, Gains, Index], Seen]
     reread: Callable[[ParametrisedModel, Data, Seen, Array], None]
     forces: Callable[[ParametrisedModel, Moments, Places, float, Array], Array]

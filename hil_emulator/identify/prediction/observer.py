@@ -3,12 +3,18 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 from weakref import WeakValueDictionary
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, BetweenRows, Experiment, Mask
+from hil_emulator.identify.measured.experiment import (
+    Array,
+    BetweenRows,
+    Experiment,
+    Mask,
+    Single,
+)
 from hil_emulator.identify.prediction.balances import SUPPLY, TERMS, Balance
 from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.frozen import Frozen
@@ -50,6 +56,8 @@ BURN_IN = 0.05
 LONGEST_PART = 1e-3
 """Longest part of a sample period within which slopes change evenly [s]: a fast spool opens an edge
 in as much."""
+
+Columns = TypeVar("Columns", Array, Single)
 
 _INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
 
@@ -152,14 +160,17 @@ class Observer:
             )  # fmt: skip
         return frozen.probed
 
-    def at(self, par: Array, chan: Array, data: Data) -> ParametrisedModel:
+    def at(
+        self, par: Array, chan: Array, data: Data, every_signal: bool = False
+    ) -> ParametrisedModel:
         """Return the model at given parameters, with integration steps that are stable there.
 
-        It serves for one run along the data.
+        It serves for one run along the data, and tells what sensors see, or every signal.
         """
         period = data.period / data.current.shape[1]
         steps = max(1, int(np.ceil(period / self.step(par) - 1e-9)))
-        tick = self.model.loops.ticks.at(par, steps * data.current.size)
+        ticks = self.model.loops.ticks
+        tick = ticks.whole if every_signal else ticks.at(par, steps * data.current.size)
         return self.model.at(par, chan, period / steps, steps, tick)
 
     def innovations(
@@ -171,7 +182,7 @@ class Observer:
         if point in recent and not track:
             return recent[point] * frozen.weights, path
         residual = np.empty_like(data.measured)
-        model = self.at(par, chan, data)
+        model = self.at(par, chan, data, every_signal=track)
         self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path)
         residual[data.settling] = 0.0
         # as a whole: other threads predict as well
@@ -245,9 +256,9 @@ class Observer:
         for probe, weight in balance.probes:
             weights[_INDEX[probe]] = weight
         drives, feeds = self.probed(frozen)
-        return Entries(np.asarray(drives @ weights), np.asarray(feeds @ weights))
+        return Entries(np.tensordot(drives, weights, 1), np.tensordot(feeds, weights, 1))
 
-    def through(self, frozen: Frozen, balance: Balance, terms: Array) -> Array:
+    def through(self, frozen: Frozen, balance: Balance, terms: Array) -> Single:
         """Return the change of the weighted innovations that terms along the track make."""
         count, m = frozen.data.measured.shape
         outputs = np.zeros((0, m, terms.shape[1]))
@@ -256,18 +267,18 @@ class Observer:
             outputs[:, frozen.channels.index(balance.channel)] = terms
         entry = self.entry(frozen, balance)
         columns = self._propagated(frozen, entry, terms[: 0 if balance.channel else count], outputs)
-        columns *= frozen.weights
+        columns *= frozen.weights.astype(np.float32)
         return columns.reshape(terms.shape[1], -1)
 
-    def _propagated(self, frozen: Frozen, entry: Entries, inputs: Array, outputs: Array) -> Array:
+    def _propagated(self, frozen: Frozen, entry: Entries, inputs: Array, outputs: Array) -> Single:
         """Return what terms make of the whitened innovations, shape (terms, samples, channels)."""
-        columns = np.empty((outputs.shape[2], *frozen.data.measured.shape))
+        columns = np.empty((outputs.shape[2], *frozen.data.measured.shape), np.float32)
         self.model.loops.propagate(
             frozen.gains, frozen.jacobians, entry, np.ascontiguousarray(inputs), outputs, columns
         )
         return self._counted(frozen, columns)
 
-    def _counted(self, frozen: Frozen, columns: Array) -> Array:
+    def _counted(self, frozen: Frozen, columns: Columns) -> Columns:
         """Return columns, shape (..., samples, channels), without what counts for nothing."""
         columns[..., frozen.data.settling, :] = 0.0
         missing = ~np.isfinite(frozen.data.measured)

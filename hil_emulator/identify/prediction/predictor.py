@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.measured.experiment import Array, Experiment, Single
 from hil_emulator.identify.prediction.balances import Balance
 from hil_emulator.identify.prediction.correlation import Correlogram, Noise
 from hil_emulator.identify.prediction.plant_model import PlantModel
@@ -60,7 +60,7 @@ class Predictor(Protocol):
     def regressors(self, frozen: Any, path: Array) -> Regressors:
         """Return what a term may depend on."""
 
-    def through(self, frozen: Any, balance: Balance, terms: Array) -> Array:
+    def through(self, frozen: Any, balance: Balance, terms: Array) -> Array | Single:
         """Return the change of the residual that terms make.
 
         Args:

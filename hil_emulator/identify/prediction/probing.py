@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Index
+from hil_emulator.identify.measured.experiment import Array, Index, Single
 from hil_emulator.identify.prediction.linear_period import elapse_linearly, note
 from hil_emulator.identify.prediction.records import (
     Data,
@@ -73,7 +73,7 @@ def try_samples(passage: Passage, gains: Gains, slopes: Slopes, entries: Entries
 
 def propagate(
     gains: Gains, jacobians: Jacobians, entry: Entries, inputs: Array, outputs: Array,
-    columns: Array,
+    columns: Single,
 ) -> None:  # fmt: skip
     """Fill a residual's derivatives by small terms that act along the base trajectory.
 
@@ -100,7 +100,7 @@ def propagate(
 
 def propagate_samples(
     gains: Gains, jacobians: Jacobians, entry: Entries, inputs: Array, outputs: Array,
-    changes: Changes, columns: Array,
+    changes: Changes, columns: Single,
 ) -> None:  # fmt: skip
     """Propagate along all samples; arguments and results as of `propagate`."""
     dz, after, dy, whitened = changes

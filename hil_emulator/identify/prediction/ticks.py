@@ -2,7 +2,8 @@
 
 Code that knows the whole catalogue asks of every effect whether it is on, at every stage of a step,
 and computes nothing two at a time across such a question: its steps take twice as long as those of
-code that knows only what acts. Both compute the same to the last bit, on the same memory.
+code that knows only what acts; this one also leaves out what no sensor sees of where it ends. Both
+compute the same to the last bit, on the same memory.
 """
 
 import hashlib
@@ -47,7 +48,7 @@ class Ticks:
         self._making = Lock()
 
     def at(self, par: Array, steps: int) -> Tick:
-        """Return the integration at some parameters, for so many steps.
+        """Return the integration at some parameters, for so many steps, of what sensors see.
 
         Of those that know what acts there, it is the one that knows the least.
         """

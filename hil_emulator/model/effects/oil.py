@@ -74,8 +74,8 @@ def modulus_temperature(bulk_modulus: float, temperature: float, fall: float) ->
 def _gas_pressure(fraction: float, polytropic_exponent: float, oil_bulk_modulus: float) -> float:
     """Pressure where w E/(k p) = 1, w = r (p_0/p)^(1/k): gas is as soft as oil."""
     k = polytropic_exponent
-    balance: float = (fraction * oil_bulk_modulus / k) ** k * ATMOSPHERE
-    return min(LARGEST_GAS_PRESSURE, math.pow(balance, 1.0 / (k + 1.0)))
+    softness = fraction * oil_bulk_modulus / (k * ATMOSPHERE)
+    return min(LARGEST_GAS_PRESSURE, ATMOSPHERE * math.pow(softness, k / (k + 1.0)))
 
 
 def _gas_expansion(pressure: float, polytropic_exponent: float) -> float:
