@@ -8,50 +8,22 @@ control.
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
-from hil_emulator.device import bus_load, layout, nmt
-from hil_emulator.device.binding import SensorObjects, SetPoints
-from hil_emulator.device.course import Course, Courses
-from hil_emulator.device.dictionary import (
-    ALL_OBJECTS,
-    COMMUNICATION_OBJECTS,
-    UNCONFIGURED,
-    Dictionary,
-)
+from hil_emulator.device import bus_load, layout
+from hil_emulator.device.course import Course
+from hil_emulator.device.dictionary import COMMUNICATION_OBJECTS, UNCONFIGURED, Dictionary
 from hil_emulator.device.distortion import Distortion
-from hil_emulator.device.emergency import Emergency, ErrorBit
+from hil_emulator.device.emergency import ErrorBit
 from hil_emulator.device.entry import Entry
-from hil_emulator.device.error_control import (
-    ERROR_CONTROL_COB_ID,
-    PRODUCER_HEARTBEAT_TIME,
-    Heartbeat,
-)
-from hil_emulator.device.heartbeat_consumer import HeartbeatConsumer
-from hil_emulator.device.lss import LSS_REQUEST, LssSlave
+from hil_emulator.device.error_control import PRODUCER_HEARTBEAT_TIME
 from hil_emulator.device.measured import Measured
-from hil_emulator.device.nmt import (
-    COMMUNICATION_ERROR,
-    ERROR_BEHAVIOUR,
-    NMT_MASTER,
-    NMT_STARTUP,
-    NOT_SELF_STARTING,
-    Command,
-    ErrorBehaviour,
-    State,
-)
-from hil_emulator.device.node_guarding import NodeGuarding
+from hil_emulator.device.nmt import State
+from hil_emulator.device.nmt_slave import NmtSlave
 from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.pdo import PdoParameters
-from hil_emulator.device.process_data import ProcessData
-from hil_emulator.device.profiles.choice import profile_of
-from hil_emulator.device.program_download import ProgramDownload
 from hil_emulator.device.rest import Rest, Routes, Sampled, routes_at_rest, waking
-from hil_emulator.device.rpdo import Handler
-from hil_emulator.device.sdo_channels import SdoChannels
-from hil_emulator.device.storage import MemoryStorage, ParameterStore, Storage
-from hil_emulator.device.sync import SyncConsumer, SyncProducer
-from hil_emulator.device.time_stamp import TimeStamp
-from hil_emulator.device.trigger import Trigger
-from hil_emulator.device.verify_configuration import VerifyConfiguration
+from hil_emulator.device.routing import Routing, routing_of
+from hil_emulator.device.services import Services
+from hil_emulator.device.storage import MemoryStorage, Storage
 from hil_emulator.frame import EXTENDED, Frame
 
 
@@ -97,49 +69,25 @@ class Node:
         self.dictionary = dictionary
         self.on_route: Callable[[], None] = lambda: None
         self.distortions: list[Distortion] = []
-        storage = storage or MemoryStorage()
-        self._lss = LssSlave(dictionary, storage, self._configured)
-        if self._lss.node_id != UNCONFIGURED:
-            dictionary.renumber(self._lss.node_id)
-        self._state = State.INITIALISING
-        self._emergency = Emergency(dictionary)
-        self._profile = profile_of(dictionary, channels, self._emergency)
-        claimed = self._profile.sources
-        self._sensors = SensorObjects(dictionary, channels, self._emergency, claimed)
-        self._set_points = SetPoints(dictionary, commands)
-        self._courses = Courses(courses)
-        self._autostart = autostart
-        self._sources = {
-            **self._sensors.sources,
-            **self._set_points.sources,
-            **claimed,
-            **self._courses.sources,
-        }
-        self._store = ParameterStore(dictionary, storage)
-        self._store.reset(ALL_OBJECTS)
-        self._set_points.fall_back()
-        self._profile.reset()
-        self._sdo = SdoChannels(dictionary, self._route)
-        self._heartbeat = Heartbeat(dictionary)
-        self._guarding = NodeGuarding(dictionary, self._emergency)
-        self._consumer = HeartbeatConsumer(dictionary, self._emergency, self._route)
-        self._sync = SyncConsumer(dictionary, self._emergency, self._route)
-        self._sync_producer = SyncProducer(dictionary)
-        self._time = TimeStamp(dictionary, self._route)
-        VerifyConfiguration(dictionary)
-        self._programs = ProgramDownload(dictionary)
-        triggers = [Trigger(entry, delta=entry.delta) for entry in dictionary if entry.delta]
-        self._pdos = ProcessData(
+        self._services = services = Services(
             dictionary,
-            self._emergency,
-            self._set_points,
-            [*self._profile.triggers, *triggers],
-            self._on_written,
+            channels,
+            commands,
+            storage or MemoryStorage(),
+            courses,
             self._route,
+            self._configured,
         )
+        self._nmt = NmtSlave(dictionary, services, autostart, self._route)
+        # what each tick looks at
+        self._profile, self._sensors = services.profile, services.sensors
+        self._set_points, self._pdos = services.set_points, services.pdos
+        self._consumer, self._guarding = services.consumer, services.guarding
+        self._courses = services.courses
         self.rest = Rest(self._sensors, self._pdos)
         self.repeat: Callable[[int, bytearray], Sequence[Frame]]
-        self._resting_routes: tuple[Routes, Routes] | None = None
+        self._routing: Routing
+        self._resting_routes: tuple[Routes, Routes] | None
         self._route()
         dictionary.before_write = self._before_write
 
@@ -151,7 +99,7 @@ class Node:
     @property
     def state(self) -> State:
         """The NMT state."""
-        return self._state
+        return self._nmt.state
 
     def receive(self, now_ns: int, frames: Iterable[Frame]) -> Mapping[str, float]:
         """Take all frames the bus carried since the last tick.
@@ -178,7 +126,7 @@ class Node:
             self.attend()
         if now_ns >= self._consumer.due_ns or now_ns >= self._guarding.due_ns:
             self._check_partners(now_ns)
-        operational = self._state is State.OPERATIONAL
+        operational = self._nmt.state is State.OPERATIONAL
         if operational:
             self._pdos.check_deadlines(now_ns)
         if self._set_points.stale:
@@ -203,30 +151,30 @@ class Node:
         for distortion in self.distortions:
             distortion.publish(now_ns)
         frames: list[Frame] = []
-        if self._lss.answers:
-            self._lss.publish(frames)
-        if self._state is State.INITIALISING:
-            if self._lss.node_id != UNCONFIGURED:
-                frames.append(self._heartbeat.boot_up(now_ns))
-                self._enter(State.PRE_OPERATIONAL)
-                if self._self_starting():
-                    self._enter(State.OPERATIONAL)
+        services = self._services
+        if services.lss.answers:
+            services.lss.publish(frames)
+        if self._nmt.state is State.INITIALISING:
+            if services.lss.node_id != UNCONFIGURED:
+                frames.append(services.heartbeat.boot_up(now_ns))
+                self._nmt.begin()
             return frames
         if measured.overrange != self._sensors.overrange:
             self._sensors.check_ranges(measured.overrange)
-        if self._state is not State.STOPPED:
+        state = self._nmt.state
+        if state is not State.STOPPED:
             if self._produces:
                 self._produce(now_ns, frames)
-            if self._emergency.queue:
-                self._emergency.publish(now_ns, frames)
-            if self._state is State.OPERATIONAL:
+            if services.emergency.queue:
+                services.emergency.publish(now_ns, frames)
+            if state is State.OPERATIONAL:
                 self._pdos.publish(now_ns, frames)
-            if self._sdo.busy:
-                self._sdo.publish(now_ns, frames)
+            if services.sdo.busy:
+                services.sdo.publish(now_ns, frames)
         if self._guarding.requests:
-            self._guarding.publish(self._state, frames)
-        if now_ns >= self._heartbeat.due_ns:
-            self._heartbeat.publish(now_ns, self._state, frames)
+            self._guarding.publish(state, frames)
+        if now_ns >= services.heartbeat.due_ns:
+            services.heartbeat.publish(now_ns, state, frames)
         return frames
 
     # -- at rest: somebody else packs what the TPDOs carry ----------------------------------
@@ -243,18 +191,10 @@ class Node:
             count: number of the last sample, as whoever samples counts them.
 
         """
-        busy = (
-            self._state is not State.OPERATIONAL
-            or self._emergency.active
-            or self._emergency.queue
-            or self._produces
-            or self._sdo.busy
-            or self._guarding.requests
-            or self._lss.answers
-            or self.distortions
-            or not self._sensors.inside
-        )
-        return None if busy else self.rest.packed(count)
+        operational = self._nmt.state is State.OPERATIONAL
+        if not operational or self._produces or self.distortions or self._services.busy:
+            return None
+        return self.rest.packed(count)
 
     def begin_rest(self, packed: PackedTpdos, sampled: Sampled) -> None:
         """Let the services sleep until something happens, and `packed` publish meanwhile.
@@ -265,12 +205,12 @@ class Node:
 
         """
         if self._resting_routes is None:
-            ordinary, asked = self._ordinary_routes
-            data = routes_at_rest(ordinary, self._shared, self._pdos, self._sync, self.attend)
-            self._resting_routes = data, waking(asked, self.attend)
+            routing, sync = self._routing, self._services.sync
+            data = routes_at_rest(routing.data, routing.shared, self._pdos, sync, self.attend)
+            self._resting_routes = data, waking(routing.remote, self.attend)
         self._routes, self._remote_routes = self._resting_routes
         until_ns = min(self._consumer.due_ns, self._guarding.due_ns)
-        self.rest.begin(packed, self._heartbeat, until_ns, sampled, self.attend)
+        self.rest.begin(packed, self._services.heartbeat, until_ns, sampled, self.attend)
         self.repeat = packed.publish
 
     def attend(self, *, renewed: bool = False) -> None:
@@ -281,27 +221,24 @@ class Node:
 
         """
         if self.rest.on:
-            self._routes, self._remote_routes = self._ordinary_routes
+            self._routes, self._remote_routes = self._routing.data, self._routing.remote
             self.rest.end(renewed=renewed)
 
     def _before_write(self) -> None:
         self.attend()
         self._resting_routes = None
 
-    def _on_written(self, entries: Sequence[Entry]) -> None:
-        self._set_points.written(entries)
-        self._profile.written(entries)
-
     def _produce(self, now_ns: int, frames: list[Frame]) -> None:
         """Append SYNC and TIME where the node is their producer; it hears its own SYNC too."""
-        sync = self._sync_producer.due(now_ns)
+        producer, clock = self._services.sync_producer, self._services.time
+        sync = producer.due(now_ns)
         if sync is not None:
             frames.append(sync)
             self._on_sync(now_ns, sync.data)
-        time = self._time.due(now_ns)
+        time = clock.due(now_ns)
         if time is not None:
             frames.append(time)
-        self._produces = self._sync_producer.produces or self._time.produces
+        self._produces = producer.produces or clock.produces
 
     def raise_error(self, key: Hashable, code: int, bit: ErrorBit) -> None:
         """Let the node report an error of its hardware, until it is cleared.
@@ -315,20 +252,20 @@ class Node:
 
         """
         self.attend()
-        self._emergency.raise_error(key, code, bit)
+        self._services.emergency.raise_error(key, code, bit)
 
     def clear_error(self, key: Hashable) -> None:
         """Let the node report that an error of its hardware is gone."""
-        if key in self._emergency.active:
-            self._emergency.clear(key)
+        if key in self._services.emergency.active:
+            self._services.emergency.clear(key)
 
     def bindings(self) -> list[layout.Binding]:
         """Return the table of objects from 0x2000 on and what each is bound to."""
-        return layout.bindings(self.dictionary, self._sources)
+        return layout.bindings(self.dictionary, self._services.sources)
 
     def unfed(self) -> list[tuple[str, Entry]]:
         """Return the objects in TPDOs that nothing feeds; they hold their defaults."""
-        return layout.unfed(self.pdos, self._sources)
+        return layout.unfed(self.pdos, self._services.sources)
 
     def pdo_map(self) -> list[layout.PdoRow]:
         """Return the PDOs as they are configured now, RPDOs first."""
@@ -356,128 +293,28 @@ class Node:
             tick_us,
         )
 
-    # -- NMT ------------------------------------------------------------------------------
-
-    def _on_nmt(self, now_ns: int, data: bytes) -> None:
-        command = nmt.parse(data, self.node_id)
-        if command is None or self._state is State.INITIALISING:
-            return
-        state = nmt.NEXT_STATE[command]
-        if state is State.INITIALISING:
-            self._reset(ALL_OBJECTS if command is Command.RESET_NODE else COMMUNICATION_OBJECTS)
-        elif state is not self._state:
-            self._enter(state)
-
-    def _enter(self, state: State) -> None:
-        if self._state is State.OPERATIONAL:
-            self._pdos.stop()
-        self._state = state
-        self._set_points.stale = True
-        if state is State.STOPPED:
-            self._sdo.reset()
-            self._sync_producer.reset()
-        if state is State.OPERATIONAL:
-            self._pdos.start()
-        self._route()
-
-    def _self_starting(self) -> bool:
-        """Return whether the node starts without a master (CiA 302-2, 0x1F80)."""
-        startup = self.dictionary.get(NMT_STARTUP)
-        if self._autostart is not None or startup is None:
-            return bool(self._autostart)
-        return not startup.value & (NMT_MASTER | NOT_SELF_STARTING)
-
-    def _check_partners(self, now_ns: int) -> None:
-        if self._consumer.expired(now_ns) or self._guarding.expired(now_ns):
-            self._on_communication_error()
-
-    def _on_communication_error(self) -> None:
-        """Obey 0x1029:01 after a heartbeat or life guarding event (CiA 301 7.5.2.32)."""
-        entry = self.dictionary.get(ERROR_BEHAVIOUR, COMMUNICATION_ERROR)
-        behaviour = ErrorBehaviour.PRE_OPERATIONAL if entry is None else entry.value
-        if behaviour == ErrorBehaviour.STOPPED and self._state is not State.STOPPED:
-            self._enter(State.STOPPED)
-        elif behaviour == ErrorBehaviour.PRE_OPERATIONAL and self._state is State.OPERATIONAL:
-            self._enter(State.PRE_OPERATIONAL)
-
-    def _reset(self, indices: range) -> None:
-        """Reload defaults; boot-up follows with the next `publish`."""
-        if self._lss.activate() != UNCONFIGURED:
-            self.dictionary.renumber(self._lss.node_id)
-        self._enter(State.INITIALISING)
-        self._store.reset(indices)
-        self._set_points.fall_back()
-        self._emergency.reset()
-        self._sensors.reset()
-        self._profile.reset()
-        if self._sensors.shown is not None:
-            self._profile.measure(0, self._sensors.shown)  # nothing is monitored yet
-        self._sdo.reset()
-        self._sync_producer.reset()
-        self._time.reset()
-        self._programs.reset()
-        self._pdos.reload()
-        self._guarding.reset()
-        self._consumer.reset()
-
-    def _configured(self) -> None:
-        """Boot with the node-ID that LSS has given to an unconfigured node."""
-        self._reset(COMMUNICATION_OBJECTS)
-
     # -- routes: which service takes which frame in the state the node is in ---------------
 
     def _route(self) -> None:
-        """Rebuild the routes (states and services: CiA 301 7.3.2.2)."""
-        routes: dict[int, list[Handler]] = {}
-        remote: dict[int, list[Handler]] = {}
-        if self._state is not State.OPERATIONAL:
-            routes[LSS_REQUEST] = [self._lss.request]
-        if self._state is not State.INITIALISING:
-            routes[nmt.NMT_COB_ID] = [self._on_nmt]
-        if self._state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
-            self._sdo.add_routes(routes)
-        rerouting = set(routes)
-        if self._state is not State.INITIALISING:
-            remote[ERROR_CONTROL_COB_ID + self.node_id] = [self._guarding.request]
-            for node_id in self._consumer.node_ids:
-                routes[ERROR_CONTROL_COB_ID + node_id] = [self._heartbeat_handler(node_id)]
-        if self._state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
-            if self._sync.can_id is not None:
-                routes.setdefault(self._sync.can_id, []).append(self._on_sync)
-            if self._time.can_id is not None:
-                routes.setdefault(self._time.can_id, []).append(self._time.receive)
-        if self._state is State.OPERATIONAL:
-            self._pdos.add_routes(routes, remote)
-        self._shared = {can_id for can_id, handlers in routes.items() if len(handlers) > 1}
-        self._ordinary_routes = _joined(routes), _joined(remote)
-        self._routes, self._remote_routes = self._ordinary_routes
+        """Rebuild the routes."""
+        state, request = self._nmt.state, self._nmt.request
+        routing = routing_of(self._services, self.node_id, state, request, self._on_sync)
+        self._routing = routing
+        self._routes, self._remote_routes = routing.data, routing.remote
         self._resting_routes = None
-        self.hears = {can_id: can_id in rerouting for can_id in routes}
-        self.asked = frozenset(remote)
+        self.hears, self.asked = routing.hears, frozenset(routing.remote)
         self._produces = True  # or no longer: the next tick will tell
         self.on_route()
 
-    def _heartbeat_handler(self, node_id: int) -> Handler:
-        def handle(now_ns: int, data: bytes) -> None:
-            if len(data) == 1:
-                self._consumer.heard(now_ns, node_id)
-
-        return handle
+    def _check_partners(self, now_ns: int) -> None:
+        if self._consumer.expired(now_ns) or self._guarding.expired(now_ns):
+            self._nmt.on_communication_error()
 
     def _on_sync(self, now_ns: int, data: bytes) -> None:
-        counter = self._sync.accept(data)
-        if counter is not None and self._state is State.OPERATIONAL:
-            self._pdos.sync(now_ns, counter, self._sync)
+        counter = self._services.sync.accept(data)
+        if counter is not None and self._nmt.state is State.OPERATIONAL:
+            self._pdos.sync(now_ns, counter, self._services.sync)
 
-
-def _joined(routes: Mapping[int, Sequence[Handler]]) -> Routes:
-    """Return one handler for each identifier: in its place, or for all that it has."""
-    return {i: h[0] if len(h) == 1 else _in_turn(h) for i, h in routes.items()}
-
-
-def _in_turn(handlers: Sequence[Handler]) -> Handler:
-    def handle(now_ns: int, data: bytes) -> None:
-        for handler in handlers:
-            handler(now_ns, data)
-
-    return handle
+    def _configured(self) -> None:
+        """Boot with the node-ID that LSS has given to an unconfigured node."""
+        self._nmt.reset(COMMUNICATION_OBJECTS)

@@ -7,7 +7,7 @@ from hil_emulator.device.entry import Entry
 from hil_emulator.device.error_control import Heartbeat
 from hil_emulator.device.heartbeat_consumer import HeartbeatConsumer
 from hil_emulator.device.nmt import State
-from hil_emulator.device.node import Node
+from hil_emulator.device.nmt_slave import NmtSlave
 from hil_emulator.device.node_guarding import NodeGuarding
 from hil_emulator.frame import Frame
 from mutations.mutant import Call, mutant
@@ -82,16 +82,16 @@ def consumer_watches_twice(
     """One node in two entries of 0x1016 is refused (0604 0043): it is taken."""
 
 
-@mutant((Node, "_on_communication_error"))
-def error_behaviour_missing(obey: Call, node: Node) -> None:
+@mutant((NmtSlave, "on_communication_error"))
+def error_behaviour_missing(obey: Call, slave: NmtSlave) -> None:
     """A lost partner ends OPERATIONAL where 0x1029:01 says so: the node goes on."""
 
 
-@mutant((Node, "_on_communication_error"))
-def error_behaviour_fixed(obey: Call, node: Node) -> None:
+@mutant((NmtSlave, "on_communication_error"))
+def error_behaviour_fixed(obey: Call, slave: NmtSlave) -> None:
     """After a lost partner the state is what 0x1029:01 says: PRE-OPERATIONAL always."""
-    if node.state is State.OPERATIONAL:
-        node._enter(State.PRE_OPERATIONAL)
+    if slave.state is State.OPERATIONAL:
+        slave.enter(State.PRE_OPERATIONAL)
 
 
 @mutant((NodeGuarding, "request"))

@@ -6,12 +6,13 @@ from typing import Any
 from hil_emulator.device import nmt
 from hil_emulator.device.dictionary import ALL_OBJECTS, COMMUNICATION_OBJECTS
 from hil_emulator.device.nmt import Command, State
+from hil_emulator.device.nmt_slave import NmtSlave
 from hil_emulator.device.node import Node
 from hil_emulator.device.storage import ParameterStore
 from hil_emulator.frame import Frame
 from mutations.mutant import Call, mutant
 
-PARSE, RESET = (nmt, "parse"), (Node, "_reset")
+PARSE, RESET = (nmt, "parse"), (NmtSlave, "reset")
 RECEIVE, PUBLISH, ROUTE = (Node, "receive"), (Node, "publish"), (Node, "_route")
 ERROR_CONTROL = 0x700
 
@@ -50,11 +51,11 @@ def nmt_unknown_command_starts(parse: Call, data: bytes, node_id: int) -> Any:
     return parse(data if known else bytes([Command.START]) + data[1:], node_id)
 
 
-@mutant((Node, "_on_nmt"))
-def nmt_stays_stopped(obey: Call, node: Node, now_ns: int, data: bytes) -> None:
+@mutant((NmtSlave, "request"))
+def nmt_stays_stopped(obey: Call, slave: NmtSlave, now_ns: int, data: bytes) -> None:
     """Enter PRE-OPERATIONAL is obeyed in every state: not in STOPPED."""
-    if node.state is not State.STOPPED or data[0] != Command.ENTER_PRE_OPERATIONAL:
-        obey(node, now_ns, data)
+    if slave.state is not State.STOPPED or data[0] != Command.ENTER_PRE_OPERATIONAL:
+        obey(slave, now_ns, data)
 
 
 @mutant(RECEIVE)
@@ -67,21 +68,21 @@ def nmt_29_bit_taken_for_11(receive: Call, node: Node, now_ns: int, frames: Sequ
 
 
 @mutant(RESET)
-def nmt_resets_swapped(reset: Call, node: Node, indices: range) -> None:
+def nmt_resets_swapped(reset: Call, slave: NmtSlave, indices: range) -> None:
     """Reset node resets all, reset communication the communication profile: the other way round."""
-    reset(node, COMMUNICATION_OBJECTS if indices == ALL_OBJECTS else ALL_OBJECTS)
+    reset(slave, COMMUNICATION_OBJECTS if indices == ALL_OBJECTS else ALL_OBJECTS)
 
 
 @mutant(RESET)
-def nmt_reset_node_resets_communication(reset: Call, node: Node, indices: range) -> None:
+def nmt_reset_node_resets_communication(reset: Call, slave: NmtSlave, indices: range) -> None:
     """Reset node sets application objects to their power-on values: they are left alone."""
-    reset(node, COMMUNICATION_OBJECTS)
+    reset(slave, COMMUNICATION_OBJECTS)
 
 
 @mutant(RESET)
-def nmt_reset_communication_resets_all(reset: Call, node: Node, indices: range) -> None:
+def nmt_reset_communication_resets_all(reset: Call, slave: NmtSlave, indices: range) -> None:
     """Reset communication leaves application objects alone: they are reset, too."""
-    reset(node, ALL_OBJECTS)
+    reset(slave, ALL_OBJECTS)
 
 
 @mutant((ParameterStore, "reset"))
@@ -105,8 +106,8 @@ def nmt_no_boot_up(publish: Call, node: Node, now_ns: int, measured: Any) -> lis
     return [f for f in frames if f.can_id < ERROR_CONTROL or f.data != b"\0"]
 
 
-@mutant((Node, "_self_starting"))
-def nmt_starts_by_itself(starts: Call, node: Node) -> bool:
+@mutant((NmtSlave, "self_starting"))
+def nmt_starts_by_itself(starts: Call, slave: NmtSlave) -> bool:
     """After boot-up the node is PRE-OPERATIONAL (without 0x1F80): it enters OPERATIONAL."""
     return True
 
@@ -120,7 +121,7 @@ def stopped_takes_sdo(route: Call, node: Node) -> None:
     route(node)
     if node.state is State.STOPPED:
         routes: dict[int, list[Any]] = {}
-        node._sdo.add_routes(routes)
+        node._services.sdo.add_routes(routes)
         node._routes |= {can_id: handlers[0] for can_id, handlers in routes.items()}
 
 
@@ -129,7 +130,7 @@ def stopped_sends_emergencies(publish: Call, node: Node, now_ns: int, measured: 
     """STOPPED has no EMCY: emergencies are sent."""
     frames = publish(node, now_ns, measured)
     if node.state is State.STOPPED:
-        node._emergency.publish(now_ns, frames)
+        node._services.emergency.publish(now_ns, frames)
     return frames
 
 

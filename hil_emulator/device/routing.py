@@ -1,0 +1,92 @@
+"""Which service takes which frame, in each state of a node (CiA 301 7.3.2.2)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
+from hil_emulator.device.heartbeat_consumer import HeartbeatConsumer
+from hil_emulator.device.lss import LSS_REQUEST
+from hil_emulator.device.nmt import NMT_COB_ID, State
+from hil_emulator.device.rest import Routes
+from hil_emulator.device.rpdo import Handler
+from hil_emulator.device.services import Services
+
+
+@dataclass(frozen=True)
+class Routing:
+    """The routes of a node in one state.
+
+    Attributes:
+        data: of data frames.
+        remote: of remote frames.
+        shared: identifiers of data frames that several services listen to.
+        hears: the identifier of every data frame that is taken, and whether taking it may change
+            what the node takes.
+
+    """
+
+    data: Routes
+    remote: Routes
+    shared: frozenset[int]
+    hears: Mapping[int, bool]
+
+
+def routing_of(
+    services: Services, node_id: int, state: State, nmt: Handler, sync: Handler
+) -> Routing:
+    """Return the routes to a node's services.
+
+    Args:
+        services: what takes the frames.
+        node_id: of the node.
+        state: it is in.
+        nmt: takes commands of the NMT master.
+        sync: takes SYNC.
+
+    """
+    data: dict[int, list[Handler]] = {}
+    remote: dict[int, list[Handler]] = {}
+    if state is not State.OPERATIONAL:
+        data[LSS_REQUEST] = [services.lss.request]
+    if state is not State.INITIALISING:
+        data[NMT_COB_ID] = [nmt]
+    if state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
+        services.sdo.add_routes(data)
+    rerouting = set(data)
+    if state is not State.INITIALISING:
+        remote[ERROR_CONTROL_COB_ID + node_id] = [services.guarding.request]
+        for partner in services.consumer.node_ids:
+            data[ERROR_CONTROL_COB_ID + partner] = [_heard(services.consumer, partner)]
+    if state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
+        if services.sync.can_id is not None:
+            data.setdefault(services.sync.can_id, []).append(sync)
+        if services.time.can_id is not None:
+            data.setdefault(services.time.can_id, []).append(services.time.receive)
+    if state is State.OPERATIONAL:
+        services.pdos.add_routes(data, remote)
+    shared = frozenset(can_id for can_id, handlers in data.items() if len(handlers) > 1)
+    hears = {can_id: can_id in rerouting for can_id in data}
+    return Routing(_joined(data), _joined(remote), shared, hears)
+
+
+def _heard(consumer: HeartbeatConsumer, node_id: int) -> Handler:
+    """Return what takes the heartbeat of another node."""
+
+    def handle(now_ns: int, data: bytes) -> None:
+        if len(data) == 1:
+            consumer.heard(now_ns, node_id)
+
+    return handle
+
+
+def _joined(routes: Mapping[int, Sequence[Handler]]) -> Routes:
+    """Return one handler for each identifier: in its place, or for all that it has."""
+    return {i: h[0] if len(h) == 1 else _in_turn(h) for i, h in routes.items()}
+
+
+def _in_turn(handlers: Sequence[Handler]) -> Handler:
+    def handle(now_ns: int, data: bytes) -> None:
+        for handler in handlers:
+            handler(now_ns, data)
+
+    return handle

@@ -1,0 +1,127 @@
+"""The services of one node around its dictionary: what makes them, and what resets them."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from hil_emulator.device.binding import SensorObjects, SetPoints
+from hil_emulator.device.course import Course, Courses
+from hil_emulator.device.dictionary import ALL_OBJECTS, UNCONFIGURED, Dictionary
+from hil_emulator.device.emergency import Emergency
+from hil_emulator.device.entry import Entry
+from hil_emulator.device.error_control import Heartbeat
+from hil_emulator.device.heartbeat_consumer import HeartbeatConsumer
+from hil_emulator.device.lss import LssSlave
+from hil_emulator.device.node_guarding import NodeGuarding
+from hil_emulator.device.process_data import ProcessData
+from hil_emulator.device.profiles.choice import profile_of
+from hil_emulator.device.program_download import ProgramDownload
+from hil_emulator.device.sdo_channels import SdoChannels
+from hil_emulator.device.storage import ParameterStore, Storage
+from hil_emulator.device.sync import SyncConsumer, SyncProducer
+from hil_emulator.device.time_stamp import TimeStamp
+from hil_emulator.device.trigger import Trigger
+from hil_emulator.device.verify_configuration import VerifyConfiguration
+
+
+class Services:
+    """The services of one node; which of them act in which state is not theirs to decide.
+
+    Args:
+        dictionary: as of `Node`, as are channels, commands and courses.
+        channels: names of the sensor channels.
+        commands: safe value of each command.
+        storage: where parameters are kept.
+        courses: objects that follow a course over time.
+        on_route: called when what a service hears has changed.
+        on_node_id: called when LSS has given a node-ID to an unconfigured node.
+
+    Raises:
+        UserError: as `Node`.
+
+    """
+
+    def __init__(
+        self,
+        dictionary: Dictionary,
+        channels: Sequence[str],
+        commands: Mapping[str, float],
+        storage: Storage,
+        courses: Sequence[tuple[Entry, Course]],
+        on_route: Callable[[], None],
+        on_node_id: Callable[[], None],
+    ) -> None:
+        self._dictionary = dictionary
+        self.lss = LssSlave(dictionary, storage, on_node_id)
+        if self.lss.node_id != UNCONFIGURED:
+            dictionary.renumber(self.lss.node_id)
+        self.emergency = Emergency(dictionary)
+        self.profile = profile_of(dictionary, channels, self.emergency)
+        claimed = self.profile.sources
+        self.sensors = SensorObjects(dictionary, channels, self.emergency, claimed)
+        self.set_points = SetPoints(dictionary, commands)
+        self.courses = Courses(courses)
+        self.sources = {
+            **self.sensors.sources,
+            **self.set_points.sources,
+            **claimed,
+            **self.courses.sources,
+        }
+        self.store = ParameterStore(dictionary, storage)
+        self.store.reset(ALL_OBJECTS)
+        self.set_points.fall_back()
+        self.profile.reset()
+        self.sdo = SdoChannels(dictionary, on_route)
+        self.heartbeat = Heartbeat(dictionary)
+        self.guarding = NodeGuarding(dictionary, self.emergency)
+        self.consumer = HeartbeatConsumer(dictionary, self.emergency, on_route)
+        self.sync = SyncConsumer(dictionary, self.emergency, on_route)
+        self.sync_producer = SyncProducer(dictionary)
+        self.time = TimeStamp(dictionary, on_route)
+        VerifyConfiguration(dictionary)
+        self.programs = ProgramDownload(dictionary)
+        triggers = [Trigger(entry, delta=entry.delta) for entry in dictionary if entry.delta]
+        self.pdos = ProcessData(
+            dictionary,
+            self.emergency,
+            self.set_points,
+            [*self.profile.triggers, *triggers],
+            self._on_written,
+            on_route,
+        )
+
+    def activate_node_id(self) -> None:
+        """Put a node-ID into force that LSS has given, if there is any."""
+        if self.lss.activate() != UNCONFIGURED:
+            self._dictionary.renumber(self.lss.node_id)
+
+    def reset(self, indices: range) -> None:
+        """Reload the defaults of some objects, and forget what has happened."""
+        self.store.reset(indices)
+        self.set_points.fall_back()
+        self.emergency.reset()
+        self.sensors.reset()
+        self.profile.reset()
+        if self.sensors.shown is not None:
+            self.profile.measure(0, self.sensors.shown)  # nothing is monitored yet
+        self.sdo.reset()
+        self.sync_producer.reset()
+        self.time.reset()
+        self.programs.reset()
+        self.pdos.reload()
+        self.guarding.reset()
+        self.consumer.reset()
+
+    @property
+    def busy(self) -> bool:
+        """Whether there is something that one of them has to send or to report."""
+        return bool(
+            self.emergency.active
+            or self.emergency.queue
+            or self.sdo.busy
+            or self.guarding.requests
+            or self.lss.answers
+            or not self.sensors.inside
+        )
+
+    def _on_written(self, entries: Sequence[Entry]) -> None:
+        self.set_points.written(entries)
+        self.profile.written(entries)
