@@ -18,8 +18,8 @@ ELEMENTS = 1
 """How many effects are sensing elements; without any, nobody looks at what lies between samples."""
 
 
-EVERY_SIGNAL = True
-"""Whether a tick leaves all signals of the state that it reaches, or those that sensors see."""
+EVERY_SIGNAL = 1
+"""Whether a tick leaves all signals of the state that it reaches; 0 for those that sensors see."""
 
 
 class Work(NamedTuple):
@@ -149,7 +149,7 @@ def integrate(
         if pieces == 0:
             done += 1
     # the signals of a trial state are not those of the state reached
-    if EVERY_SIGNAL or ACTUATORS > 1:
+    if EVERY_SIGNAL > 0 or ACTUATORS > 1:
         evaluate(work.states, work.slopes, par, held, y)
     else:
         show(work.states, work.slopes, par, held, y)

@@ -204,7 +204,7 @@ def build(
     module.__dict__.update({f"{n.upper()}_LENGTH": length(layout) for n, layout in types.items()})
     module.__dict__["CHANNEL_COUNT"] = len(CHANNELS)
     module.__dict__["ELEMENTS"] = sum(law.stage is element for e in effects for law in e.laws)
-    module.__dict__["EVERY_SIGNAL"] = acting is None
+    module.__dict__["EVERY_SIGNAL"] = int(acting is None)
     module.__dict__["WIRING"] = wiring(types["signals"].names or ())
     exec(compile(source, str(file or "<kernel>"), "exec"), module.__dict__)
     return Kernel(

@@ -11,9 +11,9 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.metered import through_edge
 from hil_emulator.identify.prediction.valve_bench import ValveBench, bench
 from hil_emulator.identify.session import identify
-from hil_emulator.model.actuator import edge_flow, transition
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
+from hil_emulator.model.servo_valve import edge_flow, transition
 from tests.identify.rig_data import CACHE, OFF, PERIOD, knee, knee_model, recorded
 
 CHANNELS = ("pressure_a", "pressure_b", "supply_pressure")

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.model.actuator import transition
+from hil_emulator.model.servo_valve import transition
 
 SHUT = 1e-12
 """Opening below which an edge counts as shut [A]: a root of it is no number (assumed)."""
 
 
 def through_edge(opening: Array, drop: Array, plant: Mapping[str, float]) -> Array:
-    """Return the flow through one edge, the law of `model.actuator.edge_flow` [m^3/s].
+    """Return the flow through one edge, the law of `model.servo_valve.edge_flow` [m^3/s].
 
     Args:
         opening: in ampere; an edge below zero is shut.
