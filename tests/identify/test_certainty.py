@@ -14,6 +14,7 @@ from hil_emulator.identify.prediction.balances import CELL, PISTON
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.selection.certainty import (
     apart,
+    borne_elsewhere,
     deviation,
     discrepancy_uncertainty,
     faint,
@@ -155,6 +156,31 @@ def test_what_a_strange_parameter_may_stand_in_for_is_uncertain(off: float, doub
     as_configured = np.linalg.lstsq(slow[:, :1], -start)[0][0]
     expected = abs(as_configured - at[0]) if doubted else 0.0
     assert taken_over(fit, 0) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("off", "other_law", "doubted"),
+    [(1.5, True, False), (2.5, False, False), (2.5, True, True), (3.5, False, True)],
+)
+def test_a_value_beside_a_parameter_that_hardly_occurs_is_uncertain(
+    off: float, other_law: bool, doubted: bool
+) -> None:
+    """Of a law of its own, too, where one of twenty machines has any parameter so far off."""
+    found, name = search(1e4), "position_friction"
+    usual = ordinary(knee_model())
+    free, place = [*found.effects, *usual], 1 + [c.name for c in usual].index("load_mass")
+    at = np.zeros(len(free))
+    at[0], at[place] = 1.0, off * free[place].prior
+    shared = np.random.default_rng(6).standard_normal((300, 1))
+    jacobian = shared + 0.3 * np.random.default_rng(7).standard_normal((300, len(free)))
+    fit = Fit(free, at, np.zeros(300), jacobian / free[place].prior, 0.0)
+    if other_law:
+        found.forms[name] = "another one"
+    by_the_data = float(np.sqrt(fit.covariance()[0, 0]))
+    moved = taken_over(fit, 0) if doubted else 0.0
+    assert deviation(found, fit, name) == pytest.approx(np.hypot(by_the_data, moved), rel=1e-9)
+    assert borne_elsewhere(found, fit) == [name] * doubted
+    assert not doubted or moved > by_the_data
 
 
 @pytest.mark.parametrize("doubt", [0.01, 0.3, 0.6, 2.0])

@@ -137,17 +137,22 @@ def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]
         if sizes.elsewhere > lacking:
             lacking, told_by = sizes.elsewhere, len(sizes.values) - 1
     known = math.hypot(found, discrepancy_uncertainty(search, fit)[i])
-    if name in search.forms:
-        known = math.hypot(known, taken_over(fit, i))
-    return known, lacking, told_by
+    return math.hypot(known, _borne(search, fit, i)), lacking, told_by
+
+
+def _borne(search: Search, fit: Fit, i: int) -> float:
+    """Return how much of a coordinate ordinary parameters may bear, where data do not tell."""
+    unsure = fit.coordinates[i].name in search.forms or hardly_believed(fit)
+    return taken_over(fit, i) if unsure else 0.0
 
 
 def taken_over(fit: Fit, i: int) -> float:
-    """Return how much ordinary parameters may have taken over of an effect of another law.
+    """Return how much ordinary parameters may have taken over of an effect.
 
     That is by how much its coordinate would be another one if those were as configured that are
-    where one of twenty machines has them: a valve that is fitted slow may bear a part of what is
-    late.
+    more than two standard deviations off: a valve that is fitted slow may bear a part of what is
+    late. Of an effect with the catalogue's law the data tell who bears it, unless they put one of
+    them where one of twenty machines has any.
     """
     far = [j for j, c in enumerate(fit.coordinates)
            if np.isfinite(c.prior) and abs(fit.at[j]) > TOLERATED * c.prior]  # fmt: skip
@@ -155,6 +160,20 @@ def taken_over(fit: Fit, i: int) -> float:
     # two of them may stand in for each other, too
     back = np.linalg.pinv(spread[np.ix_(far, far)], hermitian=True) @ fit.at[far]
     return abs(float(spread[i, far] @ back))
+
+
+def borne_elsewhere(search: Search, fit: Fit) -> list[str]:
+    """Return the effects of which strange parameters may bear more than all else leaves uncertain.
+
+    Args:
+        search: with the effects in the model.
+        fit: of the model.
+
+    """
+    names = [c.name for c in fit.coordinates]
+    return [c.name for c in search.effects
+            if 2.0 * _borne(search, fit, names.index(c.name)) ** 2
+            > deviation(search, fit, c.name) ** 2]  # fmt: skip
 
 
 def apart(settled: Settled | None) -> dict[str, str]:
