@@ -163,7 +163,7 @@ def linearise(
     jacobians = Jacobians(np.zeros((count, n, n), np.float32), np.zeros((count, m, n), np.float32))
     predicted = np.zeros((count, n))
     places = np.array([model.drift, model.supply])
-    slopes = slopes_of(start, data, model.signals, places, tuning.widths, model.velocity)
+    slopes = slopes_of(model, start, data, places, tuning.widths)
     filter_samples(
         enter(model, data, start), tuning, noise, estimate_of(tuning.covariance, m), slopes, gains,
         jacobians, predicted,

@@ -2,7 +2,8 @@
 
 They are mapped by the slopes of the rates. But friction bends within less than the velocity is
 certain, whose change counts by a secant: while a rod hardly slides, the model runs once more, that
-much faster.
+much faster. And where a chamber empties, gas becomes softer than oil within a fraction of a period,
+of which slopes at both ends tell little: the model runs once more for every change.
 """
 
 from hil_emulator.identify.measured.experiment import Array, Single
@@ -17,6 +18,10 @@ from hil_emulator.identify.prediction.run import (
 from hil_emulator.identify.prediction.small_matrices import multiply
 from hil_emulator.identify.prediction.transition import Slopes, carry_on, differentiate, map_part
 from hil_emulator.model.constants import SLIDING_BEND
+from hil_emulator.model.effects.oil import LARGEST_GAS_PRESSURE
+
+NEARLY_EMPTY = 2.0 * LARGEST_GAS_PRESSURE
+"""Pressure below which gas may be as soft as oil, with as much again to come from there [Pa]."""
 
 CREEPING = 2.0
 """Velocity over the width of its secant below which friction bends within that (assumed)."""
@@ -40,8 +45,21 @@ def elapse_linearly(passage: Passage, k: int, slopes: Slopes) -> None:
         carry_on(slopes)
     end_period(run)
     multiply(slopes.readings, onward, slopes.sensed)
-    if slopes.secant[0] > 0.0 and creeps(slopes, passage.corrected.z, run.z, run.bend):
-        move_faster(passage, k, slopes)
+    before, after = passage.corrected.z, run.z
+    slow = slopes.secant[0] > 0.0 and creeps(slopes, before, after, run.bend)
+    empty = empties(slopes, before, after)
+    for j in range(len(onward)):
+        wide = slow and j == slopes.speed
+        if wide or empty:
+            move_on(passage, k, slopes, j, slopes.secant[0] if wide else slopes.widths[j])
+
+
+def empties(slopes: Slopes, before: Array, after: Array) -> bool:
+    """Tell whether a chamber is nearly empty."""
+    lowest = NEARLY_EMPTY
+    for i in slopes.chambers:
+        lowest = min(lowest, before[i], after[i])
+    return lowest < NEARLY_EMPTY
 
 
 def creeps(slopes: Slopes, before: Array, after: Array, bend: int) -> bool:
@@ -52,14 +70,19 @@ def creeps(slopes: Slopes, before: Array, after: Array, bend: int) -> bool:
     return bend >= 0 and before[bend] * v0 < SLID * abs(v0)
 
 
-def move_faster(passage: Passage, k: int, slopes: Slopes) -> None:
-    """Find what a wide change of the velocity comes to: the model runs once more."""
-    run, moved, data, width, j = (
-        passage.run, passage.moved, passage.data, slopes.secant[0], slopes.speed
-    )  # fmt: skip
+def move_on(passage: Passage, k: int, slopes: Slopes, j: int, width: float) -> None:
+    """Find what a change of some width comes to: the model runs once more."""
+    run, moved, data = passage.run, passage.moved, passage.data
     follow(moved, passage.corrected)
-    moved.z[j] += width
+    place, here = 0, moved.par[0]
+    if j < len(moved.z):
+        moved.z[j] += width
+    else:
+        place = slopes.places[j - len(moved.active)]
+        here = moved.par[place]
+        moved.par[place] = here + width
     elapse(moved, data.current[k], passage.steps)
+    moved.par[place] = here
     for i in range(len(run.z)):
         slopes.onward[i, j] = (moved.z[i] - run.z[i]) / width
     for i in range(len(data.chosen)):

@@ -86,7 +86,8 @@ _PARTS: tuple[Callable[..., object], ...] = (
     run.end_period,
     run.elapse,
     linear_period.creeps,
-    linear_period.move_faster,
+    linear_period.empties,
+    linear_period.move_on,
     small_matrices.copy,
     small_matrices.root_of_inverse,
     small_matrices.multiply,
@@ -195,7 +196,7 @@ def _compiled(cache: Path | None) -> dict[str, Any]:
     options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
     module.__dict__.update(
         np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND, SLID=linear_period.SLID,
-        CREEPING=linear_period.CREEPING,
+        CREEPING=linear_period.CREEPING, NEARLY_EMPTY=linear_period.NEARLY_EMPTY,
         compiled=inlined(**options),
         lean=inlined(**options, _nrt=False),
         entry=entry(file, error_model="numpy", nogil=True),

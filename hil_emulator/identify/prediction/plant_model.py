@@ -166,8 +166,9 @@ class PlantModel:
         self.signal_names = tuple(self.kernel.signals.names or ())
         self.sources = np.array([self.signal_names.index(c.signal) for c in CHANNELS])
         self.supply = self._par_at["supply_pressure"]
-        self.bend = (self.kernel.state.names or ()).index("seal_bend")
-        self.velocity = (self.kernel.state.names or ()).index("velocity")
+        states = self.kernel.state.names or ()
+        self.bend, self.velocity = states.index("seal_bend"), states.index("velocity")
+        self.chambers = np.array([states.index(name) for name in ("pressure_a", "pressure_b")])
         self.drift = self._par_at[DRIFT.field_of(DRIFT.knob)]
         self.probes = np.array([self._par_at[p.field_of(p.knob)] for p in PROBES])
         self.probe_sizes = np.array([p.knob.typical for p in PROBES])
@@ -217,8 +218,8 @@ class PlantModel:
         """Return the model at given parameters for the loops, which make `steps` per sample [s]."""
         return ParametrisedModel(
             tick or self.loops.ticks.whole, self.loops.rate, self.loops.sense, par, chan,
-            self.drift, self.supply, self.bend, self.velocity, self.sources, self.remembered,
-            self._places(self._followed, chan), self._places(self._recorded, chan),
+            self.drift, self.supply, self.bend, self.velocity, self.chambers, self.sources,
+            self.remembered, self._places(self._followed, chan), self._places(self._recorded, chan),
             len(self.signal_names), step, steps,
         )  # fmt: skip
 

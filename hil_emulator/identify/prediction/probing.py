@@ -54,7 +54,7 @@ def probe(
     places[0], places[1] = model.drift, model.supply
     for i in range(len(probes)):
         places[2 + i] = probes[i]
-    slopes = slopes_of(start, data, model.signals, places, widths, model.velocity)
+    slopes = slopes_of(model, start, data, places, widths)
     try_samples(enter(model, data, start), gains, slopes, entries)
     return entries
 

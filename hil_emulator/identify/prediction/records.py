@@ -32,6 +32,7 @@ class ParametrisedModel(NamedTuple):
         supply: index of the supply pressure in `par`.
         bend: index of the bend of the seals in the state vector.
         velocity: index of the velocity there.
+        chambers: indices of the chambers' states there.
         sources: index of each channel's signal.
         remembered: how many values the set point, the transducers, and their histories remember.
         traced: which of those of the transducers are quantities that an acting element follows,
@@ -53,6 +54,7 @@ class ParametrisedModel(NamedTuple):
     supply: int
     bend: int
     velocity: int
+    chambers: Index
     sources: Index
     remembered: Index
     traced: Index

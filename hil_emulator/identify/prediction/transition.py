@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
-from hil_emulator.identify.prediction.records import Data, Start
+from hil_emulator.identify.prediction.records import Data, ParametrisedModel, Start
 from hil_emulator.identify.prediction.run import Passage
 from hil_emulator.identify.prediction.small_matrices import divide, duplicate, multiply
 
@@ -32,6 +32,7 @@ class Slopes(NamedTuple):
             (changes, changes).
         sensed: derivative of the readings by the same, shape (chosen, changes).
         speed: index of the velocity in z.
+        chambers: indices of the chambers' states in z.
         secant: step of its wide difference, 0 for none, shape (1,).
         still: rates of all states.
         moved: the same a width away.
@@ -52,6 +53,7 @@ class Slopes(NamedTuple):
     onward: Array
     sensed: Array
     speed: int
+    chambers: Index
     secant: Array
     still: Array
     moved: Array
@@ -63,32 +65,35 @@ class Slopes(NamedTuple):
 
 
 def slopes_of(
-    start: Start, data: Data, signals: int, places: Index, widths: Array, velocity: int
+    model: ParametrisedModel, start: Start, data: Data, places: Index, widths: Array
 ) -> Slopes:
     """Return memory for derivatives by the states of z and some parameters.
 
     Args:
+        model: whose rates are differentiated.
         start: whose active states count; the first of the parameters are its disturbances.
         data: whose readings count.
-        signals: number of the model's signals.
         places: indices of the parameters.
         widths: steps of the differences.
-        velocity: index of the velocity in the state vector.
 
     """
     n, m, count = len(start.active), len(data.chosen), len(widths)
     kept = np.ones(len(places))
     for i in range(len(start.decay)):
         kept[i] = start.decay[i]
-    speed = 0
+    speed, chambers = 0, np.zeros(len(model.chambers), np.int64)
     for i in range(n):
-        if start.active[i] == velocity:
+        if start.active[i] == model.velocity:
             speed = i
+        for j in range(len(chambers)):
+            if start.active[i] == model.chambers[j]:
+                chambers[j] = i
     return Slopes(
         places, kept, widths.copy(), np.zeros((n, count)), np.zeros((n, count)),
-        np.zeros((m, count)), np.zeros((count, count)), np.zeros((m, count)), speed, np.zeros(1),
-        np.zeros(len(start.state)), np.zeros(len(start.state)), np.zeros(signals),
-        np.zeros(signals), np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, n)),
+        np.zeros((m, count)), np.zeros((count, count)), np.zeros((m, count)), speed, chambers,
+        np.zeros(1), np.zeros(len(start.state)), np.zeros(len(start.state)),
+        np.zeros(model.signals), np.zeros(model.signals), np.zeros((n, count)),
+        np.zeros((n, count)), np.zeros((n, n)),
     )  # fmt: skip
 
 
