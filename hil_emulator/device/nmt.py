@@ -1,4 +1,4 @@
-"""NMT slave: the node's state and the commands that change it (CiA 301 7.3.2)."""
+"""NMT: the states of a node, and the commands that change them (CiA 301 7.3.2)."""
 
 from enum import IntEnum
 

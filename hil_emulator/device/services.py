@@ -34,6 +34,9 @@ class Services:
         on_route: called when what a service hears has changed.
         on_node_id: called when LSS has given a node-ID to an unconfigured node.
 
+    Attributes:
+        sources: by (index, sub-index) of every bound object, what feeds it; the rest are services.
+
     Raises:
         UserError: as `Node`.
 

@@ -159,10 +159,8 @@ def test_where_a_chamber_empties_each_change_is_tried() -> None:
     fields = list(observer.model.kernel.parameters.names or ())
     par[[fields.index(name) for name in changes]] = list(changes.values())
     frozen, names = observer.freeze(e, par, chan), observer.model.active(par)
-    moved, chambers = (
-        Moved(observer, frozen),
-        [names.index("pressure_a"), names.index("pressure_b")],
-    )
+    moved = Moved(observer, frozen)
+    chambers = [names.index("pressure_a"), names.index("pressure_b")]
     lowest = frozen.predicted[:, chambers].min(axis=1)
     empty = [k for k in range(100, e.samples - 1) if min(lowest[k], lowest[k + 1]) < 1e5]
     assert len(empty) > 400

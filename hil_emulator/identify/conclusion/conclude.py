@@ -66,7 +66,7 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         result.verdict = "missing_effects"
         result.reason = "missing: " + "; ".join(str(f) for f in findings)
         result.hardly_believed = not_by_chance(_last_fit(search))
-        result.notes += _borne_elsewhere(search)
+        result.notes += borne_elsewhere(search, _last_fit(search))
     elif unknown:
         result.verdict = "unknown_effect"
         u = unknown[0]
@@ -105,17 +105,6 @@ def _explained(search: Search) -> str:
     if not far:
         return reason
     return f"{reason} if {' and '.join(far)}: check that before you trust it"
-
-
-def _borne_elsewhere(search: Search) -> list[str]:
-    """Say of which effects strange parameters may bear a part, which makes intervals wide."""
-    fit = _last_fit(search)
-    far = hardly_believed(fit)
-    names = borne_elsewhere(search, fit) if far else []
-    if not names:
-        return []
-    part = f"that may bear a part of {' and of '.join(names)}"
-    return [f"{' and '.join(far)}: {part}, and the interval holds it"]
 
 
 def _nearest(search: Search) -> str:

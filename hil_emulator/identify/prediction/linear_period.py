@@ -21,7 +21,8 @@ from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.effects.oil import LARGEST_GAS_PRESSURE
 
 NEARLY_EMPTY = 2.0 * LARGEST_GAS_PRESSURE
-"""Pressure below which gas may be as soft as oil, with as much again to come from there [Pa]."""
+"""State of a chamber below which it is nearly empty [Pa] (assumed: at half of it gas may be as soft as
+oil, and a sample's period goes as far)."""
 
 CREEPING = 2.0
 """Velocity over the width of its secant below which friction bends within that (assumed)."""

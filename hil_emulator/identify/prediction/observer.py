@@ -8,13 +8,7 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import (
-    Array,
-    BetweenRows,
-    Experiment,
-    Mask,
-    Single,
-)
+from hil_emulator.identify.measured.experiment import Array, BetweenRows, Experiment, Mask, Single
 from hil_emulator.identify.prediction.balances import SUPPLY, TERMS, Balance
 from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.frozen import Frozen

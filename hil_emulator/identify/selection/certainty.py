@@ -163,17 +163,21 @@ def taken_over(fit: Fit, i: int) -> float:
 
 
 def borne_elsewhere(search: Search, fit: Fit) -> list[str]:
-    """Return the effects of which strange parameters may bear more than all else leaves uncertain.
+    """Say of which effects strange parameters may bear more than all else leaves uncertain.
 
     Args:
         search: with the effects in the model.
         fit: of the model.
 
     """
-    names = [c.name for c in fit.coordinates]
-    return [c.name for c in search.effects
+    names, far = [c.name for c in fit.coordinates], hardly_believed(fit)
+    wide = [c.name for c in search.effects
             if 2.0 * _borne(search, fit, names.index(c.name)) ** 2
             > deviation(search, fit, c.name) ** 2]  # fmt: skip
+    if not far or not wide:
+        return []
+    part = f"that may bear a part of {' and of '.join(wide)}"
+    return [f"{' and '.join(far)}: {part}, and the interval holds it"]
 
 
 def apart(settled: Settled | None) -> dict[str, str]:
