@@ -21,8 +21,8 @@ from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.effects.oil import LARGEST_GAS_PRESSURE
 
 NEARLY_EMPTY = 2.0 * LARGEST_GAS_PRESSURE
-"""State of a chamber below which it is nearly empty [Pa] (assumed: at half of it gas may be as soft as
-oil, and a sample's period goes as far)."""
+"""State of a chamber below which it is nearly empty [Pa] (assumed: at half of it gas may be as soft
+as oil, and a sample's period goes as far)."""
 
 CREEPING = 2.0
 """Velocity over the width of its secant below which friction bends within that (assumed)."""
