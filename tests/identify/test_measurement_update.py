@@ -15,11 +15,10 @@ def measured(held: int, missing: int) -> tuple[np.ndarray, ...]:
     prior, slope = root @ root.T, random.standard_normal((READINGS, STATES))
     noise = np.array([0.1, 0.5, 2.0])
     estimate = estimate_of(prior, READINGS)
-    gain, whitening = np.zeros((STATES, READINGS)), np.zeros((READINGS, READINGS))
     if missing >= 0:
         estimate.present[missing] = False
-    update(estimate, slope, noise, held, gain, whitening)
-    return prior, slope, noise, estimate.cov, gain
+    update(estimate, slope, noise, held)
+    return prior, slope, noise, estimate.cov, estimate.gain
 
 
 @pytest.mark.parametrize("missing", [-1, 1])
@@ -48,5 +47,5 @@ def test_readings_that_are_nearly_exact_leave_no_negative_variance() -> None:
     estimate = estimate_of(np.diag(units**2), 3)
     noise = (1e-6 * units) ** 2
     for _ in range(100):
-        update(estimate, np.eye(3), noise, -1, np.zeros((3, 3)), np.zeros((3, 3)))
+        update(estimate, np.eye(3), noise, -1)
     np.testing.assert_allclose(np.diag(estimate.cov), noise / 100.0, rtol=0.02)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, chance, score_terms
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
@@ -18,8 +19,12 @@ RESISTANCE = 3e13
 """Of the return line that the machine has and the configuration lacks [Pa*s^2/m^6]."""
 
 
+Seen = tuple[Fitter, list[DiscrepancyTerm], Fit]
+"""The data of a machine, its free terms, and the fit that they are beside."""
+
+
 @pytest.fixture(scope="module")
-def returning() -> tuple[Fitter, list[DiscrepancyTerm], Projection]:
+def returning() -> Seen:
     """Return the terms of a machine with a narrow return line."""
     changes = {"back_pressure_resistance": RESISTANCE}
     data = [recorded(changes, kind, 3 + i) for i, kind in enumerate(("multisine", "steps"))]
@@ -27,13 +32,10 @@ def returning() -> tuple[Fitter, list[DiscrepancyTerm], Projection]:
     free = parameters.ordinary(model)
     fitter = Fitter(Observer(model, INSTRUMENTS), data)
     fit = converge(fitter, free, np.zeros(len(free)), passes=2)
-    project = Projection(fit)
-    return fitter, score_terms(fitter, fit.coordinates, fit.at, project), project
+    return fitter, score_terms(fitter, free, fit.at, Projection(fit)), fit
 
 
-def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(
-    returning: tuple[Fitter, list[DiscrepancyTerm], Projection],
-) -> None:
+def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(returning: Seen) -> None:
     """No other balance explains as much, and the curve rises with the square."""
     best = max(returning[1], key=lambda t: t.certain)
     assert best.title == "return pressure over return flow"
@@ -42,9 +44,7 @@ def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(
     assert abs(best.curve[1]) < 0.2 * best.curve[-1]
 
 
-def test_the_return_line_is_what_the_term_comes_nearest_to(
-    returning: tuple[Fitter, list[DiscrepancyTerm], Projection],
-) -> None:
+def test_the_return_line_is_what_the_term_comes_nearest_to(returning: Seen) -> None:
     """Though sensors that are off explain something of it too."""
     fitter, terms, _ = returning
     term = next(t for t in terms if t.balance is RETURN)
@@ -54,9 +54,7 @@ def test_the_return_line_is_what_the_term_comes_nearest_to(
     assert nearest(term, scan(fitter, fit, candidates)) == "back_pressure"
 
 
-def test_a_term_of_each_balance_is_scored(
-    returning: tuple[Fitter, list[DiscrepancyTerm], Projection],
-) -> None:
+def test_a_term_of_each_balance_is_scored(returning: Seen) -> None:
     """Chance explains less on average than it does at most, and what is there more than both."""
     terms = returning[1]
     assert {t.title for t in terms} == {
@@ -67,6 +65,17 @@ def test_a_term_of_each_balance_is_scored(
     assert all(0.0 < t.usual < t.limit for t in terms)
     best = max(terms, key=lambda t: t.certain)
     assert 0.0 < best.certain < best.surplus < best.statistic
+
+
+def test_of_each_balance_few_terms_keep_what_is_large(returning: Seen) -> None:
+    """The one that explains the most keeps its columns; what is said of the others is the same."""
+    fitter, terms, fit = returning
+    few = score_terms(fitter, fit.coordinates, fit.at, Projection(fit), kept=1)
+    assert [t.statistic for t in few] == [t.statistic for t in terms]
+    kept = [t for t in few if t.columns.size]
+    strongest = {t.balance.name: t for t in sorted(terms, key=lambda t: t.statistic)}
+    assert {t.title for t in kept} == {t.title for t in strongest.values() if t.significant}
+    assert len(kept) < sum(t.columns.size > 0 for t in terms)
 
 
 def test_a_term_that_moves_nothing_explains_nothing() -> None:

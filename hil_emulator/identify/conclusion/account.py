@@ -108,7 +108,8 @@ def _say_more(searcher: Searcher, search: Search, result: Result) -> None:
 def _where(searcher: Searcher, found: Round, views: Sequence[View]) -> list[Disagreement]:
     """Return the balances that disagree at the start of a round."""
     names = searcher.fitter.predictor.model.signal_names
-    parts = [regressors(v.replay.track, names, v.experiment.period) for v in views]
+    parts = [regressors(v.replay.track.astype(np.float64), names, v.experiment.period)
+             for v in views]  # fmt: skip
     states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     count = len(searcher.fitter.predictor.channels)
     if found.rows is not None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Index
+from hil_emulator.identify.measured.experiment import Array, Index, Single
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.records import Restarts
@@ -38,7 +38,7 @@ class Replay:
     one_step: Array
     free: Array
     age: Index
-    track: Array
+    track: Array | Single
 
 
 def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Replay:
@@ -60,4 +60,5 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
     first, window = restarts
     age = np.maximum((np.arange(len(data.measured)) - first - 1) % window + 1, 0)
     age[: first + 1] = 0
-    return Replay(errors.one, errors.free, age, errors.track)
+    # of a long recording it is large
+    return Replay(errors.one, errors.free, age, errors.track.astype(np.float32))

@@ -80,7 +80,8 @@ def repeatability(predictor: Predictor, views: Sequence[View]) -> Repeatability:
     for view in views:
         times.append(begin + view.experiment.period * np.arange(view.experiment.samples))
         begin = times[-1][-1] + 2.0 * AGAIN
-    residual, state, time = np.concatenate(residuals), np.vstack(rows), np.concatenate(times)
+    residual, time = np.concatenate(residuals), np.concatenate(times)
+    state = np.vstack(rows).astype(np.float64)
     chosen = np.flatnonzero(np.isfinite(residual))
     chosen = chosen[:: max(1, len(chosen) // MOST)]
     readings = [v.experiment.readings[channel] for v in views]

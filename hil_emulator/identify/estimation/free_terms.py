@@ -5,6 +5,7 @@ balance along the filtered trajectory. One that explains much more than the best
 says that the law is another one, or that the effect is unknown.
 """
 
+from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
@@ -96,7 +97,7 @@ class DiscrepancyTerm:
 
 def score_terms(
     fitter: Fitter, coordinates: Sequence[Coordinate], at: Array, project: Projection,
-    seed: int = 0, only: Collection[str] | None = None,
+    seed: int = 0, only: Collection[str] | None = None, kept: int | None = None,
 ) -> list[DiscrepancyTerm]:  # fmt: skip
     """Return what every term explains, best first.
 
@@ -107,6 +108,8 @@ def score_terms(
         project: takes out what the free parameters explain.
         seed: of the random signs that give the limits.
         only: titles of those that are asked about; None for all.
+        kept: terms of each balance whose columns are kept at most; None for all that are
+            significant.
 
     """
     predictor, frozen = fitter.predictor, fitter.frozen
@@ -125,7 +128,7 @@ def score_terms(
     # what the first one computes of each experiment serves all others
     first = (scored(shape, fitter.jobs) for shape in asked[:1])
     for term in chain(first, side_by_side(scored, asked[1:], fitter.jobs)):
-        found = _slim([*found, term]) if only is None else [*found, term]
+        found = _slim([*found, term], kept) if only is None else [*found, term]
     return sorted(found, key=_short)
 
 
@@ -149,10 +152,22 @@ def _short(term: DiscrepancyTerm) -> float:
     return term.limit - term.statistic
 
 
-def _slim(found: Sequence[DiscrepancyTerm]) -> list[DiscrepancyTerm]:
+def _slim(found: Sequence[DiscrepancyTerm], kept: int | None) -> list[DiscrepancyTerm]:
     """Return terms with the columns that are asked for."""
     best = min((t for t in found if not t.balance.channel), key=_short, default=None)
-    return [t if t.significant or t is best else t.lean() for t in found]
+    asked = leading(found, len(found) if kept is None else kept)
+    return [t if t is best or (t.significant and t.title in asked) else t.lean() for t in found]
+
+
+def leading(terms: Sequence[DiscrepancyTerm], count: int) -> set[str]:
+    """Return the titles of the terms of each balance that explain the most, so many at most."""
+    seen: Counter[str] = Counter()
+    found: set[str] = set()
+    for term in sorted(terms, key=lambda t: -t.statistic):
+        if seen[term.balance.name] < count:
+            found.add(term.title)
+        seen[term.balance.name] += 1
+    return found
 
 
 def _score(

@@ -35,6 +35,8 @@ class Estimate(NamedTuple):
         innovation: covariance of the errors.
         before: memory for products of covariances.
         work: the same.
+        gain: of the sample's measurement.
+        whitening: L with S^-1 = L L^T of that.
 
     """
 
@@ -45,6 +47,8 @@ class Estimate(NamedTuple):
     innovation: Array
     before: Array
     work: Array
+    gain: Array
+    whitening: Array
 
 
 def estimate_of(covariance: Array, chosen: int) -> Estimate:
@@ -52,14 +56,12 @@ def estimate_of(covariance: Array, chosen: int) -> Estimate:
     n, m = len(covariance), chosen
     return Estimate(
         covariance.copy(), np.ones(m, np.bool_), np.zeros((m, n)), np.zeros((m, n)),
-        np.zeros((m, m)), np.zeros((n, n)), np.zeros((n, n)),
+        np.zeros((m, m)), np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, m)), np.zeros((m, m)),
     )  # fmt: skip
 
 
-def update(
-    estimate: Estimate, slope: Array, noise: Array, held: int, gain: Array, whitening: Array
-) -> None:
-    """Update the covariance by a measurement; fills gain and whitening.
+def update(estimate: Estimate, slope: Array, noise: Array, held: int) -> None:
+    """Update the covariance by a measurement, whose gain and whitening are kept in the estimate.
 
     Element `held` of z, -1 for none, counts as uncertain but is not corrected (Schmidt): it keeps
     its variance, and all else is as if it were corrected. `slope` is the derivative of the readings
@@ -67,6 +69,7 @@ def update(
     """
     cov, present, h, hp = estimate.cov, estimate.present, estimate.seen, estimate.spread
     s, (m, n) = estimate.innovation, slope.shape
+    gain, whitening = estimate.gain, estimate.whitening
     for i in range(m):
         for j in range(n):
             h[i, j] = slope[i, j] if present[i] else 0.0
@@ -128,7 +131,9 @@ def filter_samples(
         for i in range(len(data.chosen)):
             estimate.present[i] = np.isfinite(data.measured[k, i])
         held = drift if data.settling[k] else -1
-        update(estimate, slopes.readings, noise, held, gains.kalman[k], gains.whitening[k])
+        update(estimate, slopes.readings, noise, held)
+        duplicate(estimate.gain, gains.kalman[k])
+        duplicate(estimate.whitening, gains.whitening[k])
         correct(run, instruments, gains.kalman[k], passage.error)
         elapse_linearly(passage, k, slopes)
         note(slopes, 0, jacobians.maps[k], jacobians.senses[k])
@@ -159,7 +164,7 @@ def linearise(
 
     """
     count, n, m = len(data.current), len(start.z), len(data.chosen)
-    gains = Gains(np.zeros((count, n, m)), np.zeros((count, m, m)))
+    gains = Gains(np.zeros((count, n, m), np.float32), np.zeros((count, m, m), np.float32))
     jacobians = Jacobians(np.zeros((count, n, n), np.float32), np.zeros((count, m, n), np.float32))
     predicted = np.zeros((count, n))
     places = np.array([model.drift, model.supply])

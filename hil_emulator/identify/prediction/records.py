@@ -127,7 +127,7 @@ class Tuning(NamedTuple):
 
 
 class Gains(NamedTuple):
-    """What turns errors into corrections and into innovations.
+    """What turns errors into corrections and into innovations, in single precision.
 
     Attributes:
         kalman: Kalman gains, shape (samples, z, chosen).
@@ -135,8 +135,8 @@ class Gains(NamedTuple):
 
     """
 
-    kalman: Array
-    whitening: Array
+    kalman: Single
+    whitening: Single
 
 
 class Jacobians(NamedTuple):

@@ -157,4 +157,6 @@ def regressors(
     """
     signals = {name: track[:, i] for i, name in enumerate(names)}
     trajectory = Trajectory(signals, period, readings or {})
-    return {name: regressor.along(trajectory) for name, regressor in REGRESSORS.items()}
+    # none of them a view, which would keep the whole track
+    return {name: np.ascontiguousarray(regressor.along(trajectory))
+            for name, regressor in REGRESSORS.items()}  # fmt: skip

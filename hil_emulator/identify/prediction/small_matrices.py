@@ -33,7 +33,7 @@ def copy(values: Array, out: Array) -> None:
         out[i] = values[i]
 
 
-def duplicate(matrix: Array, out: Array) -> None:
+def duplicate(matrix: Array, out: Array | Single) -> None:
     """Fill a matrix with another one's values."""
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):

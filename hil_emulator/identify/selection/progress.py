@@ -1,13 +1,12 @@
 """Where a search stands: its rounds, and the effects that are in the model."""
 
-from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, leading
 from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction.free_shapes import HATS
@@ -71,15 +70,13 @@ class Round:
 
         Those of a long recording, and the base's, are large, and kept of the excerpt only.
         """
-        seen: Counter[str] = Counter()
-        for i in sorted(range(len(self.terms)), key=lambda i: -self.terms[i].statistic):
-            term = self.terms[i]
-            if seen[term.balance.name] >= kept:
+        strongest = leading(self.terms, kept)
+        for i, term in enumerate(self.terms):
+            if term.title not in strongest:
                 self.terms[i] = term.lean()
             elif self.excerpt is not None and term.columns.size:
                 columns = self.excerpt.columns(term.columns).astype(np.float32)
                 self.terms[i] = replace(term, columns=columns)
-            seen[term.balance.name] += 1
         if self.excerpt is not None and self.excerpt.rows is not None:
             self.rows, self.part = self.excerpt.rows, self.excerpt.fit
             self.base = replace(self.base, jacobian=np.zeros((0, len(self.base.at))))
@@ -117,8 +114,9 @@ class Round:
 
     @property
     def strongest(self) -> list[DiscrepancyTerm]:
-        """The first terms, if something unknown remains."""
-        return [t for t in self.terms[:MOST_SHOWN] if t.significant] if self.unknown else []
+        """The first terms whose columns are known, if something unknown remains."""
+        known = [t for t in self.terms if t.significant and t.columns.size]
+        return known[:MOST_SHOWN] if self.unknown else []
 
 
 @dataclass(frozen=True)

@@ -192,7 +192,9 @@ class Searcher:
         excerpt = excerpt_of(self.fitter, base)
         scores, trials = self._screened(search, base, excerpt, rest, best)
         self.tell("looking for what no effect explains")
-        return Round(base, scores, trials, self._terms(base), excerpt=excerpt)
+        # before any is named, there is no law that columns might complete
+        terms = self._terms(base, None if names else KEPT_TERMS)
+        return Round(base, scores, trials, terms, excerpt=excerpt)
 
     def _in_less_noise(self, search: Search, found: Round) -> Round:
         """Judge a round again by the noise that its likeliest candidate leaves, if it is named."""
@@ -237,15 +239,18 @@ class Searcher:
                 trial.slim()
         return scores, trials
 
-    def _terms(self, base: Fit) -> list[DiscrepancyTerm]:
+    def _terms(self, base: Fit, kept: int | None = None) -> list[DiscrepancyTerm]:
         """Return nonparametric terms, those that are worth a word first."""
-        terms = self._scored(base)
+        terms = self._scored(base, kept=kept)
         worthwhile = {t.title for t in Round(base, [], [], terms).worthwhile}
         return sorted(terms, key=lambda t: t.title not in worthwhile)
 
-    def _scored(self, base: Fit, only: Sequence[str] | None = None) -> list[DiscrepancyTerm]:
+    def _scored(
+        self, base: Fit, only: Sequence[str] | None = None, kept: int | None = None
+    ) -> list[DiscrepancyTerm]:
         """Return nonparametric terms, all or those of some titles, the strongest first."""
-        return score_terms(self.fitter, base.coordinates, base.at, Projection(base), only=only)
+        project = Projection(base)
+        return score_terms(self.fitter, base.coordinates, base.at, project, only=only, kept=kept)
 
     def _conclude(self, search: Search) -> None:
         """Say of each effect whether its law is the catalogue's, and what no effect explains."""

@@ -93,7 +93,7 @@ class Replay:
                 np.zeros(count, np.bool_),
             ),
             Start(s.start, z0, self._active, np.ones(2)),
-            Gains(s.gains, np.tile(scale, (count, 1, 1))), residual,
+            Gains(s.gains, np.tile(scale, (count, 1, 1)).astype(np.float32)), residual,
             np.empty((1, len(model.signal_names))),
         )  # fmt: skip
         return np.clip(residual, -WORST, WORST)
