@@ -2,8 +2,6 @@
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
-from random import Random
 
 from hil_emulator.device.distortion import Distortion
 from hil_emulator.device.entry import Entry
@@ -18,8 +16,9 @@ from hil_emulator.faults.frames import BusFaultKind
 from hil_emulator.faults.objects import ObjectFaultKind, Wrong, place
 from hil_emulator.faults.plant import PlantFaultKind
 from hil_emulator.faults.plant_parameters import PlantParameters
+from hil_emulator.faults.running import Running
 from hil_emulator.faults.sensor import Act, Place, SensorFaultKind
-from hil_emulator.faults.strength import Change, Strength
+from hil_emulator.faults.strength import Change
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
@@ -30,52 +29,6 @@ MOST = 64
 
 MOST_FRAMES = 1000
 """Frames of a tick that faults pass on; a bus carries about 20 in a millisecond (assumed)."""
-
-
-class Running(AbstractContextManager["Running"]):
-    """A fault that has been injected; ends with `end()`, its block, or its duration.
-
-    Attributes:
-        fault: what was injected.
-        number: counts the faults of a rig.
-        began_ns: when it began; None before that.
-        ended: whether it is over.
-        value: returns the present value of a signal, for its condition.
-        others: the same fault in the other rigs that it befalls; they end with it.
-
-    """
-
-    def __init__(
-        self, fault: Fault, number: int, now_ns: int, value: Callable[[str], float],
-        on_end: Callable[["Running"], None],
-    ) -> None:  # fmt: skip
-        self.fault = fault
-        self.number = number
-        self.value = value
-        self.others: Sequence[Running] = ()
-        self.began_ns: int | None = None
-        self.ended = False
-        self.earliest_ns = now_ns + fault.start_ns
-        self.random = Random(fault.seed)
-        self._on_end = on_end
-
-    def strength(self, now_ns: int) -> Strength:
-        """Return how strong it is now."""
-        assert self.began_ns is not None
-        elapsed, fault = now_ns - self.began_ns, self.fault
-        ramp = min(1.0, elapsed / fault.ramp_ns) if fault.ramp_ns else 1.0
-        return Strength(now_ns, elapsed, ramp, self.random, fault.probability)
-
-    def end(self) -> None:
-        """End it; harmless when repeated."""
-        if not self.ended:
-            self.ended = True
-            self._on_end(self)
-            for other in self.others:
-                other.end()
-
-    def __exit__(self, *error: object) -> None:
-        self.end()
 
 
 class Faults:

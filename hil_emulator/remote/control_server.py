@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from hil_emulator.errors import UserError, brief
-from hil_emulator.faults.active import Faults, Running
+from hil_emulator.faults.active import Faults
+from hil_emulator.faults.running import Running
 from hil_emulator.signals.columns import columns
 from hil_emulator.signals.inputs import COMMANDS, SETTINGS, setting
 from hil_emulator.wire.wire import TimedWire

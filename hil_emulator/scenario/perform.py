@@ -12,7 +12,7 @@ import numpy as np
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.errors import UserError
-from hil_emulator.faults.active import Running
+from hil_emulator.faults.running import Running
 from hil_emulator.frame import Frame
 from hil_emulator.recording import SUFFIX, exports, journal
 from hil_emulator.scenario import schema

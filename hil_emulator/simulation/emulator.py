@@ -11,7 +11,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.device.nmt import NMT_COB_ID
 from hil_emulator.errors import UserError
-from hil_emulator.faults.active import Running
+from hil_emulator.faults.running import Running
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.recording.header import header, remembered
 from hil_emulator.recording.journal import Recording

@@ -5,28 +5,26 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from hil_emulator.device.abort import SdoAbort
-from hil_emulator.device.binding import raw_value
 from hil_emulator.device.emergency import ErrorBit, ErrorCode
 from hil_emulator.device.measured import Measured
-from hil_emulator.device.nmt import State
 from hil_emulator.device.node import Node
-from hil_emulator.errors import UserError
-from hil_emulator.faults.active import Faults, Running
+from hil_emulator.faults.active import Faults
 from hil_emulator.faults.fault import Fault, fault
 from hil_emulator.faults.frames import BusFaultKind
-from hil_emulator.faults.objects import ObjectFaultKind
-from hil_emulator.faults.plant import SUPPLY, PlantFaultKind
+from hil_emulator.faults.plant import SUPPLY
+from hil_emulator.faults.possible import ensure_possible
+from hil_emulator.faults.running import Running
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.signals.columns import MODEL
-from hil_emulator.signals.inputs import COMMANDS, OF_SUPPLY, checked
+from hil_emulator.signals.inputs import OF_SUPPLY, checked
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.not_finite import NotFiniteError
 from hil_emulator.simulation.quick_tick import quick_tick
 from hil_emulator.simulation.resting_nodes import RestingNodes
+from hil_emulator.simulation.settings import Settings
 from hil_emulator.simulation.wire_door import FrameDoor, TimedRouter, WireDoor
 from hil_emulator.wire.wire import WINDOW_NS, TimedWire
 
@@ -81,6 +79,7 @@ class Rig:
         self._watched = not plant.has_ends
         self.recorder = recorder
         self.faults = Faults(plant, sensors, nodes, self.value, self._began, self._ended)
+        self._settings = Settings(plant, nodes, self.faults.parameters)
         self._steps = steps
         self._resets = not_finite == "reset"
         self.wire: TimedWire | None = None
@@ -190,19 +189,7 @@ class Rig:
             UserError: for a node that is not there.
 
         """
-        ids = [node.node_id for node in self.nodes]
-        if chosen.node is not None and chosen.node not in ids:
-            known = ", ".join(map(str, ids))
-            raise UserError(f"fault {chosen.target}: no node {chosen.node}; there are {known}")
-        if isinstance(chosen.kind, BusFaultKind) and chosen.kind.needs_time and not self.wire:
-            raise UserError(
-                f"fault {chosen.kind.name}: this bus takes no time; give it "
-                '[bus] timing = "modelled" and bit_rate = "500 kbit/s"'
-            )
-        if isinstance(chosen.kind, PlantFaultKind):
-            self.faults.parameters.require(chosen.kind.parameter)
-        if isinstance(chosen.kind, ObjectFaultKind) and not self.faults.befallen(chosen):
-            raise UserError(f"fault {chosen.target}: no node has such an object that is a number")
+        ensure_possible(chosen, self.faults, self.nodes, takes_time=self.wire is not None)
         mates = self.supply_mates if chosen.target == SUPPLY else ()
         running, *others = [rig._suffer(chosen, self.value) for rig in (self, *mates)]
         running.others = others
@@ -220,30 +207,10 @@ class Rig:
         """
         value = checked(name, value)
         for rig in (self, *(self.supply_mates if name in OF_SUPPLY else ())):
-            rig._take(name, value)
-        return self._waits(name) if name in COMMANDS else ""
-
-    def _waits(self, command: str) -> str:
-        """Say which nodes will obey a command only once they are OPERATIONAL."""
-        waiting = [
-            n
-            for n in self.nodes
-            if n.state is not State.OPERATIONAL and n.dictionary.named(command) is not None
-        ]
-        states = ", ".join(f"node {n.node_id} is {n.state.name.replace('_', '-')}" for n in waiting)
-        return f"{command} waits: {states}; an NMT start puts it in force" if waiting else ""
-
-    def _take(self, name: str, value: float) -> None:
-        if name in COMMANDS:
-            self._command(name, value)
-        elif name == "wall_shift" and not self.plant.knows("wall_stiffness"):
-            raise UserError('wall_shift: there is no wall to move; set [load] wall = "1e6 N/m"')
-        elif name in (self.plant.kernel.inputs.names or ()):
-            self.plant.command({name: value})
-        else:
-            self.faults.parameters.set_sound(name, value)
-        if self.recorder:
-            self.recorder.event(self.now_ns, {"set": {name: value}})
+            rig._settings.put(name, value)
+            if rig.recorder:
+                rig.recorder.event(rig.now_ns, {"set": {name: value}})
+        return self._settings.waits(name)
 
     def value(self, name: str) -> float:
         """Return the present value of a recorded signal, SI; see `record.columns`.
@@ -267,18 +234,6 @@ class Rig:
             what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}
             self.recorder.event(self.now_ns, {"fault": what})
         return running
-
-    def _command(self, name: str, value: float) -> None:
-        """Write a set point into the nodes, as an SDO client does: into all or none of them."""
-        dictionaries = [node.dictionary for node in self.nodes]
-        commanded = [(d, entry) for d in dictionaries if (entry := d.named(name)) is not None]
-        try:
-            for _, entry in commanded:
-                entry.check(raw_value(entry, value))
-            for dictionary, entry in commanded:
-                dictionary.write(entry.index, entry.subindex, raw_value(entry, value))
-        except SdoAbort as abort:
-            raise UserError(f"{name}: {value:g} is refused: {abort}") from None
 
     def _began(self, running: Running) -> None:
         kind = running.fault.kind

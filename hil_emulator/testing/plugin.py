@@ -15,7 +15,7 @@ import pytest
 
 if TYPE_CHECKING:
     from hil_emulator.config.load import Configuration
-    from hil_emulator.faults.active import Running
+    from hil_emulator.faults.running import Running
     from hil_emulator.simulation.emulator import Emulator, Signals, Time
     from hil_emulator.testing.lockstep_network import LockStepNetwork
     from hil_emulator.testing.process import EmulatorProcess

@@ -1,0 +1,66 @@
+"""What is set while a rig runs: its surroundings, and set points as a controller sends them."""
+
+from collections.abc import Sequence
+
+from hil_emulator.device.abort import SdoAbort
+from hil_emulator.device.binding import raw_value
+from hil_emulator.device.nmt import State
+from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
+from hil_emulator.faults.plant_parameters import PlantParameters
+from hil_emulator.model.plant import Plant
+from hil_emulator.signals.inputs import COMMANDS
+
+
+class Settings:
+    """Puts settings where they act.
+
+    Args:
+        plant: whose inputs they may be.
+        nodes: whose objects hold set points.
+        parameters: the plant's, a fault may hold.
+
+    """
+
+    def __init__(self, plant: Plant, nodes: Sequence[Node], parameters: PlantParameters) -> None:
+        self._plant, self._nodes, self._parameters = plant, tuple(nodes), parameters
+
+    def put(self, name: str, value: float) -> None:
+        """Put a setting [SI] in force, or a set point into the nodes.
+
+        Raises:
+            UserError: for a wall that is not there, or for what a node refuses.
+
+        """
+        if name in COMMANDS:
+            self._command(name, value)
+        elif name == "wall_shift" and not self._plant.knows("wall_stiffness"):
+            raise UserError('wall_shift: there is no wall to move; set [load] wall = "1e6 N/m"')
+        elif name in (self._plant.kernel.inputs.names or ()):
+            self._plant.command({name: value})
+        else:
+            self._parameters.set_sound(name, value)
+
+    def waits(self, name: str) -> str:
+        """Say which nodes will obey a set point only once they are OPERATIONAL; "" if none."""
+        if name not in COMMANDS:
+            return ""
+        waiting = [
+            n
+            for n in self._nodes
+            if n.state is not State.OPERATIONAL and n.dictionary.named(name) is not None
+        ]
+        states = ", ".join(f"node {n.node_id} is {n.state.name.replace('_', '-')}" for n in waiting)
+        return f"{name} waits: {states}; an NMT start puts it in force" if waiting else ""
+
+    def _command(self, name: str, value: float) -> None:
+        """Write a set point into the nodes, as an SDO client does: into all or none of them."""
+        dictionaries = [node.dictionary for node in self._nodes]
+        commanded = [(d, entry) for d in dictionaries if (entry := d.named(name)) is not None]
+        try:
+            for _, entry in commanded:
+                entry.check(raw_value(entry, value))
+            for dictionary, entry in commanded:
+                dictionary.write(entry.index, entry.subindex, raw_value(entry, value))
+        except SdoAbort as abort:
+            raise UserError(f"{name}: {value:g} is refused: {abort}") from None
