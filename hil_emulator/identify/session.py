@@ -24,8 +24,9 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.boundary import as_stated, bounded, with_gain
 from hil_emulator.identify.prediction.cluster_pool import ClusterPool
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.instrumentation import examinable, predicting, priors
-from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.pool import Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.second_search import Searched, Tell, course, searched, widen

@@ -10,8 +10,8 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.shape_sums import ShapeSums, Sums
 from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 

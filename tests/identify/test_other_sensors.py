@@ -8,8 +8,8 @@ import pytest
 from hil_emulator.identify.estimation.finite_difference import FINITE
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.selection.scan import scan
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 

@@ -9,9 +9,9 @@ from hil_emulator.identify.estimation import outer_iteration
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Coordinate
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 

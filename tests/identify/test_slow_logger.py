@@ -18,10 +18,11 @@ from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.measured.between_rows import BRIDGE, CONTROLLER, SetPoints, moving
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.instrumentation import predicting, priors
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
-from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.second_search import Searched, searched, widen
 from hil_emulator.identify.selection.certainty import disbelief
 from hil_emulator.identify.selection.levels import TOLD_APART

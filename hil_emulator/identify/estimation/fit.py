@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
 
 TOLERATED = 2.0

@@ -16,13 +16,13 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.balances import Balance
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.free_shapes import (
     FreeShape,
     along_the_stroke,
     hats,
     shapes_along,
 )
-from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import side_by_side
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.regressors import Regressors

@@ -11,7 +11,7 @@ from hil_emulator.identify.estimation.finite_difference import Derivative, Steps
 from hil_emulator.identify.estimation.fit import Fit, Linearised, prior_rows
 from hil_emulator.identify.estimation.levenberg_marquardt import learn, steps
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, LocalBatch, Point, Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.predictor import Predictor
 
 STEP = 1e-3

@@ -19,10 +19,10 @@ from hil_emulator.identify.measured.between_rows import (
     slower_than_controller,
 )
 from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.prediction.plant_model import Coordinate
 from hil_emulator.identify.prediction.pool import LocalBatch
 from hil_emulator.identify.prediction.predictor import Predictor
 

@@ -12,9 +12,10 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment
 from hil_emulator.identify.prediction.balances import FLOW_A, Balance
 from hil_emulator.identify.prediction.boundary import OPEN_PORTS, with_values
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_weights
-from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.identify.prediction.static import MeasuredStates

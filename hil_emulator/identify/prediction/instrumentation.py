@@ -7,10 +7,11 @@ from hil_emulator.identify.data_checks import plausible
 from hil_emulator.identify.data_checks.sound import DRIVEN, travel
 from hil_emulator.identify.measured.experiment import FLOW, REFERENCE, Experiment
 from hil_emulator.identify.prediction import parameters, static
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.flow_bench import FLOW_PRIORS, FlowBench, flow_bench
 from hil_emulator.identify.prediction.flow_bench import examinable as flow_examinable
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.prediction.sweep_bench import (
     SWEEP_PRIORS,

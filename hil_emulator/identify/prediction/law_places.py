@@ -5,7 +5,7 @@ import math
 from typing import Protocol
 
 from hil_emulator.identify.prediction.balances import Balance
-from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.regressors import REGRESSORS
 
 

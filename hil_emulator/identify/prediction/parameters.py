@@ -7,12 +7,8 @@ Holding them fixed invents effects: the nearest entry of the catalogue explains 
 import math
 from collections.abc import Mapping
 
-from hil_emulator.identify.prediction.plant_model import (
-    Coordinate,
-    PlantModel,
-    concerns,
-    predictable,
-)
+from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant_model import PlantModel, concerns, predictable
 from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect, is_on
 from hil_emulator.model.stages import SAMPLED

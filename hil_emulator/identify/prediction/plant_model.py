@@ -3,7 +3,7 @@
 import inspect
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,103 +11,22 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration
 from hil_emulator.identify.measured.experiment import SPANS, Array, Index
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.machine_code import bind
+from hil_emulator.identify.prediction.moving_states import MovingStates
 from hil_emulator.identify.prediction.probes import DRIFT, PROBES
 from hil_emulator.identify.prediction.records import ParametrisedModel, Tick
 from hil_emulator.identify.prediction.remembered import Remembered, followed, recorded
-from hil_emulator.identify.prediction.run import INPUT_COUNT
 from hil_emulator.model import kernel, quantities
 from hil_emulator.model.declare import Effect, Param, is_on
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import fill, length
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.model.stages import (
-    CONTINUOUS,
-    SAMPLED,
-    coupling_acts,
-    dry_friction_acts,
-    holding_acts,
-    source_acts,
-)
-
-USUAL_SPEED = 0.1
-"""A usual speed of the rod [m/s] (assumed)."""
+from hil_emulator.model.stages import SAMPLED
 
 SHAPE_PRIOR = 0.5
 """Relative standard deviation of what a law holds beside its knob (assumed)."""
-
-_TINY = {"pressure_a": 1.0, "pressure_b": 1.0, "pump_pressure": 1.0}
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """One number of the model that a fit may change, on an engineering scale.
-
-    Attributes:
-        name: what people call it, `effect` or `channel.effect` or `table_param`.
-        field: its field in the parameter record.
-        channel: the sensor channel, or "" for the plant.
-        unit: SI unit.
-        shown: the unit for people.
-        scale: one engineering unit of it, in `unit` (of the inverse where `inverse`).
-        neutral: the value in the configuration; `inverse` measures 1/value from zero.
-        inverse: whether it is off at infinity, so that 1/value is what grows from zero.
-        low: smallest value.
-        high: largest value.
-        prior: standard deviation of an ordinary parameter, in `scale`; infinite for an effect.
-        effect: the declaration, or None for a parameter that every actuator has.
-
-    """
-
-    name: str
-    field: str
-    channel: str
-    unit: str
-    shown: str
-    scale: float
-    neutral: float
-    inverse: bool
-    low: float
-    high: float
-    prior: float
-    effect: Effect | None
-
-    def value(self, coordinate: float) -> float:
-        """Return the parameter [unit] at a coordinate; 0 is the configuration."""
-        if self.inverse:
-            return 1.0 / (coordinate * self.scale) if coordinate > 0.0 else math.inf
-        return self.neutral + coordinate * self.scale
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """Smallest and largest coordinate."""
-        if self.inverse:
-            return 0.0, 1.0 / (max(self.low, 1e-300) * self.scale)
-        return (self.low - self.neutral) / self.scale, (self.high - self.neutral) / self.scale
-
-    @property
-    def place(self) -> str:
-        """The sensor, or the part of the machine, at which an effect acts; "" of none."""
-        return self.channel or (self.effect.stage.table if self.effect else "")
-
-    @property
-    def stage(self) -> str:
-        """The sensor, or the stage of the model, at which an effect acts; "" of none."""
-        return self.channel or (self.effect.stage.name if self.effect else "")
-
-    def belongs_to(self, effect: str) -> bool:
-        """Tell whether it is the knob or a shape parameter of an effect."""
-        return self.name == effect or self.name.startswith(f"{effect}.")
-
-
-SHARED_STATES = (
-    (dry_friction_acts, quantities.FRICTION_STATES),
-    (source_acts, quantities.SUPPLY_STATES),
-    (holding_acts, quantities.HOLDING_STATES),
-    (coupling_acts, quantities.COUPLING_STATES),
-)
-"""States that move only where an effect of a stage is on."""
 
 DIVISION = {"PIECES": 4, "VELOCITY_DOUBT": 3e-5}
 """How a step is divided in which something hits. A prediction reaches one sample ahead and readings
@@ -161,8 +80,7 @@ class PlantModel:
         self._chan_at = {n: i for i, n in enumerate(self.kernel.channel.names or ())}
         self._followed = followed(self.kernel)
         self._recorded = recorded(self.kernel)
-        moving = [e for e in self.kernel.effects if e.stage in CONTINUOUS]
-        self._movers = [self._mover(e) for e in moving]
+        self._moving = MovingStates(self.kernel)
         self.signal_names = tuple(self.kernel.signals.names or ())
         self.sources = np.array([self.signal_names.index(c.signal) for c in CHANNELS])
         self.supply = self._par_at["supply_pressure"]
@@ -239,41 +157,11 @@ class PlantModel:
 
     def active(self, par: Array) -> list[str]:
         """Return the states that move: those of every actuator and of the effects that act."""
-        acting = [m for m in self._movers if is_on(m[0], float(par[m[1]]))]
-        at = {law.stage.name for effect, _, _ in acting for law in effect.laws}
-        states = [q.name for q in quantities.STATES]
-        for acts, moved in SHARED_STATES:
-            if acts.stage.name in at:
-                states += [q.name for q in moved]
-        return states + [name for _, _, own in acting for name in own]
+        return self._moving.active(par)
 
     def fastest(self, par: Array) -> float:
         """Return the largest eigenvalue of the model around rest and slow motion [rad/s]."""
-        state = self.start(par, 1e-5, None)
-        names = list(self.kernel.state.names or ())
-        rows = [names.index(n) for n in self.active(par)]
-        return max(self._spectral_radius(par, state, rows, v) for v in (0.0, USUAL_SPEED))
-
-    def _spectral_radius(self, par: Array, state: Array, rows: list[int], velocity: float) -> float:
-        state = state.copy()
-        state[list(self.kernel.state.names or ()).index("velocity")] = velocity
-        inputs, signals = np.zeros(INPUT_COUNT), np.zeros(len(self.signal_names))
-        base, moved = np.zeros(len(state)), np.zeros(len(state))
-        self.kernel.rate(state, base, par, inputs, signals)
-        jacobian = np.zeros((len(rows), len(rows)))
-        for j, row in enumerate(rows):
-            other = state.copy()
-            other[row] += _TINY.get(list(self.kernel.state.names or ())[row], 1e-7)
-            self.kernel.rate(other, moved, par, inputs, signals)
-            jacobian[:, j] = (moved - base)[rows] / (other[row] - state[row])
-        if not np.isfinite(jacobian).all():
-            return float("inf")
-        return float(np.max(np.abs(np.linalg.eigvals(jacobian))))
-
-    def _mover(self, effect: Effect) -> tuple[Effect, int, list[str]]:
-        """Return an effect, its knob's index and its states."""
-        own = [effect.field_of(q) for q in effect.states]
-        return effect, self._par_at[effect.field_of(effect.knob)], own
+        return self._moving.fastest(par, self.start(par, 1e-5, None))
 
     def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
         """Return the knob of an effect as a coordinate."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
 from hil_emulator.identify.prediction.balances import CELL, PISTON, Balance
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.correlation import (
     Correlogram,
     Noise,
@@ -20,7 +21,7 @@ from hil_emulator.identify.prediction.correlation import (
     shared,
 )
 from hil_emulator.identify.prediction.kinematics import Motion, motion
-from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.records import Moments, Places
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.model.constants import SLIDING_BEND

@@ -20,9 +20,10 @@ from hil_emulator.identify.prediction.balances import (
     SUPPLY,
     Balance,
 )
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_weights
-from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
 from hil_emulator.identify.prediction.records import Sweep, Unknowns
 from hil_emulator.identify.prediction.regressors import Regressors, regressors

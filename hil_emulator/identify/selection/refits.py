@@ -19,7 +19,7 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.restarts import nudged
-from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.pool import Batch
 from hil_emulator.identify.selection.evidence import (
     Evidence,

@@ -14,7 +14,7 @@ from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.settled import settled
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.plant_model import Coordinate
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.pool import Batch, Pool
 from hil_emulator.identify.prediction.predictor import Predictor
 from hil_emulator.identify.selection.certainty import apart, faint, not_by_chance, re_examine

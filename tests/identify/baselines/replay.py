@@ -15,8 +15,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import Coordinate, PlantModel
+from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.records import Data, Gains, Start
 
 Way = Literal["open loop", "multiple shooting", "equation error"]
