@@ -7,15 +7,11 @@ Stock clients connect with `can.Bus(interface="socketcand", host=..., port=..., 
 """
 
 import contextlib
-import functools
 import logging
-import select
 import selectors
-import socket
-import sys
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection, Iterable
 from typing import cast
 
 import can
@@ -23,10 +19,10 @@ from can.typechecking import CanFilters
 
 from hil_emulator.bus import socketcand
 from hil_emulator.bus.tcp_connection import Connection
+from hil_emulator.bus.tcp_listener import MAX_CLIENTS, listen, readable, turn_away
 from hil_emulator.frame import EXTENDED, Frame
 
 DEFAULT_PORT = 29536  # socketcand's registered TCP port
-MAX_CLIENTS = 16  # assumed
 LOOK_AROUND_S = 0.005  # between looks for who comes; assumed
 
 _log = logging.getLogger(__name__)
@@ -72,7 +68,7 @@ class SocketcandServerBus(can.BusABC):
         can_filters: CanFilters | None = None,
         **kwargs: object,
     ) -> None:
-        self._listener = _listen(host, port)
+        self._listener = listen(host, port)
         self.host: str
         self.port: int
         self.host, self.port = self._listener.getsockname()[:2]
@@ -80,7 +76,7 @@ class SocketcandServerBus(can.BusABC):
         self.channel_info = f"socketcand server for {channel} on {self.host}:{self.port}"
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
-        self._knocks = _readable(self._listener)
+        self._knocks = readable(self._listener)
         self._clients: tuple[Connection, ...] = ()
         self._silent: list[Connection] = []  # those in the pause after their handshake
         self.messages: list[can.Message] = []
@@ -218,7 +214,7 @@ class SocketcandServerBus(can.BusABC):
             if len(self._clients) >= MAX_CLIENTS:
                 self._dismiss()
             if len(self._clients) >= MAX_CLIENTS:
-                _turn_away(sock)
+                turn_away(sock)
                 return
             client = Connection(sock, self.channel)
             self._selector.register(sock, selectors.EVENT_READ, client)
@@ -303,35 +299,3 @@ class SocketcandServerBus(can.BusABC):
         self._silent = [c for c in self._silent if c.silent_until is not None and not c.gone]
         ends = [until - now for c in self._silent if (until := c.silent_until) is not None]
         return min(ends + ([] if timeout is None else [timeout]), default=timeout)
-
-
-def _turn_away(sock: socket.socket) -> None:
-    with sock:
-        sock.setblocking(False)
-        sock.send(socketcand.format_error(f"{MAX_CLIENTS} clients are connected already"))
-
-
-def _readable(sock: socket.socket) -> Callable[[], object]:
-    """Return what tells whether a socket has something: one call, and no exception if it has not.
-
-    A selector takes many times as long for a single socket.
-    """
-    if sys.platform == "win32":
-        return lambda: select.select([sock], [], [], 0)[0]
-    poll = select.poll()
-    poll.register(sock, select.POLLIN)
-    return functools.partial(poll.poll, 0)
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        if sys.platform != "win32":  # where it means: share the port with a stranger
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.bind((host, port))
-        listener.listen(MAX_CLIENTS)
-        listener.setblocking(False)
-    except (OSError, OverflowError, TypeError) as error:
-        listener.close()
-        raise can.CanInitializationError(f"cannot listen on {host}:{port}: {error}") from error
-    return listener

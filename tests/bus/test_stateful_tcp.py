@@ -14,7 +14,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from tcp_client import Client, polled
 from wires import PATIENCE_S, frame_of, message_of
 
-from hil_emulator.bus.tcp_server import MAX_CLIENTS, SocketcandServerBus
+from hil_emulator.bus.tcp_listener import MAX_CLIENTS
+from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.frame import Frame
 
 SERVER = 0  # its number among the senders

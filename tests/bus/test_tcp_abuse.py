@@ -12,7 +12,8 @@ from wires import message_of
 from hil_emulator.bus import tcp_connection
 from hil_emulator.bus.socketcand import CommandStream
 from hil_emulator.bus.tcp_connection import READ_BYTES, WRITE_BUFFER_BYTES
-from hil_emulator.bus.tcp_server import MAX_CLIENTS, SocketcandServerBus
+from hil_emulator.bus.tcp_listener import MAX_CLIENTS
+from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.frame import Frame
 
 FRAME = Frame(0x181, bytes(range(8)))

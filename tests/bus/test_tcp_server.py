@@ -11,7 +11,8 @@ from tcp_client import Client, polled
 from wires import PATIENCE_S, Wire, message_of
 
 from hil_emulator.bus import tcp_connection
-from hil_emulator.bus.tcp_server import MAX_CLIENTS, SocketcandServerBus
+from hil_emulator.bus.tcp_listener import MAX_CLIENTS
+from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.frame import BUS_OFF, Frame
 
 SYNC = message_of(Frame(0x80))

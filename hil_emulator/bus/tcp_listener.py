@@ -1,0 +1,53 @@
+"""The port at which TCP clients come to a bus."""
+
+import functools
+import select
+import socket
+import sys
+from collections.abc import Callable
+
+import can
+
+from hil_emulator.bus import socketcand
+
+MAX_CLIENTS = 16
+"""Clients at a time (assumed)."""
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens, and never waits.
+
+    Raises:
+        can.CanInitializationError: where address and port cannot be listened on.
+
+    """
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if sys.platform != "win32":  # where it means: share the port with a stranger
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((host, port))
+        listener.listen(MAX_CLIENTS)
+        listener.setblocking(False)
+    except (OSError, OverflowError, TypeError) as error:
+        listener.close()
+        raise can.CanInitializationError(f"cannot listen on {host}:{port}: {error}") from error
+    return listener
+
+
+def readable(sock: socket.socket) -> Callable[[], object]:
+    """Return what tells whether a socket has something: one call, and no exception if it has not.
+
+    A selector takes many times as long for a single socket.
+    """
+    if sys.platform == "win32":
+        return lambda: select.select([sock], [], [], 0)[0]
+    poll = select.poll()
+    poll.register(sock, select.POLLIN)
+    return functools.partial(poll.poll, 0)
+
+
+def turn_away(sock: socket.socket) -> None:
+    """Say to a client that there is no room, and close its connection."""
+    with sock:
+        sock.setblocking(False)
+        sock.send(socketcand.format_error(f"{MAX_CLIENTS} clients are connected already"))
