@@ -107,6 +107,33 @@ def test_no_name_where_something_else_explains_far_more(spring: float, accepted:
     assert found.unknown is not accepted
 
 
+@pytest.mark.parametrize(("law", "accepted"), [(70.0, True), (200.0, False)])
+def test_what_gains_more_than_any_shape_of_a_law_is_none_of_it(law: float, accepted: bool) -> None:
+    """Two shapes of the leak hide it from each other, and what they leave lasts."""
+    fit = base(law * SHAPE + 70.0 * BEND)
+    score = candidate("gain_asymmetry", fit, 0.7 * SHAPE + 0.7 * BEND)
+    gain = score.statistic
+    trial = Trial(score, fit, Evidence(gain, 50.0, gain, 20.0, serial_factor=200.0), 1.0)
+    terms = [
+        term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE),
+        term(LEAKAGE, "position times pressure difference", fit, LEAK, BEND),
+    ]
+    found = Round(fit, [score], [trial], terms)
+    judge(Search([], effects=[COORDINATES["internal_leakage"]]), found)
+    assert found.accepted is accepted
+
+
+@pytest.mark.parametrize(("law", "stands_out"), [(35.0, True), (70.0, False)])
+def test_what_stands_beside_a_law_keeps_nearly_all_of_its_gain(
+    law: float, stands_out: bool
+) -> None:
+    """A fifth of it looks like what the leak leaves; where that is as large, it counts too much."""
+    fit = base(law * SHAPE + 70.0 * NULL)
+    beside = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
+    score = candidate("null_bias", fit, 0.2 * SHAPE + 0.98 * NULL)
+    assert beside.stands_out(score, 20.0) is stands_out
+
+
 @pytest.mark.parametrize(
     ("tried", "law", "found"),
     [

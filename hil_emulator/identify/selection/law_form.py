@@ -169,8 +169,8 @@ class ConditionalTest:
         return float(np.sum((vectors[:, there].T @ gradient) ** 2 / values[there]))
 
     def stands_out(self, score: Score, needed: float) -> bool:
-        """Tell whether a candidate keeps enough of its gain, and enough for a name."""
-        return self.candidate(score) > max(needed, GREATER_PART * score.statistic)
+        """Tell whether a candidate keeps nearly all of its gain, and enough for a name."""
+        return self.candidate(score) > max(needed, NEARLY_ALL * score.statistic)
 
     def elsewhere(self, score: Score) -> bool:
         """Tell whether a candidate acts in no law's balance, and explains beside them the same."""
@@ -186,9 +186,15 @@ class ConditionalTest:
 
 
 def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
-    """Tell whether a free shape of a law in the model explains more than the best candidate."""
+    """Tell whether a free shape of a law in the model explains more than the best candidate.
+
+    What a law leaves lasts, and little of a gain is certain beside it. Yet what gains far more than
+    any shape of it is none of it.
+    """
     best = found.trials[0].evidence.beside_terms if found.trials else 0.0
-    return any(best < NEARLY_ALL * t.robust or _of_one_sensor(found, t) for t in laws)
+    return any(_of_one_sensor(found, t)
+               or (best < NEARLY_ALL * t.robust and NEARLY_ALL * found.best < t.certain)
+               for t in laws)  # fmt: skip
 
 
 def outshone(found: Round) -> bool:
