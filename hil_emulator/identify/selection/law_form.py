@@ -189,13 +189,12 @@ def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
     """Tell whether a free shape of a law in the model explains more than the best candidate.
 
     What a law leaves lasts, and little of a gain is certain beside it. Yet what gains more than any
-    shape of it, by the tangent as those are scored, is none of it.
+    shape of it, certain or not, is none of it.
     """
-    best = found.trials[0] if found.trials else None
-    sure = best.evidence.beside_terms if best else 0.0
-    gain = best.score.statistic if best else 0.0
+    sure = found.trials[0].evidence.beside_terms if found.trials else 0.0
     return any(
-        _of_one_sensor(found, t) or (sure < NEARLY_ALL * t.robust and NEARLY_ALL * gain < t.certain)
+        _of_one_sensor(found, t)
+        or (sure < NEARLY_ALL * t.robust and NEARLY_ALL * found.best < t.certain)
         for t in laws
     )
 
