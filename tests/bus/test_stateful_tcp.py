@@ -34,7 +34,7 @@ ANSWERS = {
 }
 NOISES = (
     *(b"<" * 50, b">" * 50, b"< se", OPEN),
-    *(b"< send >", b"< send 800 0 >", b"< send 1 9 >", b"< send 7ff 1 >"),
+    *(b"< send >", b"< send 800 0 >", b"< send 1 9 >", b"< send 7ff 2 66 >"),
 )
 
 beginnings = st.sampled_from(BAD_BEGINNINGS)
