@@ -9,23 +9,9 @@ from typing import Any
 import numba
 from numba.core.compiler_lock import global_compiler_lock
 
+from hil_emulator.model.inlined import lend_environments
+from hil_emulator.model.optimisation import optimised
 from hil_emulator.platform.file_lock import locked
-
-
-@contextmanager
-def in_pairs() -> Iterator[None]:
-    """Let numba put alike operations on two numbers into one instruction.
-
-    A root or a quotient of two takes no longer than that of one. Numba knows this as a setting of
-    the whole process alone.
-    """
-    settings: Any = numba.config
-    before = settings.SLP_VECTORIZE
-    settings.SLP_VECTORIZE = 1
-    try:
-        yield
-    finally:
-        settings.SLP_VECTORIZE = before
 
 
 @contextmanager
@@ -40,12 +26,15 @@ def uncollected() -> Iterator[None]:
             gc.enable()
 
 
-def entry(module: Path | None, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+def entry(
+    module: Path | None, rolled: bool = False, **options: Any
+) -> Callable[[Callable[..., Any]], Any]:
     """Return a decorator that compiles functions which are called from Python.
 
     Args:
         module: file of the functions' module, where their machine code is kept; None compiles for
             this process alone.
+        rolled: whether loops stay loops in it, see `pass_builder`.
         options: as of `numba.njit`.
 
     """
@@ -58,8 +47,11 @@ def entry(module: Path | None, **options: Any) -> Callable[[Callable[..., Any]],
         def once(signature: Any) -> Any:
             # numba's lock comes first, as in a thread that compiles a function which calls this one
             alone = locked(lock) if lock else nullcontext()
-            with global_compiler_lock, alone, in_pairs(), uncollected():
-                return compile_or_load(signature)
+            with global_compiler_lock, alone, optimised(rolled), uncollected():
+                address = compile_or_load(signature)
+                for compiled in dispatcher.overloads.values():
+                    lend_environments(compiled)
+                return address
 
         dispatcher.compile = once
         return dispatcher

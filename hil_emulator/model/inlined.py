@@ -10,13 +10,40 @@ from typing import Any
 import numba
 from numba.core import codegen, compiler
 
+from hil_emulator.model.optimisation import pass_builder
+
 _Compiler: Any = compiler.Compiler
 _Library: Any = codegen.JITCodeLibrary
+_Codegen: Any = codegen.CPUCodegen
 """Numba types none of them."""
 
 
 CALLED_WITHIN: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """For `numba.njit`: doors for Python and C are two fifths of a compilation, and entries' alone."""
+
+
+class _Nowhere:
+    """A code generator that makes no machine code.
+
+    Args:
+        codegen: numba's.
+
+    """
+
+    _function_pass_manager = _Codegen._function_pass_manager
+
+    def __init__(self, codegen: Any) -> None:
+        self._whole = codegen
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what numba's has."""
+        return getattr(self._whole, name)
+
+    def _pass_builder(self) -> Any:
+        return pass_builder(self._tm, rolled=True)
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Leave that to `lend_environments`."""
 
 
 class _InlinedLibrary(_Library):  # type: ignore[misc]
@@ -27,13 +54,12 @@ class _InlinedLibrary(_Library):  # type: ignore[misc]
 
     def _finalize_final_module(self) -> None:
         self._finalized = True
-        shared = self._get_module_for_linking()
-        # an own copy: what is linked has to stay as it is
-        self._shared_module = shared.clone() if shared is self._final_module else shared
-        for function in self._final_module.functions:
-            if not function.is_declaration:
-                function.linkage = "available_externally"
-        super()._finalize_final_module()
+        self._finalize_dynamic_globals()
+        self._shared_module = self._get_module_for_linking()
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0, numba's word for none."""
+        return 0
 
 
 class _InlinedCompiler(_Compiler):  # type: ignore[misc]
@@ -41,7 +67,7 @@ class _InlinedCompiler(_Compiler):  # type: ignore[misc]
 
     def __init__(self, typing: Any, target: Any, library: Any, *rest: Any) -> None:
         if library is None:
-            library = _InlinedLibrary(target.codegen(), "inlined")
+            library = _InlinedLibrary(_Nowhere(target.codegen()), "inlined")
             library.enable_object_caching()
         super().__init__(typing, target, library, *rest)
 
@@ -60,3 +86,14 @@ def inlined(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         pipeline_class=_InlinedCompiler, **wanted
     )
     return decorator
+
+
+def lend_environments(compiled: Any) -> None:
+    """Tell the machine code of an entry what the inlined functions in it complain with.
+
+    Args:
+        compiled: what numba has of it.
+
+    """
+    for environment in compiled._find_referenced_environments():
+        compiled.codegen.set_env(environment.env_name, environment)

@@ -199,7 +199,7 @@ def _compiled(cache: Path | None) -> dict[str, Any]:
         CREEPING=linear_period.CREEPING, NEARLY_EMPTY=linear_period.NEARLY_EMPTY,
         compiled=inlined(**options),
         lean=inlined(**options, _nrt=False),
-        entry=entry(file, error_model="numpy", nogil=True),
+        entry=entry(file, rolled=True, error_model="numpy", nogil=True),
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
     return {loop.__name__: getattr(module, loop.__name__) for loop in _LOOPS}
