@@ -49,8 +49,7 @@ def entry(
             alone = locked(lock) if lock else nullcontext()
             with global_compiler_lock, alone, optimised(rolled), uncollected():
                 address = compile_or_load(signature)
-                for compiled in dispatcher.overloads.values():
-                    lend_environments(compiled)
+                lend_environments(dispatcher.targetctx.codegen())
                 return address
 
         dispatcher.compile = once

@@ -17,6 +17,9 @@ _Library: Any = codegen.JITCodeLibrary
 _Codegen: Any = codegen.CPUCodegen
 """Numba types none of them."""
 
+_pending: dict[str, Any] = {}
+"""What functions complain with that were inlined into code which is not complete yet."""
+
 
 CALLED_WITHIN: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """For `numba.njit`: doors for Python and C are two fifths of a compilation, and entries' alone."""
@@ -43,7 +46,8 @@ class _Nowhere:
         return pass_builder(self._tm, rolled=True)
 
     def set_env(self, name: str, environment: Any) -> None:
-        """Leave that to `lend_environments`."""
+        """Leave that to `lend_environments`: the name belongs to no machine code yet."""
+        _pending[name] = environment
 
 
 class _InlinedLibrary(_Library):  # type: ignore[misc]
@@ -88,12 +92,14 @@ def inlined(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return decorator
 
 
-def lend_environments(compiled: Any) -> None:
+def lend_environments(codegen: Any) -> None:
     """Tell the machine code of an entry what the inlined functions in it complain with.
 
     Args:
-        compiled: what numba has of it.
+        codegen: numba's.
 
     """
-    for environment in compiled._find_referenced_environments():
-        compiled.codegen.set_env(environment.env_name, environment)
+    for name, environment in _pending.items():
+        if codegen._engine.is_symbol_defined(name):
+            codegen.set_env(name, environment)
+    _pending.clear()

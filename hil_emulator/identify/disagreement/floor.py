@@ -46,9 +46,9 @@ class Floor:
 
 def spread(observer: Observer, frozen: Frozen, replay: Replay) -> Floor:
     """Return what each source leaves in one experiment, at the strength that is assumed."""
-    moving = np.flatnonzero(frozen.diffusion > 0.0)
-    diffusion = np.zeros((len(moving), len(frozen.diffusion)))
-    diffusion[np.arange(len(moving)), moving] = frozen.diffusion[moving]
+    moving = np.flatnonzero(frozen.tuning.diffusion > 0.0)
+    diffusion = np.zeros((len(moving), len(frozen.tuning.diffusion)))
+    diffusion[np.arange(len(moving)), moving] = frozen.tuning.diffusion[moving]
     shape = (len(moving) + 1, *frozen.data.measured.shape)
     one, free = np.zeros(shape), np.zeros(shape)
     restarts = np.flatnonzero(replay.age == 1)

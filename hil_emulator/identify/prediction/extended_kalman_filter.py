@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Mask
+from hil_emulator.identify.measured.experiment import Array, Index, Mask
 from hil_emulator.identify.prediction.linear_period import elapse_linearly, note, read_widely
 from hil_emulator.identify.prediction.records import (
     Data,
@@ -17,6 +17,7 @@ from hil_emulator.identify.prediction.records import (
 from hil_emulator.identify.prediction.run import Passage, compare, correct, enter
 from hil_emulator.identify.prediction.small_matrices import (
     congruence,
+    copy,
     duplicate,
     multiply,
     root_of_inverse,
@@ -116,29 +117,41 @@ def filter_samples(
     passage: Passage, tuning: Tuning, noise: Array, estimate: Estimate, slopes: Slopes,
     gains: Gains, jacobians: Jacobians, predicted: Array,
 ) -> None:  # fmt: skip
-    """Run the filter along a recording; arguments and results as of `linearise`."""
+    """Run the filter along a recording; arguments and results as of `linearise`.
+
+    Where z is to be predicted, gains are found, and by given ones the model is corrected otherwise.
+    """
     run, instruments, data = passage.run, passage.instruments, passage.data
-    drift = len(run.z) - 2
+    first, finds = slopes.onward.shape[1] - jacobians.maps.shape[2], len(predicted) > 0
     differentiate(passage, slopes)
-    slopes.secant[0] = tuning.secant[0]
-    read_widely(passage, slopes)
+    if finds:
+        slopes.secant[0] = tuning.secant[0]
+        read_widely(passage, slopes)
     for k in range(len(data.current)):
         passage.sense(*instruments)
-        for j in range(len(run.z)):
-            predicted[k, j] = run.z[j]
-        set_secant(slopes, estimate, tuning)
         compare(passage, k)
-        for i in range(len(data.chosen)):
-            estimate.present[i] = np.isfinite(data.measured[k, i])
-        held = drift if data.settling[k] else -1
-        update(estimate, slopes.readings, noise, held)
-        duplicate(estimate.gain, gains.kalman[k])
-        duplicate(estimate.whitening, gains.whitening[k])
+        if finds:
+            copy(run.z, predicted[k])
+            measure(data, k, tuning, noise, estimate, slopes)
+            duplicate(estimate.gain, gains.kalman[k])
+            duplicate(estimate.whitening, gains.whitening[k])
         correct(run, instruments, gains.kalman[k], passage.error)
         elapse_linearly(passage, k, slopes)
-        note(slopes, 0, jacobians.maps[k], jacobians.senses[k])
-        read_widely(passage, slopes)
-        spread(estimate, slopes.onward, tuning, data.unknown[k], k < tuning.settling)
+        note(slopes, first, jacobians.maps[k], jacobians.senses[k])
+        if finds:
+            read_widely(passage, slopes)
+            spread(estimate, slopes.onward, tuning, data.unknown[k], k < tuning.settling)
+
+
+def measure(
+    data: Data, k: int, tuning: Tuning, noise: Array, estimate: Estimate, slopes: Slopes
+) -> None:
+    """Learn what a sample tells."""
+    set_secant(slopes, estimate, tuning)
+    for i in range(len(data.chosen)):
+        estimate.present[i] = np.isfinite(data.measured[k, i])
+    held = len(estimate.cov) - 2 if data.settling[k] else -1
+    update(estimate, slopes.readings, noise, held)
 
 
 def set_secant(slopes: Slopes, estimate: Estimate, tuning: Tuning) -> None:
@@ -148,8 +161,9 @@ def set_secant(slopes: Slopes, estimate: Estimate, tuning: Tuning) -> None:
 
 
 def linearise(
-    model: ParametrisedModel, data: Data, start: Start, tuning: Tuning, noise: Array
-) -> tuple[Gains, Jacobians, Array]:
+    model: ParametrisedModel, data: Data, start: Start, tuning: Tuning, noise: Array,
+    gains: Gains, predicted: Array, probes: Index,
+) -> Jacobians:  # fmt: skip
     """Run the extended Kalman filter, with Jacobians as of `elapse_linearly`.
 
     Arguments as in `filter.predict`, and:
@@ -158,19 +172,24 @@ def linearise(
             spool settles. The null, which samples that count for nothing would teach, waits for
             those that do.
         noise: variance of each chosen channel.
-
-    Returns:
-        Gains, Jacobians, and z as it was predicted for each sample, shape (samples, z).
+        gains: overwritten, unless nothing is predicted.
+        predicted: z as it was predicted for each sample, shape (samples, z); overwritten. Without
+            rows, the run is repeated with the gains.
+        probes: parameters by which Jacobians are wanted; none stand for z.
 
     """
     count, n, m = len(data.current), len(start.z), len(data.chosen)
-    gains = Gains(np.zeros((count, n, m), np.float32), np.zeros((count, m, m), np.float32))
-    jacobians = Jacobians(np.zeros((count, n, n), np.float32), np.zeros((count, m, n), np.float32))
-    predicted = np.zeros((count, n))
-    places = np.array([model.drift, model.supply])
+    wanted = len(probes) if len(probes) > 0 else n
+    jacobians = Jacobians(
+        np.zeros((count, n, wanted), np.float32), np.zeros((count, m, wanted), np.float32)
+    )
+    places = np.zeros(2 + len(probes), np.int64)
+    places[0], places[1] = model.drift, model.supply
+    for i in range(len(probes)):
+        places[2 + i] = probes[i]
     slopes = slopes_of(model, start, data, places, tuning.widths)
     filter_samples(
         enter(model, data, start), tuning, noise, estimate_of(tuning.covariance, m), slopes, gains,
         jacobians, predicted,
     )  # fmt: skip
-    return gains, jacobians, predicted
+    return jacobians

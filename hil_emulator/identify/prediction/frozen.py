@@ -3,7 +3,15 @@
 from dataclasses import dataclass, field
 
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.records import Data, Entries, Gains, Jacobians, Seen, Start
+from hil_emulator.identify.prediction.records import (
+    Data,
+    Entries,
+    Gains,
+    Jacobians,
+    Seen,
+    Start,
+    Tuning,
+)
 
 
 @dataclass
@@ -19,11 +27,10 @@ class Frozen:
         jacobians: along its trajectory.
         predicted: z as it was predicted for each sample there, shape (samples, z).
         noise: standard deviation of each channel.
-        widths: steps of the differences by each element of z.
-        diffusion: variance that the disturbances give each element of z in a sample.
+        tuning: what the filter took for granted.
         par, chan: the parameters at which it was frozen.
         weights: one over the standard deviation of each channel's whitened innovations.
-        probed: what the probes do, see `probing.probe`; None as long as nobody has asked.
+        probed: what the probes do, see `Observer.probed`; None as long as nobody has asked.
         recent: the points at which it was last predicted, and the whitened innovations there: a fit
             often begins where another one has been.
         seen: a point, what the sensors met there, and the whitened innovations: many sensors are
@@ -39,8 +46,7 @@ class Frozen:
     jacobians: Jacobians
     predicted: Array
     noise: Array
-    widths: Array
-    diffusion: Array
+    tuning: Tuning
     par: Array
     chan: Array
     weights: Array

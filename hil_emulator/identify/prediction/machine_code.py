@@ -96,6 +96,7 @@ _PARTS: tuple[Callable[..., object], ...] = (
     small_matrices.congruence,
     small_matrices.multiply_eights,
     predictor.predict_samples,
+    predictor.pick,
     extended_kalman_filter.update,
     transition.differentiate,
     transition.approximate,
@@ -105,16 +106,16 @@ _PARTS: tuple[Callable[..., object], ...] = (
     linear_period.note,
     linear_period.read_widely,
     extended_kalman_filter.set_secant,
+    extended_kalman_filter.measure,
     extended_kalman_filter.spread,
     extended_kalman_filter.filter_samples,
-    probing.try_samples,
     probing.propagate_samples,
 )
 """Parts that work on given ones."""
 
 _LOOPS: tuple[Callable[..., object], ...] = (
-    predictor.predict, extended_kalman_filter.linearise, probing.probe, probing.propagate,
-    sensing.watch, sensing.reread,
+    predictor.predict, extended_kalman_filter.linearise, probing.propagate,
+    sensing.reread,
     static_forces.forces, free_loops.run_freely, free_loops.carry, smoothing.smooth,
     quasi_static.sweep,
 )  # fmt: skip
@@ -133,9 +134,7 @@ class Loops:
     Attributes:
         predict: see `filter.predict`.
         linearise: see `extended_kalman_filter.linearise`.
-        probe: see `probing.probe`.
         propagate: see `probing.propagate`.
-        watch: see `sensing.watch`.
         reread: see `sensing.reread`.
         forces: see `static_forces.forces`.
         run_freely: see `free_loops.run_freely`.
@@ -148,13 +147,11 @@ class Loops:
 
     """
 
-    predict: Callable[[ParametrisedModel, Data, Start, Gains, Array, Array], None]
+    predict: Callable[[ParametrisedModel, Data, Start, Gains, Array, Array, Seen], None]
     linearise: Callable[
-        [ParametrisedModel, Data, Start, Tuning, Array], tuple[Gains, Jacobians, Array]
+        [ParametrisedModel, Data, Start, Tuning, Array, Gains, Array, Index], Jacobians
     ]
-    probe: Callable[[ParametrisedModel, Data, Start, Gains, Index, Array], Entries]
     propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Single], None]
-    watch: Callable[[ParametrisedModel, Data, Start, Gains, Index], Seen]
     reread: Callable[[ParametrisedModel, Data, Seen, Array], None]
     forces: Callable[[ParametrisedModel, Moments, Places, float, Array], Array]
     run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]

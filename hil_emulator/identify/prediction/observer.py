@@ -15,8 +15,16 @@ from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
-from hil_emulator.identify.prediction.records import Data, Entries, ParametrisedModel, Seen, Start
+from hil_emulator.identify.prediction.records import (
+    Data,
+    Entries,
+    Gains,
+    ParametrisedModel,
+    Seen,
+    Start,
+)
 from hil_emulator.identify.prediction.regressors import Regressors, regressors
+from hil_emulator.identify.prediction.sensing import UNSEEN, to_be_seen
 from hil_emulator.identify.prediction.tuning import decay, tuning
 from hil_emulator.model.sensors import wiring
 
@@ -136,22 +144,27 @@ class Observer:
             _settling(course, round(BURN_IN / period)),
         )  # fmt: skip
         tuned = tuning(self.model, par, active_names, state[active], experiment)
-        gains, jacobians, predicted = self.model.loops.linearise(
-            self.at(par, chan, data), data, start, tuned, noise**2
+        count, n, m = len(measured), len(z), len(self.chosen)
+        gains = Gains(np.empty((count, n, m), np.float32), np.empty((count, m, m), np.float32))
+        predicted, model = np.empty((count, n)), self.at(par, chan, data)
+        jacobians = self.model.loops.linearise(
+            model, data, start, tuned, noise**2, gains, predicted, np.zeros(0, np.int64)
         )
         return Frozen(
             experiment, self.channels, data, start, gains, jacobians, predicted, noise,
-            tuned.widths, tuned.diffusion, par, chan, np.ones(len(self.channels)),
+            tuned, par, chan, np.ones(len(self.channels)),
         )  # fmt: skip
 
     def probed(self, frozen: Frozen) -> Entries:
-        """Return what each probe adds to the next z and reading, see `probing.probe`."""
+        """Return what each probe adds to the next z and reading; it has no width but its own."""
         if frozen.probed is None:
-            model = self.at(frozen.par, frozen.chan, frozen.data)
-            frozen.probed = self.model.loops.probe(
-                model, frozen.data, frozen.start, frozen.gains, self.model.probes,
-                np.concatenate([frozen.widths, self.model.probe_sizes]),
+            model, tuned = self.at(frozen.par, frozen.chan, frozen.data), frozen.tuning
+            widths = np.concatenate([tuned.widths, self.model.probe_sizes])
+            jacobians = self.model.loops.linearise(
+                model, frozen.data, frozen.start, tuned._replace(widths=widths), frozen.noise**2,
+                frozen.gains, np.empty((0, len(tuned.covariance))), self.model.probes,
             )  # fmt: skip
+            frozen.probed = Entries(*jacobians)
         return frozen.probed
 
     def at(
@@ -177,7 +190,7 @@ class Observer:
             return recent[point] * frozen.weights, path
         residual = np.empty_like(data.measured)
         model = self.at(par, chan, data, every_signal=track)
-        self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path)
+        self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path, UNSEEN)
         residual[data.settling] = 0.0
         # as a whole: other threads predict as well
         frozen.recent = dict([*recent.items(), (point, residual)][-RECENT:])
@@ -206,10 +219,9 @@ class Observer:
         kept, point = frozen.seen, par.tobytes() + chan.tobytes()
         if kept is None or kept[0] != point:
             model, data = self.at(par, chan, frozen.data), frozen.data
-            watched = np.unique(wiring(self.model.signal_names)[:, [0, 2]]).astype(np.int64)
-            seen = self.model.loops.watch(model, data, frozen.start, frozen.gains, watched)
-            error = np.nan_to_num(data.measured - seen.reading)
-            residual = np.einsum("kji,kj->ki", frozen.gains.whitening, error)
+            seen = to_be_seen(model, data, wiring(self.model.signal_names)[:, [0, 2]])
+            residual, path = np.empty_like(data.measured), np.empty((1, model.signals))
+            self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path, seen)
             # as a whole: other threads predict as well
             kept = frozen.seen = point, seen, self._counted(frozen, residual)
         return kept[1], kept[2]

@@ -4,19 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import Array, Index, Single
-from hil_emulator.identify.prediction.linear_period import elapse_linearly, note
-from hil_emulator.identify.prediction.records import (
-    Data,
-    Entries,
-    Gains,
-    Jacobians,
-    ParametrisedModel,
-    Start,
-)
-from hil_emulator.identify.prediction.run import Passage, compare, correct, enter
+from hil_emulator.identify.measured.experiment import Array, Single
+from hil_emulator.identify.prediction.records import Entries, Gains, Jacobians
 from hil_emulator.identify.prediction.small_matrices import multiply_eights
-from hil_emulator.identify.prediction.transition import Slopes, differentiate, slopes_of
 
 
 class Changes(NamedTuple):
@@ -34,41 +24,6 @@ class Changes(NamedTuple):
     after: Array
     dy: Array
     whitened: Array
-
-
-def probe(
-    model: ParametrisedModel, data: Data, start: Start, gains: Gains, probes: Index, widths: Array
-) -> Entries:
-    """Run the frozen predictor and derive each of its steps by the probes.
-
-    Arguments as in `filter.predict`, and:
-        probes: parameters whose effect on the next state is wanted.
-        widths: steps of the differences by each element of z, then by each of these.
-
-    """
-    count, n, m = len(data.current), len(start.z), len(data.chosen)
-    entries = Entries(
-        np.zeros((count, n, len(probes)), np.float32), np.zeros((count, m, len(probes)), np.float32)
-    )
-    places = np.zeros(2 + len(probes), np.int64)
-    places[0], places[1] = model.drift, model.supply
-    for i in range(len(probes)):
-        places[2 + i] = probes[i]
-    slopes = slopes_of(model, start, data, places, widths)
-    try_samples(enter(model, data, start), gains, slopes, entries)
-    return entries
-
-
-def try_samples(passage: Passage, gains: Gains, slopes: Slopes, entries: Entries) -> None:
-    """Try each probe in each sample; arguments and results as of `probe`."""
-    run, data = passage.run, passage.data
-    differentiate(passage, slopes)
-    for k in range(len(data.current)):
-        passage.sense(*passage.instruments)
-        compare(passage, k)
-        correct(run, passage.instruments, gains.kalman[k], passage.error)
-        elapse_linearly(passage, k, slopes)
-        note(slopes, len(run.z), entries.drives[k], entries.feeds[k])
 
 
 def propagate(

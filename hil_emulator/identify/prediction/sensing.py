@@ -8,55 +8,29 @@ the maps of the filter's linearisation carry what their readings change.
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index
-from hil_emulator.identify.prediction.records import (
-    Data,
-    Gains,
-    ParametrisedModel,
-    Seen,
-    Start,
-)
-from hil_emulator.identify.prediction.run import (
-    advance,
-    compare,
-    correct,
-    elapse,
-    enter,
-    install,
-    move,
-    refine,
-)
+from hil_emulator.identify.prediction.records import Data, ParametrisedModel, Seen
+from hil_emulator.identify.prediction.run import install, move
 from hil_emulator.identify.prediction.small_matrices import copy
 
+UNSEEN = Seen(
+    np.zeros(0, np.int64), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0))
+)
+"""What a run leaves that nobody watches."""
 
-def watch(model: ParametrisedModel, data: Data, start: Start, gains: Gains, watched: Index) -> Seen:
-    """Run the frozen predictor, and keep what its sensors look at.
 
-    Arguments as in `filter.predict`, and:
-        watched: indices of the signals that any sensor looks at.
+def to_be_seen(model: ParametrisedModel, data: Data, watched: Index) -> Seen:
+    """Return memory for what sensors meet.
+
+    Args:
+        model: whose sensors they are.
+        data: along which it runs.
+        watched: indices of the signals that any of them looks at.
 
     """
-    passage = enter(model, data, start)
-    run, instruments = passage.run, passage.instruments
-    signals, path, count = run.signals, run.path, len(data.current)
-    seen = Seen(
-        watched, np.empty((count, len(watched))), np.empty((count, len(watched))),
-        np.empty((count, path.shape[0], path.shape[1])), np.empty((count, len(data.chosen))),
-    )  # fmt: skip
-    for k in range(count):
-        for i in range(len(watched)):
-            seen.signals[k, i] = signals[watched[i]]
-        copy(path.ravel(), seen.path[k].ravel())
-        model.sense(*instruments)
-        for i in range(len(data.chosen)):
-            seen.reading[k, i] = instruments.reading[data.chosen[i]]
-        compare(passage, k)
-        correct(run, instruments, gains.kalman[k], passage.error)
-        advance(run, run.steps, run.inputs[0], 0)
-        for i in range(len(watched)):
-            seen.corrected[k, i] = signals[watched[i]]
-        elapse(run, data.current[k], model.steps)
-        refine(run)
-    return seen
+    each, (count, parts) = np.unique(watched).astype(np.int64), data.current.shape
+    shape = count, len(each)
+    path = np.empty((count, 2 * parts * model.steps, len(model.sources)))
+    return Seen(each, np.empty(shape), np.empty(shape), path, np.empty((count, len(data.chosen))))
 
 
 def reread(model: ParametrisedModel, data: Data, seen: Seen, change: Array) -> None:

@@ -19,6 +19,7 @@ from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.records import Data, Gains, Start
+from hil_emulator.identify.prediction.sensing import UNSEEN
 
 Way = Literal["open loop", "multiple shooting", "equation error"]
 
@@ -95,7 +96,7 @@ class Replay:
             ),
             Start(s.start, z0, self._active, np.ones(2)),
             Gains(s.gains, np.tile(scale, (count, 1, 1)).astype(np.float32)), residual,
-            np.empty((1, len(model.signal_names))),
+            np.empty((1, len(model.signal_names))), UNSEEN,
         )  # fmt: skip
         return np.clip(residual, -WORST, WORST)
 
