@@ -21,7 +21,7 @@ from hil_emulator.model import kernel, quantities
 from hil_emulator.model.declare import Effect, Param, is_on
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import fill, length
-from hil_emulator.model.plant import Plant
+from hil_emulator.model.plant import Plant, Supply
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED
 
@@ -44,6 +44,18 @@ def probed(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
 def _has(config: Configuration, part: Effect) -> bool:
     """Tell whether a machine has a part: what it has not, no step should have to carry."""
     return is_on(part, config.plant.get(part.field_of(part.knob), part.off))
+
+
+class _Balances(Supply):
+    """A supply whose actuators come to rest in code that predicts, too."""
+
+    def step(self, steps: int) -> bool:
+        """Integrate, as any supply does."""
+        path = np.empty((steps, len(CHANNELS)))
+        return self.kernel.tick(
+            self.states, self.past, self.parameters, self.inputs, self.signals, path,
+            self.step_width, steps,
+        )  # fmt: skip
 
 
 class PlantModel:
@@ -150,7 +162,8 @@ class PlantModel:
     def start(self, par: Array, step: float, pressures: tuple[float, float] | None) -> Array:
         """Return the state at rest of a parameter set, at the given chamber pressures [Pa]."""
         names = list(self.kernel.parameters.names or ())
-        plant = Plant(self.kernel, dict(zip(names, par.tolist(), strict=True)), step)
+        values = dict(zip(names, par.tolist(), strict=True))
+        plant = Plant(self.kernel, values, step, _Balances(self.kernel, step))
         if pressures:
             plant.set_pressures(max(pressures[0], 1e4), max(pressures[1], 1e4))
         return plant.state_vector.copy()
