@@ -22,7 +22,7 @@ from hil_emulator.identify.prediction import (
     extended_kalman_filter,
     free_loops,
     linear_period,
-    probing,
+    propagation,
     quasi_static,
     run,
     sensing,
@@ -109,12 +109,12 @@ _PARTS: tuple[Callable[..., object], ...] = (
     extended_kalman_filter.measure,
     extended_kalman_filter.spread,
     extended_kalman_filter.filter_samples,
-    probing.propagate_samples,
+    propagation.propagate_samples,
 )
 """Parts that work on given ones."""
 
 _LOOPS: tuple[Callable[..., object], ...] = (
-    predictor.predict, extended_kalman_filter.linearise, probing.propagate,
+    predictor.predict, extended_kalman_filter.linearise, propagation.propagate,
     sensing.reread,
     static_forces.forces, free_loops.run_freely, free_loops.carry, smoothing.smooth,
     quasi_static.sweep,
@@ -122,7 +122,7 @@ _LOOPS: tuple[Callable[..., object], ...] = (
 
 _RECORDS = (
     run.Run, run.Instruments, run.Passage, transition.Slopes, extended_kalman_filter.Estimate,
-    probing.Changes, Gains, Jacobians, Entries, Errors, Seen, smoothing.Driven, smoothing.Forwards,
+    propagation.Changes, Gains, Jacobians, Entries, Errors, Seen, smoothing.Driven, smoothing.Forwards,
 )  # fmt: skip
 """Named tuples that the loops make."""
 
@@ -134,7 +134,7 @@ class Loops:
     Attributes:
         predict: see `filter.predict`.
         linearise: see `extended_kalman_filter.linearise`.
-        propagate: see `probing.propagate`.
+        propagate: see `propagation.propagate`.
         reread: see `sensing.reread`.
         forces: see `static_forces.forces`.
         run_freely: see `free_loops.run_freely`.
