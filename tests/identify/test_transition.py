@@ -164,7 +164,7 @@ def test_where_a_chamber_empties_each_change_is_tried() -> None:
     lowest = frozen.predicted[:, chambers].min(axis=1)
     empty = [k for k in range(100, e.samples - 1) if min(lowest[k], lowest[k + 1]) < 1e5]
     assert len(empty) > 400
-    off, width = [], frozen.widths[chambers[0]]
+    off, width = [], frozen.tuning.widths[chambers[0]]
     for k in empty[::6]:
         z, current = frozen.predicted[k].astype(float), float(e.current[k])
         base = moved.after(z, current)

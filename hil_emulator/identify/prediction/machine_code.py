@@ -122,7 +122,8 @@ _LOOPS: tuple[Callable[..., object], ...] = (
 
 _RECORDS = (
     run.Run, run.Instruments, run.Passage, transition.Slopes, extended_kalman_filter.Estimate,
-    propagation.Changes, Gains, Jacobians, Entries, Errors, Seen, smoothing.Driven, smoothing.Forwards,
+    propagation.Changes, Gains, Jacobians, Entries, Errors, Seen, smoothing.Driven,
+    smoothing.Forwards,
 )  # fmt: skip
 """Named tuples that the loops make."""
 
