@@ -99,7 +99,5 @@ def lend_environments(codegen: Any) -> None:
         codegen: numba's.
 
     """
-    for name, environment in _pending.items():
-        if codegen._engine.is_symbol_defined(name):
-            codegen.set_env(name, environment)
-    _pending.clear()
+    for name in [name for name in _pending if codegen._engine.is_symbol_defined(name)]:
+        codegen.set_env(name, _pending.pop(name))

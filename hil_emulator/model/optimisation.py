@@ -34,8 +34,12 @@ def optimised(rolled: bool) -> Iterator[None]:
     def build(opt: int = 3, **_: Any) -> Any:
         return pass_builder(codegen._tm, rolled, opt)
 
+    # an entry that calls another one is compiled around that
+    outer = vars(codegen).get("_pass_builder")
     codegen._pass_builder = build
     try:
         yield
     finally:
         del codegen._pass_builder
+        if outer is not None:
+            codegen._pass_builder = outer

@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from hil_emulator.model.compile_once import entry
 from hil_emulator.model.inlined import inlined
 
@@ -60,6 +62,35 @@ def test_one_function_is_inlined_into_many() -> None:
         return 4.0 * x * float(square(x))
 
     assert (area(2.0), volume(2.0), area(3.0)) == (12.0, 32.0, 27.0)
+
+
+def test_an_entry_that_calls_another_one_complains_for_both() -> None:
+    """Either has what functions complain with that were inlined into it."""
+
+    @inlined()
+    def root(x: float) -> float:
+        if x < 0.0:
+            raise ValueError("no root", x)
+        return float(x**0.5)
+
+    @inlined()
+    def inverse(x: float) -> float:
+        if x == 0.0:
+            raise ValueError("no inverse", x)
+        return 1.0 / x
+
+    @entry(None, rolled=True)
+    def inner(x: float) -> float:
+        return float(root(x))
+
+    @entry(None)
+    def outer(x: float) -> float:
+        return float(inverse(x)) + float(inner(x))
+
+    assert outer(4.0) == 2.25
+    for wrong, why in ((-1.0, "no root"), (0.0, "no inverse")):
+        with pytest.raises(ValueError, match=why):
+            outer(wrong)
 
 
 def test_nothing_is_made_of_an_inlined_function_by_itself() -> None:

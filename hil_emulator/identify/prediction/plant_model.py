@@ -47,7 +47,7 @@ def _has(config: Configuration, part: Effect) -> bool:
 
 
 class _Balances(Supply):
-    """A supply whose actuators come to rest in code that predicts, too."""
+    """A supply that is moved by the code that predicts: none is compiled for its rest alone."""
 
     def step(self, steps: int) -> bool:
         """Integrate, as any supply does."""
