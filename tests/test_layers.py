@@ -17,7 +17,7 @@ GROUND = {"errors", "frame", "units", "__version__"}
 
 ROOMS = {
     "platform": {"platformdirs", "distributed"},
-    "model": {"numpy", "numba", "scipy", "platform"},
+    "model": {"numpy", "llvmlite", "numba", "scipy", "platform"},
     "ccode": {"numpy", "model"},
     "fmi": set(),
     "fmi/exporting": {"ccode", "model"},

@@ -8,7 +8,8 @@ import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import CAREFUL_STEP, LARGEST_STEP, Observer
+from hil_emulator.identify.prediction.integration_steps import CAREFUL_STEP, LARGEST_STEP
+from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.stages import element
 from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_model, recorded
@@ -37,12 +38,12 @@ def test_a_fast_machine_gets_careful_steps() -> None:
     """A valve of twice the bandwidth is not followed as far, nor the flux of a torque motor."""
     model = knee_model()
     usual = Observer(model, INSTRUMENTS)
-    assert usual.step(model.par) == LARGEST_STEP
+    assert usual.steps.width(model.par) == LARGEST_STEP
     loop, _ = model.memory([CANDIDATES["hysteresis"]], [1.0])
-    assert usual.step(loop) == CAREFUL_STEP
+    assert usual.steps.width(loop) == CAREFUL_STEP
     fast = replace(knee(), plant=knee().plant | {"valve_natural_frequency": 560.0})
     quick = PlantModel(fast, CACHE)
-    assert Observer(quick, INSTRUMENTS).step(quick.par) == CAREFUL_STEP
+    assert Observer(quick, INSTRUMENTS).steps.width(quick.par) == CAREFUL_STEP
 
 
 def done(name: str, step: float) -> np.ndarray:

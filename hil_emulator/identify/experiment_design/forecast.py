@@ -118,7 +118,7 @@ class Forecaster:
         par, chan = self._observer.model.memory(truth.coordinates, truth.at)
         machine = SimulatedBench(
             self._observer.model, par, chan, self._world(), self._observer.channels,
-            self._observer.step(par),
+            self._observer.steps.width(par),
         )  # fmt: skip
         return machine.record(target, seed)
 

@@ -12,6 +12,11 @@ from hil_emulator.identify.measured.experiment import Array, BetweenRows, Experi
 from hil_emulator.identify.prediction.balances import SUPPLY, TERMS, Balance
 from hil_emulator.identify.prediction.correlation import Noise
 from hil_emulator.identify.prediction.frozen import Frozen
+from hil_emulator.identify.prediction.integration_steps import (
+    CAREFUL_STEP,
+    LARGEST_STEP,
+    IntegrationSteps,
+)
 from hil_emulator.identify.prediction.noise import noise_levels, quiet_rms
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.identify.prediction.probes import PROBES
@@ -27,24 +32,6 @@ from hil_emulator.identify.prediction.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.sensing import UNSEEN, to_be_seen
 from hil_emulator.identify.prediction.tuning import decay, tuning
 from hil_emulator.model.sensors import wiring
-
-LARGEST_STEP = 5e-4
-"""Integration step of a prediction [s]; half of it moves no estimate by more than a seventh of the
-interval that a minute of data leaves."""
-
-CAREFUL_STEP = 2.5e-4
-"""The same where something is too fast for that [s]: a third of a millisecond loses a sixth of the
-width of a loop, whose flux follows the current within a fifth of one."""
-
-FOLLOWED = 1.0
-"""Step times largest eigenvalue of the configured machine up to which classical Runge-Kutta follows
-its fastest mode: to 1 % of amplitude and phase in a step."""
-
-SMALLEST_STEP = 1e-5
-"""Integration step below which no effect is followed [s]."""
-
-STABLE = 2.0
-"""Step times largest eigenvalue: classical Runge-Kutta is stable up to 2.785."""
 
 INNOVATION_CORRELATION_TIME = 0.1
 """Time over which innovations may be correlated [s] (assumed)."""
@@ -81,10 +68,8 @@ class Observer:
     ) -> None:
         self.model = model
         self.channels = channels
-        followed = FOLLOWED / max(model.fastest(model.par), 1.0)
-        self.largest_step = step if step <= max(CAREFUL_STEP, followed) else CAREFUL_STEP
+        self.steps = IntegrationSteps(model, step)
         self.chosen = np.array([model.names.index(c) for c in channels])
-        self._last = (b"", self.largest_step)
         self._living: WeakValueDictionary[tuple[int, bytes], Frozen] = WeakValueDictionary()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -100,21 +85,9 @@ class Observer:
         """Time over which innovations may be correlated [s]."""
         return INNOVATION_CORRELATION_TIME
 
-    def step(self, par: Array) -> float:
-        """Return an integration step that follows these parameters [s]."""
-        key, last = par.tobytes(), self._last
-        if key != last[0]:
-            fastest = max(self.model.fastest(par), 1.0)
-            stable = max(SMALLEST_STEP, STABLE / fastest)
-            usual = stable >= self.largest_step
-            last = key, self.largest_step if usual else min(CAREFUL_STEP, stable)
-            # as a whole: other threads predict as well
-            self._last = last
-        return last[1]
-
     def cost(self, par: Array) -> float:
         """Return how much longer a prediction takes than one with careful steps."""
-        return CAREFUL_STEP / self.step(par)
+        return CAREFUL_STEP / self.steps.width(par)
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
         """Run the extended Kalman filter at given parameters and keep its gains.
@@ -175,7 +148,7 @@ class Observer:
         It serves for one run along the data, and tells what sensors see, or every signal.
         """
         period = data.period / data.current.shape[1]
-        steps = max(1, int(np.ceil(period / self.step(par) - 1e-9)))
+        steps = max(1, int(np.ceil(period / self.steps.width(par) - 1e-9)))
         ticks = self.model.loops.ticks
         tick = ticks.whole if every_signal else ticks.at(par, steps * data.current.size)
         return self.model.at(par, chan, period / steps, steps, tick)
@@ -232,7 +205,7 @@ class Observer:
                  if np.isfinite(measured[:10, i]).any()}  # fmt: skip
         both = "pressure_a" in first and "pressure_b" in first
         pressures = (first["pressure_a"], first["pressure_b"]) if both else None
-        start = self.model.start(par, self.largest_step, pressures)
+        start = self.model.start(par, self.steps.largest, pressures)
         if "position" in first:
             start[list(self.model.kernel.state.names or ()).index("position")] = first["position"]
         return start

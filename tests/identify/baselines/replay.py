@@ -78,7 +78,7 @@ class Replay:
     def residual(self, coordinates: Sequence[Coordinate], at: Sequence[float]) -> np.ndarray:
         """Return measured minus simulated, shape (samples, channels), over the spans' scale."""
         par, chan = self.model.memory(coordinates, at)
-        step = self._observer.step(par)
+        step = self._observer.steps.width(par)
         rows = [self._simulated(s, par, chan, step)[s.settling :] for s in self._stretches]
         return np.asarray(np.nan_to_num(np.vstack(rows), nan=WORST, posinf=WORST, neginf=-WORST))
 
@@ -124,7 +124,7 @@ class Replay:
 
     def _start(self, row: np.ndarray) -> np.ndarray:
         """Return the state that belongs to smoothed measurements; the spool follows at once."""
-        start = self.model.start(self.model.par, self._observer.largest_step, (row[0], row[1]))
+        start = self.model.start(self.model.par, self._observer.steps.largest, (row[0], row[1]))
         for name, value in (("position", row[3]), ("velocity", row[5]), ("spool_position", row[6])):
             start[self._names.index(name)] = value
         return start
