@@ -114,8 +114,7 @@ _PARTS: tuple[Callable[..., object], ...] = (
 """Parts that work on given ones."""
 
 _LOOPS: tuple[Callable[..., object], ...] = (
-    predictor.predict, extended_kalman_filter.linearise, propagation.propagate,
-    sensing.reread,
+    predictor.predict, extended_kalman_filter.linearise, propagation.propagate, sensing.reread,
     static_forces.forces, free_loops.run_freely, free_loops.carry, smoothing.smooth,
     quasi_static.sweep,
 )  # fmt: skip
