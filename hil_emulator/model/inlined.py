@@ -43,7 +43,8 @@ class _Nowhere:
         return getattr(self._whole, name)
 
     def _pass_builder(self) -> Any:
-        return pass_builder(self._tm, rolled=True)
+        # what takes in the code is optimised in full
+        return pass_builder(self._tm, rolled=True, level=1)
 
     def set_env(self, name: str, environment: Any) -> None:
         """Leave that to `lend_environments`: the name belongs to no machine code yet."""

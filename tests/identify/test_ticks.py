@@ -102,3 +102,17 @@ def test_an_effect_that_acts_is_known(
         patched.setattr(ticks, "WORTH_COMPILING", 1)
         kept.at(model.par, 1)
     assert kept.at(leaking, 1) is kept.whole
+
+
+def test_code_takes_the_steps_without_its_effects_as_well(
+    model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was done without an effect speaks for code that knows it, once that acts as well."""
+    kept = Ticks(model.kernel, tmp_path)
+    leaking = with_leakage(model)
+    monkeypatch.setattr(ticks, "WORTH_COMPILING", 100)
+    assert kept.at(model.par, 99) is kept.whole
+    assert kept.at(leaking, 5) is kept.whole
+    made = kept.at(leaking, 50)
+    assert made is not kept.whole
+    assert kept.at(model.par, 1) is made
