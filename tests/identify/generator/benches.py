@@ -1,4 +1,4 @@
-"""The two benches of the blind test: the machine of a data sheet, and how it is recorded.
+"""The benches of the blind test: the machine of a data sheet, and how it is recorded.
 
 Their machines differ in every ratio that matters (valve to oil column, friction to push, dead to
 swept volume), their loggers in rate, noise and resolution: rules must not grow around one of them.
@@ -91,4 +91,19 @@ AXIS = Bench(
 )  # fmt: skip
 """A test axis; its numbers are those of `axis.toml`."""
 
-BENCHES = {bench.name: bench for bench in (FIRST, AXIS)}
+CRANE = Bench(
+    "crane", Path(__file__).with_name("crane.toml"),
+    {
+        "supply": 250e5, "tank": 4e5, "kv": 100e-3 / 60.0 / 0.01 / math.sqrt(35e5),
+        "wv": 2 * np.pi * 60.0, "zv": 0.6, "area": 0.25 * np.pi * 0.11**2,
+        "alpha": 1.0 - (70.0 / 110.0) ** 2, "stroke": 0.9, "va": 1200e-6, "vb": 1100e-6,
+        "beta": 1.0e9, "mass": 8000.0, "viscous": 7000.0, "coulomb": 4500.0,
+        "load_viscous": 4000.0, "clearance": 50e-6, "air": 0.003, "spool_rate": 0.4,
+        "usual_flow": 2e-4,
+    },
+    5e-3, (2e4, 2e4, 2e4, 1e-4, 250.0), (1e4, 1e4, 1e4, 1e-4, 75.0), 0.08, 0.05, 25e3,
+    way=2.0, slowness=6.0,
+)  # fmt: skip
+"""The boom of a crane; its numbers are those of `crane.toml`."""
+
+BENCHES = {bench.name: bench for bench in (FIRST, AXIS, CRANE)}

@@ -142,16 +142,21 @@ def machine(which: Case) -> Machine:
     return Machine(**ordinary, ripple=ripple, foreign=which.foreign, **hidden)
 
 
+def recording(which: Case, kind: str) -> Experiment:
+    """Return one experiment, of some kind."""
+    at, effects = KINDS.index(kind), dict(which.effects)
+    since = np.random.default_rng(seed(which.name) + 2).uniform(0.0, LONG, len(KINDS))
+    real = machine(which)._replace(since=float(since[at]))
+    duration = which.duration * which.bench.slowness
+    return record(
+        real, effects, kind, (seed(which.name), at), duration, which.dirty, bench=which.bench
+    )
+
+
 def campaign(which: Case) -> tuple[list[Experiment], list[Experiment]]:
     """Return four experiments for training and three of other kinds for validation."""
-    real, effects = machine(which), dict(which.effects)
-    since = np.random.default_rng(seed(which.name) + 2).uniform(0.0, LONG, len(KINDS))
-    found = [
-        record(real._replace(since=float(since[i])), effects, kind, (seed(which.name), i),
-               which.duration * which.bench.slowness, which.dirty, bench=which.bench)
-        for i, kind in enumerate(KINDS)
-    ]  # fmt: skip
-    return found[: len(TRAINING)], found[len(TRAINING) :]
+    learn, check = ([recording(which, kind) for kind in kinds] for kinds in (TRAINING, VALIDATION))
+    return learn, check
 
 
 def cases(
