@@ -6,6 +6,7 @@ The tests were written for the documents' machine, HyQ's knee: a scale of 1 is t
 import math
 
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.model.resonance import FIELDS, on_oil
 
 REFERENCE_RESONANCE = 60.5
 """Natural frequency of HyQ's knee on its oil at mid-stroke [Hz]: 50 kg on two chambers of 3 ml."""
@@ -33,12 +34,7 @@ def fastest(bench: Bench) -> float:
 
 def resonance(bench: Bench) -> float:
     """Return the natural frequency of the mass on its oil at mid-stroke [Hz]."""
-    area, half = bench.value("cylinder_piston_area"), 0.5 * bench.value("cylinder_stroke")
-    stiffness = 0.0
-    for side, a in (("a", area), ("b", area * bench.value("cylinder_area_ratio"))):
-        volume = bench.value(f"cylinder_dead_volume_{side}") + a * half
-        stiffness += bench.value("oil_bulk_modulus") * a**2 / volume
-    return math.sqrt(stiffness / bench.value("load_mass")) / (2.0 * math.pi)
+    return on_oil({name: bench.value(name) for name in FIELDS})
 
 
 def quickness(bench: Bench) -> float:

@@ -6,11 +6,16 @@ from functools import cache
 import numpy as np
 import pytest
 
+from hil_emulator.config.load import load
 from hil_emulator.identify.data_checks.clocks import two_clocks
-from hil_emulator.identify.data_checks.plausible import hydraulic_force
+from hil_emulator.identify.data_checks.plausible import contradictions, hydraulic_force
 from hil_emulator.identify.experiment_design.practice import campaign, ground, hide
 from hil_emulator.identify.measured.experiment import Experiment
-from tests.identify.rig_data import knee_model
+from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.model.resonance import on_oil
+from tests.identify.generator.benches import CRANE
+from tests.identify.generator.cases import cases_called, recording
+from tests.identify.rig_data import CACHE, knee_model
 
 KINDS = ("multisine", "steps", "triangles", "chirp", "pseudo_random")
 
@@ -26,7 +31,14 @@ def practice() -> tuple[Experiment, ...]:
 
 def found(e: Experiment) -> list[str]:
     """Return what tells of two clocks."""
-    return two_clocks([e], lambda e: hydraulic_force(e, knee_model().plant_values))
+    plant = knee_model().plant_values
+    return two_clocks([e], lambda e: hydraulic_force(e, plant), on_oil(plant))
+
+
+@cache
+def crane() -> PlantModel:
+    """Return the third machine of the blind test."""
+    return PlantModel(load([CRANE.config]), CACHE)
 
 
 def undriven(e: Experiment) -> Experiment:
@@ -34,10 +46,10 @@ def undriven(e: Experiment) -> Experiment:
     return replace(e, current=np.zeros(0))
 
 
-def drifting(e: Experiment, *names: str) -> Experiment:
-    """Return channels that another logger took with a clock one percent faster."""
+def drifting(e: Experiment, *names: str, faster: float = 0.01) -> Experiment:
+    """Return channels that another logger took with a clock one percent faster, or by more."""
     t = np.arange(e.samples) * e.period
-    late = {n: np.interp(1.01 * t, t, e.readings[n]) for n in names}
+    late = {n: np.interp((1.0 + faster) * t, t, e.readings[n]) for n in names}
     return replace(e, readings=e.readings | late)
 
 
@@ -50,6 +62,27 @@ def test_practice_data_have_one_clock(number: int) -> None:
     e = practice()[number]
     assert found(e) == []
     assert found(undriven(e)) == []
+
+
+SWINGING = [("none-509", "slow"), ("medium-500", "slow"), ("medium-501", "fast"),
+            ("medium-509", "chirp")]  # fmt: skip
+"""A mass of eight tons that swings at 9 Hz: noise hides its acceleration, a chirp passes its
+resonance, and its speed turns against the current."""
+
+
+@pytest.mark.parametrize(("name", "kind"), SWINGING)
+def test_a_machine_that_swings_slowly_has_one_clock(name: str, kind: str) -> None:
+    """Its own lags are as long as its period: they change with the motion, and seem to drift."""
+    [which] = cases_called(f"{name}@crane", 2.0)
+    assert contradictions([recording(which, kind)], crane().plant_values) == []
+
+
+@pytest.mark.parametrize(("name", "faster"), [("position", 0.02), ("load_force", 0.01)])
+def test_a_faster_clock_is_found_on_such_a_machine_as_well(name: str, faster: float) -> None:
+    """What drifts in twelve seconds by more than the machine may swing."""
+    [which] = cases_called("none-500@crane", 2.0)
+    late = drifting(recording(which, "multisine"), name, faster=faster)
+    assert "two clocks" in " ".join(contradictions([late], crane().plant_values))
 
 
 @pytest.mark.parametrize("names", [("position",), ("load_force",),

@@ -21,14 +21,22 @@ FEWEST_STEADY_LAGS = 4
 """Stretches from which a lag that stays can be told (assumed)."""
 
 LAG_GROWTH = 12e-3
-"""Growth of the lag within an experiment that is no machine's [s] (assumed): the lag of a rod
+"""Growth of the lag within an experiment that is no quick machine's [s] (assumed): the lag of a rod
 behind a healthy valve changes with the motion, by up to half of it in two seconds of steps."""
 
 SIGNIFICANT_GROWTH = 6.0
 """Standard errors by which the growth must stand out."""
 
 LAG = 0.05
-"""Lag of a rod or a force that no actuator has [s]; a servo valve's is a tenth (assumed)."""
+"""Lag of a rod or a force that no quick actuator has [s]; a servo valve's is a tenth (assumed)."""
+
+TURNED = 0.5
+"""Periods of a mass on its oil by which its speed is late at most: above the natural frequency it
+turns against what drives it, by half a period of something quicker."""
+
+SWUNG = 1.0
+"""Periods of a mass that swings on its oil by which forces and motion seem to be late: one swing
+resembles the next, and friction of a speed a quarter later the force of an acceleration."""
 
 MOTION_WINDOW = 0.02
 """Time over which velocity and acceleration are fitted to the position [s]."""
@@ -46,6 +54,7 @@ class Following:
         leader: values of the one.
         followers: values of the others; together, and with one lag, they account for it.
         beside: what accounts for it without a lag.
+        machine: lag that may be the machine's own, besides a valve's [s].
 
     """
 
@@ -53,21 +62,23 @@ class Following:
     leader: Array
     followers: tuple[Array, ...]
     beside: tuple[Array, ...] = ()
+    machine: float = 0.0
 
 
 def two_clocks(
-    experiments: Sequence[Experiment], force: Callable[[Experiment], Array]
+    experiments: Sequence[Experiment], force: Callable[[Experiment], Array], frequency: float
 ) -> list[str]:
     """Return what tells that the channels of an experiment come from two clocks.
 
     Args:
         experiments: on their grids.
         force: returns the hydraulic force of an experiment [N].
+        frequency: natural frequency of the mass on its oil [Hz].
 
     """
     found = []
     for e in experiments:
-        for following in _followings(e, force):
+        for following in _followings(e, force, 1.0 / frequency):
             said = _said(following, e.period)
             if said:
                 first, second = following.names
@@ -79,18 +90,22 @@ def two_clocks(
     return found
 
 
-def _followings(e: Experiment, force: Callable[[Experiment], Array]) -> list[Following]:
+def _followings(
+    e: Experiment, force: Callable[[Experiment], Array], swing: float
+) -> list[Following]:
+    """Return what follows what, on a machine that swings with a period [s]."""
     found = []
     pressures = {"pressure_a", "pressure_b"} <= set(e.readings)
     moving = "position" in e.readings
     if len(e.current) and moving:
-        found.append(Following(("valve_current", "position"), e.current, (motion(e, 1),)))
+        speed, own = (motion(e, 1),), TURNED * swing
+        found.append(Following(("valve_current", "position"), e.current, speed, machine=own))
     if pressures and "load_force" in e.readings:
         cell = e.readings["load_force"]
         found.append(Following(("pressure", "load_force"), force(e), (cell,), friction(e)))
     if pressures and moving:
-        inertia = motion(e, 2)
-        found.append(Following(("pressure", "position"), force(e), (inertia, *friction(e))))
+        forces, own = (motion(e, 2), *friction(e)), SWUNG * swing
+        found.append(Following(("pressure", "position"), force(e), forces, machine=own))
     return found
 
 
@@ -120,8 +135,8 @@ def _said(f: Following, period: float) -> str:
     times, lags = lags_of(f.leader, f.followers, f.beside, period)
     if len(lags) < FEWEST_STEADY_LAGS:
         return ""
-    typical = float(np.median(lags))
-    if abs(typical) > LAG and np.median(np.abs(lags - typical)) < 0.3 * abs(typical):
+    typical, most = float(np.median(lags)), max(LAG, f.machine)
+    if abs(typical) > most and np.median(np.abs(lags - typical)) < 0.3 * abs(typical):
         return f"{typical * 1e3:.0f} ms late" if typical > 0 else f"{-typical * 1e3:.0f} ms early"
     if len(lags) < FEWEST_LAGS:
         return ""
@@ -130,7 +145,7 @@ def _said(f: Following, period: float) -> str:
     rest = lags - design @ np.array([lags.mean(), slope])
     error = float(np.std(rest)) / max(float(np.sqrt(np.sum((times - times.mean()) ** 2))), 1e-30)
     growth = slope * (times[-1] - times[0])
-    least = max(LAG_GROWTH, 2.0 * period)
+    least = max(LAG_GROWTH, 2.0 * period, f.machine)
     if abs(growth) < least or abs(slope) < SIGNIFICANT_GROWTH * error:
         return ""
     return (

@@ -9,6 +9,7 @@ from scipy.signal import savgol_filter
 
 from hil_emulator.identify.data_checks import clocks, magnitudes, unit_mistakes
 from hil_emulator.identify.measured.experiment import Array, Experiment, Mask, noise_of
+from hil_emulator.model.resonance import on_oil
 
 CONTRARY = -0.3
 """Correlation below which two channels have opposite senses (assumed)."""
@@ -68,7 +69,9 @@ def contradictions(experiments: Sequence[Experiment], plant: Mapping[str, float]
         return found + [f"{name}: {text}" for name, text in likely.items() if text]
     for e in experiments:
         found += [f"{e.name}: {text}" for text in (_driven(e), _loaded(e, plant)) if text]
-    return found or clocks.two_clocks(experiments, lambda e: hydraulic_force(e, plant))
+    return found or clocks.two_clocks(
+        experiments, lambda e: hydraulic_force(e, plant), on_oil(plant)
+    )
 
 
 def _driven(e: Experiment) -> str:
