@@ -120,8 +120,11 @@ def _unknown(
             return replace(second, believed=True)
     elif first.least_late > 0.0 and not first.named:
         tell("searching once more: a current that is held comes late as well")
-        second = search(held(given, "it comes late; if it moved, a dead time is missing"))
-        if second.found is not None and not second.named and not second.strained:
+        later = first.least_late > hold(given.learn)
+        missing = "in any case" if later else "if it moved"
+        second = search(held(given, f"it comes late; {missing}, a dead time is missing"))
+        simple = second.found is not None and not second.named and not second.strained
+        if simple or (later and second.named == {DEAD_TIME}):
             return replace(second, believed=True)
     return first
 

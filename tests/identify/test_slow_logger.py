@@ -13,7 +13,7 @@ from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
 from hil_emulator.identify.conclusion.findings import Finding, Refitted, Unexplained
 from hil_emulator.identify.conclusion.result import Result, Verdict
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.estimation.set_point_course import Investigation, followed
+from hil_emulator.identify.estimation.set_point_course import Investigation, followed, hold
 from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.measured.between_rows import BRIDGE, CONTROLLER, SetPoints, moving
 from hil_emulator.identify.measured.experiment import Experiment
@@ -356,6 +356,28 @@ def test_a_current_that_may_be_held_is_where_nothing_else_is_missing(
     result = Result("nothing_missing", "nothing")
     doubt_rows(result, last.asked.answer, last.asked.learn, last.believed)
     assert ("if the current is held" in result.reason) == holds
+
+
+@pytest.mark.parametrize(("beyond", "has"), [(1.5e-4, False), (2.5e-4, True)])
+def test_a_dead_time_is_missing_where_a_held_current_has_one_as_well(
+    beyond: float, has: bool
+) -> None:
+    """A current that moves comes later than a hold, though a slow valve may bear it, too."""
+    model = knee_model()
+    knob = next(c for c in candidates(model, INSTRUMENTS) if c.name == "transport_delay")
+    log = experiment(np.sin(TICKS), False)
+    given = Investigation([log], [], [], [knob])
+    observer = Observer(model, INSTRUMENTS)
+    searcher = Searcher(observer, [], [], [], [])
+
+    def search(asked: Investigation) -> Searched:
+        effects = [knob] if asked.answer == "held" else []
+        return Searched(asked, searcher, lateness(knob, hold([log]) + beyond, effects))
+
+    asked = replace(given, answer="unknown")
+    last = searched(observer, given, asked, False, search, lambda _: None)
+    assert (last.asked.answer, last.believed) == (("held", True) if has else ("unknown", False))
+    assert last.named == ({knob.name} if has else set())
 
 
 @pytest.mark.parametrize(
