@@ -29,10 +29,11 @@ def practice() -> tuple[Experiment, ...]:
     )
 
 
-def found(e: Experiment) -> list[str]:
-    """Return what tells of two clocks."""
+def found(e: Experiment, frequency: float | None = None) -> list[str]:
+    """Return what tells of two clocks, of the reference machine or of one that swings otherwise."""
     plant = knee_model().plant_values
-    return two_clocks([e], lambda e: hydraulic_force(e, plant), on_oil(plant))
+    own = on_oil(plant) if frequency is None else frequency
+    return two_clocks([e], lambda e: hydraulic_force(e, plant), own)
 
 
 @cache
@@ -83,6 +84,13 @@ def test_a_faster_clock_is_found_on_such_a_machine_as_well(name: str, faster: fl
     [which] = cases_called("none-500@crane", 2.0)
     late = drifting(recording(which, "multisine"), name, faster=faster)
     assert "two clocks" in " ".join(contradictions([late], crane().plant_values))
+
+
+@pytest.mark.parametrize(("frequency", "told"), [(np.nan, True), (1e3, True), (1.0, False)])
+def test_what_swings_slowly_may_be_as_late_as_that(frequency: float, told: bool) -> None:
+    """A drift of 86 ms is no machine's unless it swings once a second; unknown is quick."""
+    late = drifting(undriven(practice()[0]), "position")
+    assert bool(found(late, frequency)) == told
 
 
 @pytest.mark.parametrize("names", [("position",), ("load_force",),

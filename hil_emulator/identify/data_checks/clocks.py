@@ -73,12 +73,13 @@ def two_clocks(
     Args:
         experiments: on their grids.
         force: returns the hydraulic force of an experiment [N].
-        frequency: natural frequency of the mass on its oil [Hz].
+        frequency: natural frequency of the mass on its oil [Hz]; NaN where nobody has stated it, as
+            on benches that are no whole actuator: it is taken for a quick one.
 
     """
-    found = []
+    found, swing = [], 1.0 / frequency if np.isfinite(frequency) else 0.0
     for e in experiments:
-        for following in _followings(e, force, 1.0 / frequency):
+        for following in _followings(e, force, swing):
             said = _said(following, e.period)
             if said:
                 first, second = following.names

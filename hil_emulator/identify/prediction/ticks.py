@@ -73,7 +73,8 @@ class Ticks:
         own = self._used[known]
         if kept:
             return own >= WORTH_LOADING
-        taken = sum(steps for acting, steps in self._used.items()
+        # other threads count as well
+        taken = sum(steps for acting, steps in list(self._used.items())
                     if acting <= known and acting not in self._made)  # fmt: skip
         return own >= OWN_PART * WORTH_COMPILING and taken >= WORTH_COMPILING
 
