@@ -74,24 +74,56 @@ def test_terms_and_coordinates_are_those_of_linear_regression() -> None:
 
 
 def test_of_held_out_data_the_prediction_counts() -> None:
-    """What the most likely terms and coordinates leave of them, by direct substitution."""
+    """Their density at the most likely terms, with what the training data know of coordinates."""
     random = np.random.default_rng(5)
     parts = [(random.standard_normal((2, 30)), random.standard_normal((30, 1)),
               random.standard_normal(30)) for _ in range(2)]  # fmt: skip
     columns, jacobian, residual = parts[0]
-    at, free, root = np.array([0.4]), ORDINARY[:1], 0.6 * np.eye(2)
+    at, free, inflation = np.array([0.4]), ORDINARY[:1], 1.5
     fit = Fit(free, at, residual, jacobian, 0.0)
     rows = np.arange(2)
     training = summed(*parts[0])
-    alone = LogEvidence(fit, training, Sums.nothing(2, 1), 1.0)(rows, root)[0]
-    both = LogEvidence(fit, training, summed(*parts[1]), 1.0)(rows, root)[0]
-    # ridge regression on everything at once
-    design = np.column_stack([jacobian, columns.T])
-    normal = design.T @ design + np.diag([free[0].prior ** -2.0, *(0.6**-2.0,) * 2])
-    pull = design.T @ residual + np.array([at[0] / free[0].prior ** 2, 0.0, 0.0])
-    best = -np.linalg.solve(normal, pull)
-    left = parts[1][2] + np.column_stack([parts[1][1], parts[1][0].T]) @ best
-    assert both - alone == pytest.approx(-0.5 * float(left @ left), rel=1e-9)
+    without = LogEvidence(fit, training, Sums.nothing(2, 1), inflation)
+    evidence = LogEvidence(fit, training, summed(*parts[1]), inflation)
+    others, there, seen = parts[1]
+    known = np.linalg.inv(jacobian.T @ jacobian / inflation + free[0].prior ** -2.0)
+    spread = inflation * np.eye(30) + there @ known @ there.T
+
+    def predicted(size: float) -> float:
+        # ridge regression on everything at once
+        design = np.column_stack([jacobian, columns.T])
+        priors = np.array([free[0].prior ** -2.0, size**-2.0, size**-2.0])
+        normal = design.T @ design / inflation + np.diag(priors)
+        best = -np.linalg.solve(normal, design.T @ residual / inflation + priors * [at[0], 0, 0])
+        mean = seen + np.column_stack([there, others.T]) @ best
+        return float(multivariate_normal(np.zeros(30), spread).logpdf(mean))
+
+    def held_out(size: float) -> float:
+        root = size * np.eye(2)
+        return evidence(rows, root)[0] - without(rows, root)[0]
+
+    assert held_out(0.6) - held_out(0.2) == pytest.approx(predicted(0.6) - predicted(0.2), rel=1e-9)
+
+
+def test_what_a_coordinate_may_do_elsewhere_is_no_merit_of_a_term() -> None:
+    """The training data hardly know it, and held-out data do: a term that moves it gains nothing.
+
+    A chamber that empties in one experiment alone tells of the air in the oil what no other does.
+    """
+    random = np.random.default_rng(8)
+    jacobian, other = 0.01 * random.standard_normal((400, 1)), random.standard_normal((400, 1))
+    column, noise = random.standard_normal((2, 400)), random.standard_normal((2, 400))
+    # along the coordinate and a little across: beside the term, its estimate is another one
+    term = 30.0 * jacobian[:, 0] + 0.1 * column[0]
+    free = ORDINARY[:1]
+    wanted = free[0].prior
+    fit = Fit(free, np.zeros(1), noise[0] + 0.05 * term, jacobian, 0.0)
+    training = summed(term[None], jacobian, fit.residual)
+    held = summed(0.1 * column[1:], other, noise[1] - wanted * other[:, 0])
+    evidence = LogEvidence(fit, training, held, 1.0)
+    nothing = evidence(np.zeros(0, dtype=int), np.zeros((0, 0)))
+    gained = evidence(np.arange(1), np.eye(1))
+    assert gained[0] - nothing[0] == pytest.approx(0.0, abs=3.0)
 
 
 @pytest.fixture(scope="module")

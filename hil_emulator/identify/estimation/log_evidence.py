@@ -9,7 +9,10 @@ with prior rows W (MacKay 1992, Neural Computation 4, 415-447, in the linearised
     log Z = q'M^-1 q/2 - log|M|/2 + what is the same for all,   M = I + L'GL,   q = L'g
 
 Serial correlation of the residuals widens variances by k. Of held-out data counts the logarithm of
-the density that the most likely terms give them.
+the density that the most likely terms give them, wherever the training data leave the coordinates
+open: with their residual h, derivatives H and hats Y,
+
+    - least over e of |h + H (d + e) + Y'm|^2/2k + e'Se/2
 """
 
 import numpy as np
@@ -39,6 +42,8 @@ class LogEvidence:
         self._mixed = training.mixed / inflation
         self.information = training.shapes / inflation - self._mixed @ self._inverse @ self._mixed.T
         self._gradient = training.onto / inflation + self._mixed @ self._moved
+        known = training.normal + inflation * np.diag(weights**2)
+        self._open = inverse(held_out.normal + known)
 
     def __call__(self, rows: Array | Index, root: Array) -> tuple[float, float]:
         """Return what the data say for some terms, and for their freedom, in nats.
@@ -79,9 +84,15 @@ class LogEvidence:
         return np.asarray(self._inverse + across.T @ terms @ across)
 
     def _predicted(self, rows: Array | Index, terms: Array) -> float:
-        """Return the sum of squares that the most likely terms leave of held-out data."""
+        """Return the sum of squares that the most likely terms leave of held-out data.
+
+        What the coordinates may do there as well is no merit of the terms: a chamber that empties
+        in one experiment tells of the air in the oil what no other does.
+        """
         held = self._held
         moved = self._moved - self._inverse @ (self._mixed[rows].T @ terms)
         left = held.power + 2.0 * moved @ held.slope + moved @ held.normal @ moved
         left += 2.0 * terms @ (held.onto[rows] + held.mixed[rows] @ moved)
-        return float(left + terms @ held.shapes[np.ix_(rows, rows)] @ terms)
+        left += terms @ held.shapes[np.ix_(rows, rows)] @ terms
+        slope = held.slope + held.normal @ moved + held.mixed[rows].T @ terms
+        return float(left - slope @ self._open @ slope)

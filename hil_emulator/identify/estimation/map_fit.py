@@ -12,6 +12,7 @@ from hil_emulator.identify.estimation.fit import Fit, Linearised, prior_rows
 from hil_emulator.identify.estimation.levenberg_marquardt import learn, steps
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.correlation import block_time
 from hil_emulator.identify.prediction.pool import Batch, LocalBatch, Point, Pool, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 
@@ -38,12 +39,13 @@ class Fitter:
         self._pool = Threads(predictor) if pool is None else pool
         self._steps = Steps()
         self._own: tuple[Batch, Point] | None = None
+        self._block_time = predictor.correlation_time
 
     @property
     def correlation_length(self) -> int:
         """Number of successive residuals that may be correlated."""
         noise = self.batch.noise
-        time = self.predictor.correlation_time if noise is None else noise.memory
+        time = self._block_time if noise is None else noise.memory
         samples = round(time / self.experiments[0].period)
         return max(1, samples) * len(self.predictor.channels)
 
@@ -82,6 +84,15 @@ class Fitter:
         self.release()
         self.batch = self._pool.freeze(self.experiments, point)
         self._own = self.batch, point
+        if self.batch.noise is None:
+            self._block_time = self._block_time_of(self.residual(coordinates, at))
+
+    def _block_time_of(self, residual: Array) -> float:
+        """Return how long blocks of the innovations of the training data have to be [s]."""
+        ends = np.cumsum([e.samples for e in self.experiments])[:-1]
+        each = np.split(residual.reshape(-1, len(self.predictor.channels)), ends)
+        periods = [e.period for e in self.experiments]
+        return block_time(each, periods, self.predictor.correlation_time)
 
     def frozen_at(
         self, experiments: Sequence[Experiment], coordinates: Sequence[Coordinate], at: Array

@@ -17,6 +17,16 @@ from hil_emulator.identify.measured.experiment import Array, Mask
 LONGEST = 0.1
 """Part of an experiment up to which lags are looked at."""
 
+BLOCK_OVER_MEMORY = 2.0
+"""Length of a block over the time for which residuals are correlated: of a noise with one lag,
+which is lost in chance after three times that, such blocks show five sixths of the variance."""
+
+PARTS = 5
+"""Parts of the shortest block in which residuals are added up: as many lags tell it."""
+
+CHANCE = 2.0
+"""Standard deviations of an autocorrelation within which it is chance, in 19 of 20 cases."""
+
 LEAST = 1e-9
 """Least standard deviation of a residual, in its unit (assumed: an exact one has none)."""
 
@@ -75,6 +85,41 @@ class Noise:
             replace(c, products=_products(r / self.weight(c.period, c.copies), len(c.pairs)))
             for c, r in zip(self.seen, np.split(residual, ends), strict=True)
         ])  # fmt: skip
+
+
+def block_time(residuals: Sequence[Array], periods: Sequence[float], least: float) -> float:
+    """Return how long blocks of residuals have to be to be worth one independent value each [s].
+
+    Residuals are correlated until their autocorrelation is one that white noise has in one of
+    twenty cases (Bartlett 1946, Supplement to the Journal of the Royal Statistical Society 8,
+    27-41), of the channel that remembers longest.
+
+    Args:
+        residuals: of each experiment, shape (samples, channels), zero where there is none.
+        periods: of their samples [s].
+        least: shortest blocks [s]; within a part of such a one, residuals are added up.
+
+    """
+    widths = [max(1, round(least / PARTS / period)) for period in periods]
+    added = [np.add.reduceat(r, np.arange(0, len(r), w)) for r, w in zip(residuals, widths,
+                                                                         strict=True)]  # fmt: skip
+    steps = [width * period for width, period in zip(widths, periods, strict=True)]
+    channels = zip(*(a.T for a in added), strict=True)
+    memory = max((_remembered(list(channel), steps) for channel in channels), default=0.0)
+    longest = LONGEST * min(len(r) * period for r, period in zip(residuals, periods, strict=True))
+    return max(least, min(BLOCK_OVER_MEMORY * memory, longest))
+
+
+def _remembered(series: Sequence[Array], steps: Sequence[float]) -> float:
+    """Return for how long the values of one channel stay correlated [s]."""
+    seen = [correlogram(v, v != 0.0, step) for v, step in zip(series, steps, strict=True)]
+    step = max(steps)
+    covariance = _covariance(seen, step)
+    values = sum(float(c.pairs[0]) for c in seen)
+    if covariance[0] <= 0.0 or not values:
+        return 0.0
+    lost = covariance <= covariance[0] * CHANCE / np.sqrt(values)
+    return step * float(np.argmax(lost) if lost.any() else len(lost))
 
 
 def correlogram(residual: Array, present: Mask, period: float, copies: int = 1) -> Correlogram:

@@ -34,7 +34,7 @@ from hil_emulator.identify.prediction.tuning import decay, tuning
 from hil_emulator.model.sensors import wiring
 
 INNOVATION_CORRELATION_TIME = 0.1
-"""Time over which innovations may be correlated [s] (assumed)."""
+"""Time over which innovations may be correlated, however short they seem to be [s] (assumed)."""
 
 RECENT = 4
 """Points at which the innovations are kept."""
@@ -82,7 +82,7 @@ class Observer:
 
     @property
     def correlation_time(self) -> float:
-        """Time over which innovations may be correlated [s]."""
+        """Least time over which innovations may be correlated [s]."""
         return INNOVATION_CORRELATION_TIME
 
     def cost(self, par: Array) -> float:

@@ -23,7 +23,7 @@ class Predictor(Protocol):
 
     @property
     def correlation_time(self) -> float:
-        """Time over which residuals may be correlated [s]."""
+        """Least time over which residuals may be correlated [s]."""
 
     @property
     def balances(self) -> tuple[Balance, ...]:
