@@ -1,5 +1,6 @@
 """Integrations that know only the effects which act."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from numba.core.dispatcher import Dispatcher
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction import ticks
 from hil_emulator.identify.prediction.machine_code import bind
+from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.plant_model import PlantModel, probed
 from hil_emulator.identify.prediction.records import Tick
 from hil_emulator.identify.prediction.run import INPUT_COUNT
@@ -17,7 +19,7 @@ from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.quantities import INPUTS
 from hil_emulator.model.sensors import CHANNELS, wiring
 from hil_emulator.model.stages import SAMPLED
-from tests.identify.rig_data import CACHE, knee
+from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, recorded
 
 STEP = 2.5e-4
 STEPS = 4
@@ -62,6 +64,27 @@ def test_code_for_what_acts_computes_the_same(
     np.testing.assert_array_equal(course(model, own), course(model, kept.whole))
     again = Ticks(model.kernel, tmp_path)
     assert again.at(model.par, ticks.WORTH_LOADING) is not again.whole
+
+
+def test_probes_act_where_code_knows_only_what_acts(
+    model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a term adds is the same, whatever code was compiled before; where steps jump as well.
+
+    There runs tell it, in which a probe acts and nothing else that the configuration lacks.
+    """
+    experiment, added = recorded({}, "steps", 3), []
+    for worth in (ticks.WORTH_COMPILING, 1):
+        with monkeypatch.context() as patched:
+            patched.setattr(ticks, "WORTH_COMPILING", worth)
+            patched.setattr(model, "loops", replace(model.loops, ticks=Ticks(model.kernel, None)))
+            observer = Observer(model, INSTRUMENTS)
+            frozen = observer.freeze(experiment, model.par, model.chan)
+            tick = model.loops.ticks.at(model.par, 1)
+            assert (tick is model.loops.ticks.whole) == (worth > 1)
+            added.append(observer.probed(frozen))
+    for one, other in zip(*added, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_loops_serve_every_model(model: PlantModel) -> None:

@@ -131,7 +131,9 @@ class Observer:
     def probed(self, frozen: Frozen) -> Entries:
         """Return what each probe adds to the next z and reading; it has no width but its own."""
         if frozen.probed is None:
-            model, tuned = self.at(frozen.par, frozen.chan, frozen.data), frozen.tuning
+            # code for what acts does not know the probes, which do not
+            model = self.at(frozen.par, frozen.chan, frozen.data, every_signal=True)
+            tuned = frozen.tuning
             widths = np.concatenate([tuned.widths, self.model.probe_sizes])
             jacobians = self.model.loops.linearise(
                 model, frozen.data, frozen.start, tuned._replace(widths=widths), frozen.noise**2,
