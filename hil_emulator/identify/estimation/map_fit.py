@@ -76,7 +76,10 @@ class Fitter:
         self.batch, self._own = LocalBatch(self.predictor, []), None
 
     def freeze(self, coordinates: Sequence[Coordinate], at: Array) -> None:
-        """Compute the gains at a point, and weights that give each channel's innovations one."""
+        """Compute the gains at a point, and weights that give each channel's innovations one.
+
+        What these are there tells for how long they are correlated.
+        """
         point = self._memory(coordinates, at)
         if self._own is not None and _same(self._own[1], point):
             self.batch = self._own[0]

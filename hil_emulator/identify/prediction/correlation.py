@@ -101,13 +101,15 @@ def block_time(residuals: Sequence[Array], periods: Sequence[float], least: floa
 
     """
     widths = [max(1, round(least / PARTS / period)) for period in periods]
-    added = [np.add.reduceat(r, np.arange(0, len(r), w)) for r, w in zip(residuals, widths,
-                                                                         strict=True)]  # fmt: skip
+    added = [
+        np.add.reduceat(residual, np.arange(0, len(residual), width))
+        for residual, width in zip(residuals, widths, strict=True)
+    ]
     steps = [width * period for width, period in zip(widths, periods, strict=True)]
     channels = zip(*(a.T for a in added), strict=True)
     memory = max((_remembered(list(channel), steps) for channel in channels), default=0.0)
-    longest = LONGEST * min(len(r) * period for r, period in zip(residuals, periods, strict=True))
-    return max(least, min(BLOCK_OVER_MEMORY * memory, longest))
+    shortest = min(len(r) * period for r, period in zip(residuals, periods, strict=True))
+    return max(least, min(BLOCK_OVER_MEMORY * memory, LONGEST * shortest))
 
 
 def _remembered(series: Sequence[Array], steps: Sequence[float]) -> float:

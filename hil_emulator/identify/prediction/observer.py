@@ -34,7 +34,7 @@ from hil_emulator.identify.prediction.tuning import decay, tuning
 from hil_emulator.model.sensors import wiring
 
 INNOVATION_CORRELATION_TIME = 0.1
-"""Time over which innovations may be correlated, however short they seem to be [s] (assumed)."""
+"""Least time over which innovations are taken to be correlated [s] (assumed)."""
 
 RECENT = 4
 """Points at which the innovations are kept."""
@@ -131,7 +131,7 @@ class Observer:
     def probed(self, frozen: Frozen) -> Entries:
         """Return what each probe adds to the next z and reading; it has no width but its own."""
         if frozen.probed is None:
-            # code for what acts does not know the probes, which do not
+            # code that knows only what acts does not know the probes
             model = self.at(frozen.par, frozen.chan, frozen.data, every_signal=True)
             tuned = frozen.tuning
             widths = np.concatenate([tuned.widths, self.model.probe_sizes])
