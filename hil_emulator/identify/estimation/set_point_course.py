@@ -180,7 +180,10 @@ def _answer(fitter: Fitter, free: list[Coordinate], at: Array, apart: float) -> 
     moves = _fit(fitter, free, at)
     fitter.batch = LocalBatch(fitter.predictor, [_held(f) for f in frozen])
     held = _fit(fitter, free, at)
-    error = _error(held.residual**2 - moves.residual**2, fitter.correlation_length)
+    # what the wrong course leaves is correlated for longer than what either answer gains
+    predictor, period = fitter.predictor, fitter.experiments[0].period
+    block = max(1, round(predictor.correlation_time / period)) * len(predictor.channels)
+    error = _error(held.residual**2 - moves.residual**2, block)
     # what ordinary parameters have to be for it counts, too
     better = held.chi2 - moves.chi2
     if better**2 < apart * max(error**2, apart):
