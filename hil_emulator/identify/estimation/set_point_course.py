@@ -180,7 +180,7 @@ def _answer(fitter: Fitter, free: list[Coordinate], at: Array, apart: float) -> 
     moves = _fit(fitter, free, at)
     fitter.batch = LocalBatch(fitter.predictor, [_held(f) for f in frozen])
     held = _fit(fitter, free, at)
-    # what the wrong course leaves is correlated for longer than what either answer gains
+    # this error is not about a mean: of a few long blocks, any gain would look unsure
     predictor, period = fitter.predictor, fitter.experiments[0].period
     block = max(1, round(predictor.correlation_time / period)) * len(predictor.channels)
     error = _error(held.residual**2 - moves.residual**2, block)
