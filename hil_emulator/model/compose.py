@@ -58,27 +58,36 @@ def delay_all(parameters, past, held, step, steps):
         await_set_point(parameters[i], held[i], before[i], step, steps)
 
 
-@apart
-def pass_tick(memory, past, par, inputs, signals, path, step, steps):
+@compiled
+def pass_given(memory, past, parameters, inputs, y, path, pace, shown):
     """Integrate one tick, the set points delayed; tell whether the states are finite."""
-    parameters, held = room(ACTUATORS, PARAMETERS), room(ACTUATORS, HELD)
-    y = room(ACTUATORS, SIGNALS)
+    step, steps = pace
+    held = room(ACTUATORS, HELD)
     work = Work(
         room(ACTUATORS, STATE), room(ACTUATORS, STATE), room(ACTUATORS, STATE),
-        room(ACTUATORS, STATE), room(ACTUATORS, STATE),
+        room(ACTUATORS, STATE), room(ACTUATORS, STATE), shown,
     )
-    state, found = numbers(work.states), numbers(y)
+    state = numbers(work.states)
     for i in range(STATE_LENGTH * ACTUATORS):
         state[i] = memory[i]
-    fill_all(parameters, par)
     hold_all(work.states, parameters, inputs, held)
     delay_all(parameters, past, held, step, steps)
     pass_set_points(work, parameters, held, y, path, step, steps)
-    for i in range(SIGNALS_LENGTH * ACTUATORS):
-        signals[i] = found[i]
     for i in range(STATE_LENGTH * ACTUATORS):
         memory[i] = state[i]
     return finite(state)
+
+
+@apart
+def pass_tick(memory, past, par, inputs, signals, path, step, steps):
+    """Integrate one tick: see `pass_given`."""
+    parameters, y = room(ACTUATORS, PARAMETERS), room(ACTUATORS, SIGNALS)
+    found = numbers(y)
+    fill_all(parameters, par)
+    sound = pass_given(memory, past, parameters, inputs, y, path, (step, steps), True)
+    for i in range(SIGNALS_LENGTH * ACTUATORS):
+        signals[i] = found[i]
+    return sound
 
 
 @entry
@@ -125,7 +134,7 @@ def report(
     )
 
 
-@compiled
+@making
 def lent_numbers(places, k):
     """Return the numbers whose address and count are given in a row of places."""
     return lent(places[k, 0], (places[k, 1],), FLOAT)
@@ -277,16 +286,12 @@ def _check_names(effects: Sequence[Effect], stages: Sequence[Stage]) -> None:
                 raise DeclarationError(f"effect '{effect.name}': no stage '{law.stage.name}'")
 
 
-def module_source(
-    effects: Sequence[Effect], constants: Mapping[str, float] | None = None,
-    acting: Sequence[Effect] | None = None,
-) -> str:  # fmt: skip
+def module_source(effects: Sequence[Effect], constants: Mapping[str, float] | None = None) -> str:
     """Return the text of the whole module.
 
     Args:
         effects: the effects to know, in the order in which they act.
         constants: what takes the place of constants of `model.constants`.
-        acting: those of them that balances know; all if not given. Sensors know all.
 
     Raises:
         DeclarationError: if an effect asks for something its stage does not offer.
@@ -296,9 +301,8 @@ def module_source(
     _check_names(effects, stages)
     base = frozenset(base_fields())
     parts = [_HEADER, *(f"{name} = {value!r}" for name, value in (constants or {}).items())]
-    known = [e for e in effects if acting is None or e in acting or e.stage in SAMPLED]
-    parts += stage_sources(stages, known, base)
-    parts += [f"@compiled\n{acts_source(a.stage, known)}" for a in ACTS]
+    parts += stage_sources(stages, effects, base)
+    parts += [f"@compiled\n{acts_source(a.stage, effects)}" for a in ACTS]
     parts += [f"@compiled\n{observe_source()}"]
     parts += [f"@compiled\n{inspect.getsource(f)}" for f in BALANCES]
     senses = any(effect.name == "measuring_range" for effect in effects)

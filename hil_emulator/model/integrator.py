@@ -18,10 +18,6 @@ ELEMENTS = 1
 """How many effects are sensing elements; without any, nobody looks at what lies between samples."""
 
 
-EVERY_SIGNAL = 1
-"""Whether a tick leaves all signals of the state that it reaches; 0 for those that sensors see."""
-
-
 class Work(NamedTuple):
     """What an integration works on: state records of all actuators in each.
 
@@ -31,6 +27,8 @@ class Work(NamedTuple):
         slopes: the rates there; given as zero, which those of effects that are off remain.
         mean: sum of a step's four slopes, each with its weight.
         bend: sum of them that vanishes where they are a straight line in time.
+        shown: whether a tick leaves all signals of the states that it reaches, not those alone that
+            sensors see.
 
     """
 
@@ -39,6 +37,7 @@ class Work(NamedTuple):
     slopes: Any
     mean: Any
     bend: Any
+    shown: bool
 
 
 def numbers(records: Any) -> Any:
@@ -124,7 +123,7 @@ def integrate(
         work: the states, and memory of the integration's own.
         par: parameters of each actuator.
         held: inputs and what follows from parameters, constant over the call, of each.
-        y: signals of each; they belong to the states reached, see `EVERY_SIGNAL`.
+        y: signals of each; they belong to the states reached, see `Work.shown`.
         path: what the sensors' elements meet after each step, channels of all actuators one after
             the other, shape (steps, actuators * channels); overwritten, without elements only the
             last of them.
@@ -149,7 +148,7 @@ def integrate(
         if pieces == 0:
             done += 1
     # the signals of a trial state are not those of the state reached
-    if EVERY_SIGNAL > 0 or ACTUATORS > 1:
+    if work.shown or ACTUATORS > 1:
         evaluate(work.states, work.slopes, par, held, y)
     else:
         show(work.states, work.slopes, par, held, y)

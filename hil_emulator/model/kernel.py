@@ -11,7 +11,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -69,6 +69,7 @@ class Kernel:
         constants: what took the place of which constant of `model.constants`.
         actuators: how many are on the supply.
         source: text of the module.
+        parts: what the module holds, by name.
 
     """
 
@@ -90,6 +91,7 @@ class Kernel:
     constants: tuple[tuple[str, float], ...]
     actuators: int
     source: str
+    parts: Mapping[str, Any] = field(compare=False, repr=False)
 
 
 def sources_digest(effects: Iterable[Effect]) -> str:
@@ -128,9 +130,12 @@ def _as_numbers(records: np.ndarray[Any, Any]) -> Vector:
     return records.view(np.float64)
 
 
-# numpy's error model: a division by zero gives inf as in C, without a branch;
-# inlined, a fifth of a step is saved: much of it is the counting of references to arrays
-_compiled = inlined(error_model="numpy")
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
+"""For `numba.njit`: numpy's error model, where a division by zero gives inf as in C, without a
+branch; and no runtime, which would count references to arrays."""
+
+# a fifth of a step is saved
+_compiled = inlined(**OPTIONS)
 
 
 @cache
@@ -144,6 +149,7 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
     if not compiled:
         return {
             "compiled": _as_it_is,
+            "making": _as_it_is,
             "apart": _as_it_is,
             "entry": _as_it_is,
             "view": np.ndarray.view,
@@ -153,9 +159,11 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
         }
     return {
         "compiled": _compiled,
+        # what returns an array that it makes needs the runtime
+        "making": inlined(**{**OPTIONS, "_nrt": True}),
         # what keeps its own registers
-        "apart": numba.njit(error_model="numpy", **CALLED_WITHIN),
-        "entry": entry(file, error_model="numpy"),
+        "apart": numba.njit(**OPTIONS, **CALLED_WITHIN),
+        "entry": entry(file, **OPTIONS),
         "view": view,
         "room": room,
         "numbers": numbers,
@@ -166,7 +174,6 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
 def build(
     effects: Sequence[Effect] = CATALOGUE, cache: Path | None = None, compiled: bool = True,
     constants: Mapping[str, float] | None = None, actuators: int = 1,
-    acting: Sequence[Effect] | None = None,
 ) -> Kernel:  # fmt: skip
     """Compose and compile the model.
 
@@ -177,16 +184,13 @@ def build(
         constants: what takes the place of constants of `model.constants`.
         actuators: how many are on the supply; their number is known to the machine code, so that a
             single one costs no more than it must.
-        acting: those of the effects that its balances know, and no others may be on; all of them if
-            not given. Its memory is that of all; of the state that a tick of these reaches, it
-            leaves those signals that sensors see, see `sensors.wiring`.
 
     Raises:
         DeclarationError: if an effect asks for something its stage does not offer.
 
     """
     counted = {} if actuators == 1 else {"ACTUATORS": actuators}
-    source = module_source(effects, {**(constants or {}), **counted}, acting)
+    source = module_source(effects, {**(constants or {}), **counted})
     file = keep(source, cache / sources_digest(effects)) if cache and compiled else None
     # numba finds the functions again through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_kernel")
@@ -204,7 +208,6 @@ def build(
     module.__dict__.update({f"{n.upper()}_LENGTH": length(layout) for n, layout in types.items()})
     module.__dict__["CHANNEL_COUNT"] = len(CHANNELS)
     module.__dict__["ELEMENTS"] = sum(law.stage is element for e in effects for law in e.laws)
-    module.__dict__["EVERY_SIGNAL"] = int(acting is None)
     module.__dict__["WIRING"] = wiring(types["signals"].names or ())
     exec(compile(source, str(file or "<kernel>"), "exec"), module.__dict__)
     return Kernel(
@@ -217,5 +220,6 @@ def build(
         constants=tuple((constants or {}).items()),
         actuators=actuators,
         source=source,
+        parts=module.__dict__,
         **types,
     )

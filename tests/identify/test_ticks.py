@@ -31,6 +31,12 @@ def model() -> PlantModel:
     return PlantModel(knee(), CACHE)
 
 
+def at_once(patched: pytest.MonkeyPatch, steps: int = 1) -> None:
+    """Have code made after so many steps, whether or not the whole model came from the cache."""
+    patched.setattr(ticks, "WORTH_COMPILING", steps)
+    patched.setattr(ticks, "WORTH_COMPILING_ALL", steps)
+
+
 def with_leakage(model: PlantModel) -> Array:
     """Return the parameters of a machine that leaks to the outside."""
     leak = next(e for e in model.effects if e.name == "external_leakage")
@@ -58,7 +64,7 @@ def test_code_for_what_acts_computes_the_same(
     """Code that knows no other effect computes the same to the last bit, and is found again."""
     kept = Ticks(model.kernel, tmp_path)
     with monkeypatch.context() as patched:
-        patched.setattr(ticks, "WORTH_COMPILING", 1)
+        at_once(patched)
         own = kept.at(model.par, 1)
     assert own is not kept.whole
     np.testing.assert_array_equal(course(model, own), course(model, kept.whole))
@@ -76,7 +82,7 @@ def test_probes_act_where_code_knows_only_what_acts(
     experiment, added = recorded({}, "steps", 3), []
     for worth in (ticks.WORTH_COMPILING, 1):
         with monkeypatch.context() as patched:
-            patched.setattr(ticks, "WORTH_COMPILING", worth)
+            at_once(patched, worth)
             patched.setattr(model, "loops", replace(model.loops, ticks=Ticks(model.kernel, None)))
             observer = Observer(model, INSTRUMENTS)
             frozen = observer.freeze(experiment, model.par, model.chan)
@@ -104,7 +110,7 @@ def test_code_is_loaded_only_for_many_steps(
     kept = Ticks(model.kernel, tmp_path)
     leaking = with_leakage(model)
     with monkeypatch.context() as patched:
-        patched.setattr(ticks, "WORTH_COMPILING", 1)
+        at_once(patched)
         known = kept.at(model.par, 1), kept.at(leaking, 1)
     assert known[0] is not known[1]
     again = Ticks(model.kernel, tmp_path)
@@ -122,7 +128,7 @@ def test_an_effect_that_acts_is_known(
     kept = Ticks(model.kernel, tmp_path)
     leaking = with_leakage(model)
     with monkeypatch.context() as patched:
-        patched.setattr(ticks, "WORTH_COMPILING", 1)
+        at_once(patched)
         kept.at(model.par, 1)
     assert kept.at(leaking, 1) is kept.whole
 
@@ -133,7 +139,7 @@ def test_code_takes_the_steps_without_its_effects_as_well(
     """What was done without an effect speaks for code that knows it, once that acts as well."""
     kept = Ticks(model.kernel, tmp_path)
     leaking = with_leakage(model)
-    monkeypatch.setattr(ticks, "WORTH_COMPILING", 100)
+    at_once(monkeypatch, 100)
     assert kept.at(model.par, 99) is kept.whole
     assert kept.at(leaking, 5) is kept.whole
     made = kept.at(leaking, 50)

@@ -1,0 +1,66 @@
+"""Integrations in which only some effects act."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from reference_machine import STEP, machine
+
+from hil_emulator.model import kernel
+from hil_emulator.model.acting import build_acting, has_parts
+from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.model.plant import Plant
+from hil_emulator.model.sensors import CHANNELS, wiring
+
+ON = ("viscous_friction", "coulomb_friction", "end_stops", "external_leakage", "transport_delay")
+"""Friction, stops, flow, and what remembers set points."""
+
+OFF = ("spool_rate_limit", "current_saturation", "entrained_air", "accumulator", "driver_lag")
+"""Also effects that are off at infinity, and some with states of their own."""
+
+
+@pytest.fixture(scope="module")
+def small() -> kernel.Kernel:
+    """Return a model of these effects alone, compiled here."""
+    return kernel.build([e for e in CATALOGUE if e.name in (*ON, *OFF)])
+
+
+def course(model: kernel.Kernel, tick: Callable[..., bool]) -> np.ndarray[Any, Any]:
+    """Return states, and what sensors see, of a rod that moves to and fro to its stop."""
+    known = [e for e in model.effects if e.name in ON]
+    knobs = {e.field_of(e.knob): e.knob.typical for e in known}
+    base = {name: value for name, value in machine().items() if name in model.parameters.names}
+    off = {e.field_of(e.knob): e.off for e in model.effects if e.name in OFF}
+    plant = Plant(model, base | knobs | off, STEP)
+    supply, path, rows = plant.supply, np.zeros((4, len(CHANNELS))), []
+    seen = np.unique(wiring(model.signals.names or ())[:, [0, 2]]).astype(int)
+    for k in range(600):
+        plant.inputs.valve_current = 8e-3 if k % 300 < 200 else -8e-3
+        assert tick(
+            supply.states, supply.past, supply.parameters, supply.inputs, supply.signals, path,
+            STEP, 4,
+        )  # fmt: skip
+        rows.append(np.concatenate([supply.states, supply.signals[seen], path[-1]]))
+    return np.array(rows)
+
+
+def test_code_for_what_acts_computes_what_all_code_does(small: kernel.Kernel) -> None:
+    """To the last bit, along a run in which everything that acts has something to do."""
+    tick = build_acting(small, [e for e in CATALOGUE if e.name in ON])
+    run = course(small, tick)
+    np.testing.assert_array_equal(run, course(small, small.tick))
+    assert len(np.unique(run[:, 0])) > 300
+
+
+def test_other_effects_are_off_in_it(small: kernel.Kernel) -> None:
+    """Code that knows no leak computes a tight machine from the parameters of one that leaks."""
+    ignorant = build_acting(small, [e for e in CATALOGUE if e.name in ON[:3]])
+    assert not np.array_equal(course(small, ignorant), course(small, small.tick))
+
+
+def test_whether_a_process_has_what_it_is_made_of(small: kernel.Kernel) -> None:
+    """It has after the whole model was compiled here, not where nothing was."""
+    course(small, small.tick)
+    assert has_parts(small)
+    assert not has_parts(kernel.build(small.effects))
