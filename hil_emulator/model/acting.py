@@ -44,7 +44,7 @@ def pass_acting(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick: see `pass_given`."""
     parameters, y = room(ACTUATORS, PARAMETERS), room(ACTUATORS, SIGNALS)
     fill_acting(parameters, par)
-    sound = pass_given(memory, past, parameters, inputs, y, path, (step, steps), False)
+    sound = pass_given(memory, past, parameters, inputs, y, path, step, steps)
     show_seen(y, signals)
     return sound
 

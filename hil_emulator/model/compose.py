@@ -59,13 +59,12 @@ def delay_all(parameters, past, held, step, steps):
 
 
 @compiled
-def pass_given(memory, past, parameters, inputs, y, path, pace, shown):
+def pass_given(memory, past, parameters, inputs, y, path, step, steps):
     """Integrate one tick, the set points delayed; tell whether the states are finite."""
-    step, steps = pace
     held = room(ACTUATORS, HELD)
     work = Work(
         room(ACTUATORS, STATE), room(ACTUATORS, STATE), room(ACTUATORS, STATE),
-        room(ACTUATORS, STATE), room(ACTUATORS, STATE), shown,
+        room(ACTUATORS, STATE), room(ACTUATORS, STATE),
     )
     state = numbers(work.states)
     for i in range(STATE_LENGTH * ACTUATORS):
@@ -84,7 +83,7 @@ def pass_tick(memory, past, par, inputs, signals, path, step, steps):
     parameters, y = room(ACTUATORS, PARAMETERS), room(ACTUATORS, SIGNALS)
     found = numbers(y)
     fill_all(parameters, par)
-    sound = pass_given(memory, past, parameters, inputs, y, path, (step, steps), True)
+    sound = pass_given(memory, past, parameters, inputs, y, path, step, steps)
     for i in range(SIGNALS_LENGTH * ACTUATORS):
         signals[i] = found[i]
     return sound

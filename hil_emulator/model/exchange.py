@@ -9,11 +9,10 @@ the last bit; one actuator alone is the sum of one.
 
 from typing import Any
 
-from hil_emulator.model.actuator import account, feed, move, ports
+from hil_emulator.model.actuator import account, feed, move
 from hil_emulator.model.constants import ACTUATORS
 from hil_emulator.model.leg import swing
-from hil_emulator.model.mechanics import move_rod
-from hil_emulator.model.stages import joint_carries, spool_reach
+from hil_emulator.model.stages import joint_carries
 
 
 def balances(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
@@ -38,14 +37,5 @@ def evaluate(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
         account(x[i], par[i], held[i], y[i])
 
 
-def show(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
-    """Set what sensors see of a state, see `sensors.CHANNELS`, where no load carries another."""
-    for i in range(ACTUATORS):
-        ports(x[i], dx[i], par[i], held[i], y[i])
-        y[i].spool_position = spool_reach(par[i], x[i], dx[i], x[i].spool_position)
-        y[i].transverse_force = held[i].transverse_force
-        move_rod(x[i], dx[i], par[i], held[i], y[i])
-
-
-EXCHANGE = (balances, evaluate, show)
+EXCHANGE = (balances, evaluate)
 """What `kernel` compiles of this file, in the order of use."""

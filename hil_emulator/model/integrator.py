@@ -7,7 +7,7 @@ the compiler keeps it in registers, and computes no signal of a trial state that
 from typing import Any, NamedTuple
 
 from hil_emulator.model.constants import ACTUATORS, PIECES, VELOCITY_DOUBT
-from hil_emulator.model.exchange import balances, evaluate, show
+from hil_emulator.model.exchange import balances, evaluate
 from hil_emulator.model.sensors import observe
 from hil_emulator.model.stages import spool_reach
 
@@ -27,8 +27,6 @@ class Work(NamedTuple):
         slopes: the rates there; given as zero, which those of effects that are off remain.
         mean: sum of a step's four slopes, each with its weight.
         bend: sum of them that vanishes where they are a straight line in time.
-        shown: whether a tick leaves all signals of the states that it reaches, not those alone that
-            sensors see.
 
     """
 
@@ -37,7 +35,6 @@ class Work(NamedTuple):
     slopes: Any
     mean: Any
     bend: Any
-    shown: bool
 
 
 def numbers(records: Any) -> Any:
@@ -123,7 +120,7 @@ def integrate(
         work: the states, and memory of the integration's own.
         par: parameters of each actuator.
         held: inputs and what follows from parameters, constant over the call, of each.
-        y: signals of each; they belong to the states reached, see `Work.shown`.
+        y: signals of each; they belong to the states reached.
         path: what the sensors' elements meet after each step, channels of all actuators one after
             the other, shape (steps, actuators * channels); overwritten, without elements only the
             last of them.
@@ -148,10 +145,7 @@ def integrate(
         if pieces == 0:
             done += 1
     # the signals of a trial state are not those of the state reached
-    if work.shown or ACTUATORS > 1:
-        evaluate(work.states, work.slopes, par, held, y)
-    else:
-        show(work.states, work.slopes, par, held, y)
+    evaluate(work.states, work.slopes, par, held, y)
     if steps > 0:
         observe(y, path[first + steps - 1])
 
