@@ -82,3 +82,19 @@ def test_a_term_that_moves_nothing_explains_nothing() -> None:
     """Where no direction is left for a term, chance explains as much as it: nothing."""
     residual = np.random.default_rng(1).standard_normal(100)
     assert chance(np.zeros((100, 0)), residual, 0, 10) == (0.0, 10.0)
+
+
+def test_what_a_term_does_fades_to_nothing(returning: Seen) -> None:
+    """Long after a term has ended nothing is left, not numbers that lose their digits.
+
+    A processor takes ten times as long for them, and products of two must not be such either.
+    """
+    fitter, _, _ = returning
+    frozen = fitter.batch.frozen[0]
+    term = np.zeros((len(frozen.experiment.readings["position"]), 1))
+    term[200:300] = 1e4
+    column = fitter.predictor.through(frozen, RETURN, term)[0]
+    assert np.max(np.abs(column)) > 1e-3
+    assert column[-1] == 0.0
+    least = np.abs(column[column != 0.0]).min()
+    assert np.float32(least) ** 2 >= np.finfo(np.float32).tiny

@@ -194,6 +194,7 @@ def _compiled(cache: Path | None) -> dict[str, Any]:
     module.__dict__.update(
         np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND, SLID=linear_period.SLID,
         CREEPING=linear_period.CREEPING, NEARLY_EMPTY=linear_period.NEARLY_EMPTY,
+        FAINTEST=propagation.FAINTEST,
         compiled=inlined(**options),
         lean=inlined(**options, _nrt=False),
         entry=entry(file, rolled=True, error_model="numpy", nogil=True),
