@@ -57,7 +57,7 @@ def tick(memory, past, par, inputs, signals, path, step, steps):
 
 
 def _lines(lines: Iterable[str]) -> str:
-    return "\n".join(f"        {line}" for line in lines)
+    return "\n".join(f"        {line}" for line in lines) or "        pass"
 
 
 def _off_lines(whole: Kernel, acting: Iterable[Effect]) -> Iterable[str]:

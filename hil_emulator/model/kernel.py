@@ -134,14 +134,20 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
 """For `numba.njit`: numpy's error model, where a division by zero gives inf as in C, without a
 branch; and no runtime, which would count references to arrays."""
 
+_MAKING = {**OPTIONS, "_nrt": True}
+"""The same for what makes arrays."""
+
 # a fifth of a step is saved
 _compiled = inlined(**OPTIONS)
 
 
 @cache
 def _compiled_law(function: Callable[..., Any]) -> Any:
-    """Return a law for all models that know it: each would compile it anew."""
-    return _compiled(function)
+    """Return a law for all models that know it: each would compile it anew.
+
+    One of a user's own may look into a table, for which numba makes arrays.
+    """
+    return inlined(**_MAKING)(function)
 
 
 def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any]]:
@@ -159,8 +165,7 @@ def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any
         }
     return {
         "compiled": _compiled,
-        # what returns an array that it makes needs the runtime
-        "making": inlined(**{**OPTIONS, "_nrt": True}),
+        "making": inlined(**_MAKING),
         # what keeps its own registers
         "apart": numba.njit(**OPTIONS, **CALLED_WITHIN),
         "entry": entry(file, **OPTIONS),

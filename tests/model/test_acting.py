@@ -53,6 +53,13 @@ def test_code_for_what_acts_computes_what_all_code_does(small: kernel.Kernel) ->
     assert len(np.unique(run[:, 0])) > 300
 
 
+def test_all_effects_may_act(small: kernel.Kernel) -> None:
+    """Then nothing is off, and the run is the same."""
+    np.testing.assert_array_equal(
+        course(small, build_acting(small, small.effects)), course(small, small.tick)
+    )
+
+
 def test_other_effects_are_off_in_it(small: kernel.Kernel) -> None:
     """Code that knows no leak computes a tight machine from the parameters of one that leaks."""
     ignorant = build_acting(small, [e for e in CATALOGUE if e.name in ON[:3]])

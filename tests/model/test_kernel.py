@@ -1,18 +1,21 @@
 """What is made of the declarations: one module, compiled or not, kept under its digest."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from reference_machine import STEP, machine
+from reference_machine import STEP, bare, machine
 
 from hil_emulator.model import kernel
+from hil_emulator.model.acting import build_acting
 from hil_emulator.model.declare import DeclarationError, Param, Quantity, Stage, effect
 from hil_emulator.model.effects import CATALOGUE, friction
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
+from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import friction as friction_stage
 from hil_emulator.model.stages import metering
 from hil_emulator.model.stages import set_point as set_point_stage
@@ -110,6 +113,33 @@ def test_a_law_that_asks_for_an_unknown_name_is_refused() -> None:
 
     with pytest.raises(DeclarationError, match=r"odd_friction.*moon_phase.*velocity"):
         kernel.build((*CATALOGUE, odd_friction), compiled=False)
+
+
+TABLE = np.array([0.0, 0.1, 1.0]), np.array([0.0, 5.0, 100.0])
+"""Velocities, and a force at each."""
+
+
+def test_a_law_may_look_into_a_table() -> None:
+    """For that numba makes arrays; code for what acts may hold such a law as well."""
+
+    @effect(friction_stage, knob=knob(), source="none", signature="none")
+    def measured_friction(velocity: float, strength: float) -> float:
+        """F = f(v)."""
+        return strength * math.copysign(np.interp(abs(velocity), *TABLE), velocity)
+
+    own = kernel.build([measured_friction])
+    plants = []
+    for tick in (own.tick, build_acting(own, [measured_friction])):
+        plant = Plant(own, bare(measured_friction_strength=2.0), STEP)
+        supply, path = plant.supply, np.zeros((4, len(CHANNELS)))
+        plant.state.velocity = 0.55
+        assert tick(
+            supply.states, supply.past, supply.parameters, supply.inputs, supply.signals, path,
+            STEP, 4,
+        )  # fmt: skip
+        plants.append(plant)
+    assert plants[0].signals.friction_force == pytest.approx(2.0 * 52.5, rel=0.05)
+    np.testing.assert_array_equal(plants[0].supply.states, plants[1].supply.states)
 
 
 def test_an_effect_without_an_equation_is_refused() -> None:
