@@ -29,8 +29,8 @@ def pass_builder(target: Any, rolled: bool, level: int = 3) -> Any:
 class _Twice:
     """Passes over a module, run twice.
 
-    What was inlined last is in straight lines only after loops are unrolled: a second time, stages
-    of a step share what they compute, and a step takes four fifths of the time (measured).
+    Loops are unrolled late among them: what this lays open, the second run works on. A step then
+    takes four fifths of the time (measured).
     """
 
     def __init__(self, managers: Sequence[Any]) -> None:
