@@ -96,7 +96,7 @@ def identify(
     """
     # of matrices as small as these, threads of the linear algebra wait for each other
     with threadpool_limits(limits=1, user_api="blas"), _pools(jobs, cluster) as pooled:
-        return _identified(config, training, validation, question, pooled, tell, cache)
+        return _identified(config, training, validation, question, pooled, tell, cache, jobs)
 
 
 @contextmanager
@@ -111,12 +111,12 @@ def _pools(jobs: int, cluster: str) -> Iterator[Pools]:
 
 def _identified(
     config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment],
-    question: Question, pooled: Pools, tell: Tell, cache: Path | None,
+    question: Question, pooled: Pools, tell: Tell, cache: Path | None, jobs: int,
 ) -> Result:  # fmt: skip
     model = bounded(PlantModel(config, cache), config.bench)
     stated, said = with_gain(config.bench, training, model.plant_values)
     learn, check = (as_stated(e, stated) for e in counted(training, validation))
-    learn, check, left_out = without_contradictions(learn, check, model.plant_values)
+    learn, check, left_out = without_contradictions(learn, check, model.plant_values, jobs)
     left_out = said + left_out
     learn, check = _split(learn, check)
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]

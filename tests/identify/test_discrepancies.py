@@ -1,9 +1,12 @@
 """Nothing more, another law, or something unknown: what the evidence says beside a model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from hil_emulator.identify.estimation import shape_sums
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.log_evidence import LogEvidence
 from hil_emulator.identify.estimation.map_fit import Fitter
@@ -12,6 +15,7 @@ from hil_emulator.identify.estimation.shape_sums import ShapeSums, Sums
 from hil_emulator.identify.prediction import parameters
 from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.pool import Threads
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
@@ -200,6 +204,28 @@ def test_sums_are_those_of_whole_columns(returning: tuple[Fitter, Fitter]) -> No
     np.testing.assert_allclose(sums.normal, fit.jacobian.T @ fit.jacobian, rtol=1e-9)
     np.testing.assert_allclose(sums.slope, fit.jacobian.T @ fit.residual, rtol=1e-6, atol=1e-6)
     assert sums.power == pytest.approx(float(fit.residual @ fit.residual))
+
+
+def test_neither_threads_nor_pieces_change_what_free_shapes_are_worth(
+    returning: tuple[Fitter, Fitter], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Blocks of correlated residuals stay whole, wherever the rows of a recording are cut."""
+    predictor, logs = returning[0].predictor, returning[0].experiments
+    told = []
+    for jobs, at_once in ((1, 10**6), (3, 1500)):
+        fitter = Fitter(predictor, logs, Threads(predictor, jobs))
+        fit = converge(fitter, ORDINARY, np.zeros(len(ORDINARY)), passes=1)
+        held = np.random.default_rng(1).standard_normal(len(fit.residual))
+        fit = replace(fit, residual=np.repeat(held, 50)[: len(held)])
+        monkeypatch.setattr(shape_sums, "ROWS_AT_ONCE", at_once)
+        sums = ShapeSums(fitter, fit)
+        training = sums.training()
+        told.append((training.shapes, training.mixed, training.onto, sums.inflations(training)))
+    *products, inflations = zip(*told, strict=True)
+    for one, other in products:
+        np.testing.assert_allclose(other, one, rtol=1e-5, atol=1e-5 * np.max(np.abs(one)))
+    np.testing.assert_allclose(*inflations, rtol=1e-3)
+    assert max(inflations[0]) > 1.5
 
 
 def test_the_derivative_elsewhere_is_that_of_the_training_data_there(

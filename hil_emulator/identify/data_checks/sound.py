@@ -1,6 +1,7 @@
 """Which experiments of a campaign can be examined: the others are left out by name."""
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -18,16 +19,20 @@ def travel(e: Experiment) -> float:
 
 
 def without_contradictions(
-    training: Sequence[Experiment], validation: Sequence[Experiment], plant: Mapping[str, float]
-) -> tuple[list[Experiment], list[Experiment], list[str]]:
+    training: Sequence[Experiment], validation: Sequence[Experiment], plant: Mapping[str, float],
+    jobs: int = 1,
+) -> tuple[list[Experiment], list[Experiment], list[str]]:  # fmt: skip
     """Return the experiments that contradict nothing, and a note for each of the others.
 
     On a bench that moves no rod, and where nothing would be left to learn from, all stay: there is
     nothing to go on with, and whoever predicts says why.
     """
-    if all(travel(e) < DRIVEN for e in (*training, *validation)):
+    every = [*training, *validation]
+    if all(travel(e) < DRIVEN for e in every):
         return list(training), list(validation), []
-    reasons = {id(e): _reason(e, plant) for e in (*training, *validation)}
+    with ThreadPoolExecutor(jobs) as threads:
+        found = threads.map(lambda e: _reason(e, plant), every)
+        reasons = dict(zip(map(id, every), found, strict=True))
     sound = [e for e in training if not reasons[id(e)]]
     if not sound:
         return list(training), list(validation), []

@@ -23,7 +23,8 @@ from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.balances import PISTON
 from hil_emulator.identify.prediction.free_shapes import hats
 from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.pool import side_by_side
+from hil_emulator.identify.prediction.pool import by_turns, side_by_side
+from hil_emulator.identify.prediction.regressors import Regressors
 from hil_emulator.identify.prediction.windows import pieces
 
 SHARES = (1e-4, 1.0)
@@ -72,7 +73,7 @@ class Ripple:
         count = len(self._knots)
         self._sums = Sums.nothing(count, len(begun.at))
         for columns, jacobian, residual, _ in self._rows(self._training):
-            self._sums.add(columns, jacobian.astype(np.float64), residual)
+            self._sums.add(columns, jacobian, residual, fitter.jobs)
         self._noise = self._sums.power / self._sums.rows
         nothing = Sums.nothing(count, len(begun.at))
         evidence = LogEvidence(begun, self._sums, nothing, self._noise)
@@ -145,9 +146,14 @@ class Ripple:
         """
         predictor, begin = self._fitter.predictor, 0
         point = predictor.model.memory(self._begun.coordinates, self._begun.at)
-        for frozen in (f for f in seen.batch.frozen if isinstance(f, Frozen)):
+
+        def regressors(frozen: Frozen) -> Regressors:
             path = predictor.innovations(frozen, *point, track=True)[1]
-            along = predictor.regressors(frozen, path)
+            return predictor.regressors(frozen, path)
+
+        followed = [f for f in seen.batch.frozen if isinstance(f, Frozen)]
+        found = by_turns(regressors, followed, self._fitter.jobs)
+        for frozen, along in zip(followed, found, strict=True):
             for piece in pieces(frozen):
                 here = slice(piece.begin, piece.end)
                 terms = hats(along["position"][here], self._knots)

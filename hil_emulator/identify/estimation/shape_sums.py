@@ -4,10 +4,12 @@ The columns of some two hundred hats would fill the memory: they are made for on
 time, and again where they are needed again.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,8 +17,10 @@ from hil_emulator.identify.estimation.fit import Fit, Linearised, prior_rows
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
-from hil_emulator.identify.prediction.pool import Batch, side_by_side
+from hil_emulator.identify.prediction.pool import Batch, by_turns, side_by_side
 from hil_emulator.identify.prediction.regressors import Regressors
+
+R = TypeVar("R")
 
 MOST_ROWS = 300_000
 """Rows of one experiment that take part: a minute of five channels at 1 kHz shows a law's form."""
@@ -60,8 +64,9 @@ class Sums:
         return cls(np.zeros((hats, hats)), np.zeros((hats, coordinates)), np.zeros(hats),
                    np.zeros((coordinates, coordinates)), np.zeros(coordinates))  # fmt: skip
 
-    def add(self, columns: Single, jacobian: Array, residual: Array) -> None:
-        """Add rows.
+    @classmethod
+    def over(cls, columns: Single, jacobian: Array, residual: Array) -> "Sums":
+        """Return the sums over rows.
 
         Args:
             columns: of the hats, shape (hats, rows), of single precision.
@@ -69,16 +74,21 @@ class Sums:
             residual: shape (rows,).
 
         """
-        self.shapes += columns @ columns.T
-        for first in range(0, len(residual), ROWS_AT_ONCE):
-            rows = slice(first, first + ROWS_AT_ONCE)
-            some = columns[:, rows].astype(np.float64)
-            self.mixed += some @ jacobian[rows]
-            self.onto += some @ residual[rows]
-        self.normal += jacobian.T @ jacobian
-        self.slope += jacobian.T @ residual
-        self.power += float(residual @ residual)
-        self.rows += len(residual)
+        some = columns.astype(np.float64)
+        shapes = (columns @ columns.T).astype(np.float64)
+        return cls(shapes, some @ jacobian, some @ residual, jacobian.T @ jacobian,
+                   jacobian.T @ residual, float(residual @ residual), len(residual))  # fmt: skip
+
+    def add(self, columns: Single, jacobian: Array, residual: Array, jobs: int = 1) -> None:
+        """Add rows, some of them on each thread; arguments as of `over`."""
+        for part in by_rows(Sums.over, (columns, jacobian, residual), ROWS_AT_ONCE, jobs):
+            self.shapes += part.shapes
+            self.mixed += part.mixed
+            self.onto += part.onto
+            self.normal += part.normal
+            self.slope += part.slope
+            self.power += part.power
+            self.rows += part.rows
 
 
 class ShapeSums:
@@ -119,20 +129,22 @@ class ShapeSums:
         information = training.shapes - across @ training.mixed.T
         gradient = training.onto - across @ (training.slope + weights**2 * fit.at)
         terms = -inverse(information, RIDGE) @ gradient
-        sums, powers = np.zeros(len(terms)), np.zeros(len(terms))
+        taken = across.T @ terms
         length = max(1, self._fitter.correlation_length)
-        for columns, jacobian, residual in self._rows(
-            self._fitter.batch, self._values, fit.residual, fit.jacobian
-        ):
-            left = residual - jacobian @ (across.T @ terms)
-            for first in range(0, len(left), ROWS_AT_ONCE):
-                rows = slice(first, first + ROWS_AT_ONCE)
-                left[rows] += terms @ columns[:, rows].astype(np.float64)
-            starts = np.arange(0, len(left), length)
-            for hat, column in enumerate(columns):
-                along = column - jacobian @ across[hat]
-                sums[hat] += np.sum(np.add.reduceat(along * left, starts) ** 2)
-                powers[hat] += along @ along
+
+        def along(columns: Single, jacobian: Array, residual: Array) -> tuple[Array, Array]:
+            some = columns.astype(np.float64)
+            left = residual - jacobian @ taken + terms @ some
+            some -= across @ jacobian.T
+            blocks = np.add.reduceat(some * left, np.arange(0, len(left), length), axis=1)
+            return np.sum(blocks**2, axis=1), np.sum(some**2, axis=1)
+
+        sums, powers = np.zeros(len(terms)), np.zeros(len(terms))
+        whole_blocks = length * math.ceil(ROWS_AT_ONCE / length)
+        for seen in self._rows(self._fitter.batch, self._values, fit.residual, fit.jacobian):
+            for of_blocks, power in by_rows(along, seen, whole_blocks, self._fitter.jobs):
+                sums += of_blocks
+                powers += power
         widened = np.maximum(sums / np.maximum(powers, 1e-12), 1.0)
         ends = np.cumsum([len(s.knots) for s in self.shapes])
         return np.array([np.median(part) for part in np.split(widened, ends[:-1])])
@@ -140,7 +152,7 @@ class ShapeSums:
     def _sums(self, rows: Iterable[tuple[Single, Array, Array]]) -> Sums:
         sums = Sums.nothing(self._hats, len(self._fit.at))
         for columns, jacobian, residual in rows:
-            sums.add(columns, jacobian, residual)
+            sums.add(columns, jacobian, residual, self._fitter.jobs)
         return sums
 
     @property
@@ -165,9 +177,11 @@ class ShapeSums:
         begin, jobs = 0, self._fitter.jobs
         first, *rest = self._groups()
         room = np.zeros((0, 0), np.float32)
-        for frozen, along in zip(batch.frozen, values, strict=True):
-            made = partial(self._columns, frozen, along)
-            begun = made(first)  # what it computes of an experiment serves all others
+        experiments = list(zip(batch.frozen, values, strict=True))
+        # what the first ones compute of an experiment serves all others
+        firsts = by_turns(lambda one: self._columns(*one, first), experiments, jobs)
+        for one, begun in zip(experiments, firsts, strict=True):
+            made = partial(self._columns, *one)
             rows, at = begun.shape[1], 0
             if room.shape[1] < min(rows, MOST_ROWS):
                 room = np.empty((self._hats, min(rows, MOST_ROWS)), np.float32)
@@ -177,7 +191,7 @@ class ShapeSums:
                 at += len(part)
             kept = slice(begin, begin + columns.shape[1])
             begin += rows
-            yield columns, jacobian[kept].astype(np.float64), residual[kept]
+            yield columns, jacobian[kept], residual[kept]
 
     def _groups(self) -> Iterator[list[FreeShape]]:
         """Yield the shapes in their order, those of one balance together as far as hats allow."""
@@ -197,6 +211,28 @@ class ShapeSums:
         terms = np.concatenate([hats(along[s.regressor], s.knots) for s in group], axis=1)
         made = self._fitter.predictor.through(frozen, balance, terms * balance.scale)
         return made.astype(np.float32, copy=False)
+
+
+def by_rows(
+    work: Callable[[Single, Array, Array], R], seen: tuple[Single, Array, Array], at_once: int,
+    jobs: int,
+) -> Iterator[R]:  # fmt: skip
+    """Yield the work on so many rows at once, in their order.
+
+    Args:
+        work: takes columns, Jacobian and residual, all but the columns of double precision.
+        seen: columns of hats, shape (hats, rows), Jacobian and residual.
+        at_once: most rows.
+        jobs: threads.
+
+    """
+    columns, jacobian, residual = seen
+
+    def some(first: int) -> R:
+        rows = slice(first, first + at_once)
+        return work(columns[:, rows], jacobian[rows].astype(np.float64), residual[rows])
+
+    yield from side_by_side(some, range(0, len(residual), at_once), jobs)
 
 
 def inverse(matrix: Array, ridge: float = 0.0) -> Array:

@@ -142,6 +142,12 @@ def side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterat
         yield from threads.map(work, over)
 
 
+def by_turns(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterator[R]:
+    """Yield the same, where what is made would fill the memory: one for each thread at a time."""
+    for first in range(0, len(over), jobs):
+        yield from side_by_side(work, over[first : first + jobs], jobs)
+
+
 def noise_of_all(seen: Sequence[Correlogram | None]) -> Noise | None:
     """Return the noise that experiments share; None where each has its own."""
     told = [c for c in seen if c is not None]
