@@ -75,7 +75,7 @@ class Searched:
 
 def searched(
     predictor: Predictor, given: Investigation, asked: Investigation, told: bool,
-    search: Callable[[Investigation], Searched], tell: Tell,
+    search: Callable[[Investigation], Searched], tell: Tell, jobs: int = 1,
 ) -> Searched:  # fmt: skip
     """Search, and once more with another course of the current if that is seen or easier believed.
 
@@ -88,12 +88,13 @@ def searched(
         told: whether the user has said that; then nobody asks again.
         search: searches.
         tell: takes progress in words.
+        jobs: threads.
 
     """
     first = search(asked)
     if told:
         return first
-    again = asked_again(predictor, given, asked, first.found, tell)
+    again = asked_again(predictor, given, asked, first.found, tell, jobs)
     if again is not None:
         second = search(again)
         if second.found is None:
@@ -129,7 +130,7 @@ def _unknown(
     return first
 
 
-def widen(predictor: Predictor, last: Searched, tell: Tell) -> list[str]:
+def widen(predictor: Predictor, last: Searched, tell: Tell, jobs: int = 1) -> list[str]:
     """Let intervals hold what values would be if the current was held, where nobody can tell.
 
     A dead time that stands in for a hold is none of a valve, whose frequency makes up for it.
@@ -145,7 +146,7 @@ def widen(predictor: Predictor, last: Searched, tell: Tell) -> list[str]:
         return []
     tell("asking what the values are if the current was held")
     try:
-        apart = shifts(predictor, last.asked.learn, found.final)
+        apart = shifts(predictor, last.asked.learn, found.final, jobs)
     except KeyboardInterrupt:
         return []
     # of a dead time that was named, this is told apart
@@ -158,7 +159,7 @@ def widen(predictor: Predictor, last: Searched, tell: Tell) -> list[str]:
 
 def asked_again(
     predictor: Predictor, given: Investigation, asked: Investigation, found: Search | None,
-    tell: Tell,
+    tell: Tell, jobs: int = 1,
 ) -> Investigation | None:  # fmt: skip
     """Return what the current did between rows by a model with what was found, if not the same.
 
@@ -166,7 +167,7 @@ def asked_again(
     """
     if found is None or not found.effects or found.final is None:
         return None
-    again = course(predictor, given, tell, found.final)
+    again = course(predictor, given, tell, found.final, jobs=jobs)
     if again is None or again.answer == asked.answer:
         return None
     tell("searching once more: with what was found, the readings tell otherwise of the current")
@@ -175,10 +176,10 @@ def asked_again(
 
 def course(
     predictor: Predictor, given: Investigation, tell: Tell, model: Fit | None = None,
-    told: SetPoints = "unknown",
+    told: SetPoints = "unknown", jobs: int = 1,
 ) -> Investigation | None:  # fmt: skip
     """Return the same with what the current did between rows, or None after Ctrl-C."""
     try:
-        return followed(predictor, given, TOLD_APART, tell, model, told)
+        return followed(predictor, given, TOLD_APART, tell, model, told, jobs)
     except KeyboardInterrupt:
         return None

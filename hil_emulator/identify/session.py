@@ -127,13 +127,13 @@ def _identified(
     candidates = _chosen(examinable(model, predictor), question)
     nuisances = parameters.ordinary(model, priors(predictor))
     given = Investigation(learn, check, nuisances, candidates)
-    asked = course(predictor, given, tell, told=question.set_points)
+    asked = course(predictor, given, tell, told=question.set_points, jobs=jobs)
     if asked is None:
         return _too_early()
     search = partial(_searched, predictor, pooled=pooled, tell=tell, thorough=question.search)
     told = question.set_points != "unknown"
-    last = searched(predictor, given, asked, told, search, tell)
-    widened = widen(predictor, last, tell)
+    last = searched(predictor, given, asked, told, search, tell, jobs)
+    widened = widen(predictor, last, tell, jobs)
     asked, searcher, found = last.asked, last.searcher, last.found
     learn, check, candidates = asked.learn, asked.check, asked.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]

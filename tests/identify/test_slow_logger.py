@@ -85,11 +85,11 @@ def test_a_jump_between_two_rows_is_known_as_one() -> None:
 @SLOW
 @pytest.mark.parametrize(("ticks", "answer"), [(1, "moves"), (EVERY, "held")])
 def test_the_machine_tells_whether_its_current_was_held(ticks: int, answer: str) -> None:
-    """A controller at 1 kHz and one as slow as the logger leave different traces."""
+    """A controller at 1 kHz and one as slow as the logger leave other traces, to two threads."""
     model = knee_model()
     logs = [thinned(e, EVERY) for e in campaign({}, 3, ticks=ticks)[0]]
     known = Investigation(logs, [], ordinary(model), [])
-    found = followed(Observer(model, INSTRUMENTS), known, TOLD_APART)
+    found = followed(Observer(model, INSTRUMENTS), known, TOLD_APART, jobs=2)
     assert found.answer == answer
     assert (found.learn[0].course is None) == (answer == "held")
     assert any("valve_current" in note for note in found.learn[0].notes)

@@ -23,7 +23,7 @@ from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.frozen import Frozen
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.prediction.pool import LocalBatch
+from hil_emulator.identify.prediction.pool import LocalBatch, Threads
 from hil_emulator.identify.prediction.predictor import Predictor
 
 DEAD_TIME = "transport_delay"
@@ -65,7 +65,7 @@ class Investigation:
 def followed(
     predictor: Predictor, given: Investigation, apart: float,
     tell: Callable[[str], None] = lambda _: None, model: Fit | None = None,
-    told: SetPoints = "unknown",
+    told: SetPoints = "unknown", jobs: int = 1,
 ) -> Investigation:  # fmt: skip
     """Find out what the current did between rows, and say it in the experiments' notes.
 
@@ -77,6 +77,7 @@ def followed(
         model: what is known to act; nothing beside what is configured, if not given. What is
             missing may look like either answer.
         told: what the user says of it; then nobody asks.
+        jobs: threads.
 
     """
     slow = [e for e in given.learn if len(e.current) and slower_than_controller(e)]
@@ -86,7 +87,7 @@ def followed(
         return _with(given, told, "you say")
     tell("asking whether the current changed between the rows")
     dead_time = [c for c in candidates(predictor.model, ()) if c.name == DEAD_TIME]
-    fitter = Fitter(predictor, [moving(e) for e in slow])
+    fitter = Fitter(predictor, [moving(e) for e in slow], Threads(predictor, jobs))
     known = given.nuisances if model is None else model.coordinates
     free = [*(c for c in known if c.name != DEAD_TIME), *dead_time]
     values = {} if model is None else {c.name: a for c, a in zip(known, model.at, strict=True)}
@@ -118,7 +119,9 @@ def late(given: Investigation) -> Investigation:
     return _with(given, "unknown", "the readings show, but it is later than one that is held")
 
 
-def shifts(predictor: Predictor, experiments: Sequence[Experiment], fit: Fit) -> dict[str, float]:
+def shifts(
+    predictor: Predictor, experiments: Sequence[Experiment], fit: Fit, jobs: int = 1
+) -> dict[str, float]:
     """Return how far the coordinates of a model move if the current was held from row to row.
 
     Then nothing else makes it late, but a dead time that was named.
@@ -127,15 +130,15 @@ def shifts(predictor: Predictor, experiments: Sequence[Experiment], fit: Fit) ->
         predictor: computes innovations.
         experiments: for the fit, with a course of the current that moves.
         fit: the model there.
+        jobs: threads.
 
     """
     kept = [i for i, c in enumerate(fit.coordinates)
             if c.name != DEAD_TIME or not np.isfinite(c.prior)]  # fmt: skip
     free, at = [fit.coordinates[i] for i in kept], fit.at[kept]
-    fitter = Fitter(predictor, experiments)
+    fitter = Fitter(predictor, experiments, Threads(predictor, jobs))
     fitter.freeze(free, at)
-    frozen = [f for f in fitter.frozen if isinstance(f, Frozen)]
-    fitter.batch = LocalBatch(predictor, [_held(f) for f in frozen])
+    fitter.batch = _with_held_current(fitter)
     found = _settled(fitter, free, at)
     return {c.name: float(there - here)
             for c, there, here in zip(free, found.at, at, strict=True)}  # fmt: skip
@@ -176,9 +179,8 @@ def _as(answer: SetPoints, e: Experiment, said: str) -> Experiment:
 def _answer(fitter: Fitter, free: list[Coordinate], at: Array, apart: float) -> SetPoints:
     """Return which course of the current the readings follow, if it is better by enough."""
     fitter.freeze(free, at)
-    frozen = [f for f in fitter.frozen if isinstance(f, Frozen)]
     moves = _fit(fitter, free, at)
-    fitter.batch = LocalBatch(fitter.predictor, [_held(f) for f in frozen])
+    fitter.batch = _with_held_current(fitter)
     held = _fit(fitter, free, at)
     # this error is not about a mean: of a few long blocks, any gain would look unsure
     predictor, period = fitter.predictor, fitter.experiments[0].period
@@ -209,6 +211,12 @@ def _settled(fitter: Fitter, free: list[Coordinate], start: Array) -> Fit:
         if before.chi2 - fit.chi2 < SETTLED:
             break
     return fit
+
+
+def _with_held_current(fitter: Fitter) -> LocalBatch:
+    """Return the frozen experiments of a fitter, each with its current held."""
+    frozen = [_held(f) for f in fitter.frozen if isinstance(f, Frozen)]
+    return LocalBatch(fitter.predictor, frozen, fitter.jobs)
 
 
 def _held(frozen: Frozen) -> Frozen:
