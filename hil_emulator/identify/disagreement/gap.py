@@ -6,7 +6,7 @@ is compared with the same readings: so the numbers of several models stand besid
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from itertools import islice
 
 import numpy as np
 
@@ -63,23 +63,10 @@ class Compared:
     after: dict[str, list[View]]
 
 
-def view(
-    predictor: Predictor, fit: Fit, experiments: Sequence[Experiment], with_floors: bool = False,
-    jobs: int = 1,
-) -> list[View]:  # fmt: skip
-    """Return experiments through a fitted model.
-
-    Args:
-        predictor: sees them.
-        fit: the model.
-        experiments: the data.
-        with_floors: whether it is asked what disturbances leave.
-        jobs: threads; each takes one experiment at a time.
-
-    """
+def view(predictor: Predictor, fit: Fit, experiments: Sequence[Experiment]) -> list[View]:
+    """Return experiments through a fitted model."""
     point = predictor.model.memory(fit.coordinates, fit.at)
-    seen = partial(_seen, predictor, point=point, with_floors=with_floors)
-    return list(side_by_side(seen, experiments, jobs))
+    return [_seen(predictor, e, point, with_floors=False) for e in experiments]
 
 
 def _seen(predictor: Predictor, experiment: Experiment, point: Point, with_floors: bool) -> View:
@@ -108,10 +95,17 @@ def compare(
 ) -> Compared:  # fmt: skip
     """Look at all data through the model before and after, and at what is left in the end."""
     parts = {n: e for n, e in {"training": training, "validation": validation}.items() if e}
-    new = {n: view(predictor, after, e, True, jobs) for n, e in parts.items()}
-    same = after is before
-    old = new if same else {n: view(predictor, before, e, False, jobs) for n, e in parts.items()}
-    return Compared(old, new)
+    models = [after] if after is before else [before, after]
+    asked = [(fit, e) for fit in models for part in parts.values() for e in part]
+
+    def seen(one: tuple[Fit, Experiment]) -> View:
+        fit, experiment = one
+        point = predictor.model.memory(fit.coordinates, fit.at)
+        return _seen(predictor, experiment, point, with_floors=fit is after)
+
+    views = side_by_side(seen, asked, jobs)
+    by_part = [{name: list(islice(views, len(e))) for name, e in parts.items()} for _ in models]
+    return Compared(by_part[0], by_part[-1])
 
 
 def measure(predictor: Predictor, compared: Compared) -> Gap:
