@@ -5,7 +5,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from hil_emulator.captures.carrier import COUNTER, Carrier, Signal, channel_of
-from hil_emulator.device.binding import SAFE_SUFFIX
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.eds.load import commissioned
 from hil_emulator.device.entry import Entry
@@ -13,6 +12,7 @@ from hil_emulator.device.layout import checked_parameters
 from hil_emulator.device.message import Field, field
 from hil_emulator.device.pdo import EVENT_MANUFACTURER, SYNC_CYCLIC_MAX, PdoParameters
 from hil_emulator.device.pdo_records import MAX_PDOS, RPDO_COMMUNICATION, TPDO_COMMUNICATION
+from hil_emulator.device.set_points import SAFE_SUFFIX
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.reading import KNOWN, SET_POINT
 

@@ -170,6 +170,22 @@ class Dictionary:
             )
         return found
 
+    def numbers(self, name: str) -> list[Entry]:
+        """Return the same, each of which holds a number.
+
+        Raises:
+            UserError: as `showing` does, and if one cannot hold a number.
+
+        """
+        found = self.showing(name)
+        for entry in found:
+            if not entry.type.numeric:
+                raise UserError(
+                    f"{self.source} {entry.where} {entry.signal}: a {entry.type.name} cannot "
+                    "hold a number"
+                )
+        return found
+
     def read(self, index: int, subindex: int = 0) -> Any:
         """Return a value as an SDO client would see it.
 

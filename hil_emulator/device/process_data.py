@@ -3,13 +3,14 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from hil_emulator.device import pdo
-from hil_emulator.device.binding import SensorObjects, SetPoints
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.layout import checked_parameters
 from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.rpdo import NEVER, Handler, Rpdo
+from hil_emulator.device.sensor_objects import SensorObjects
+from hil_emulator.device.set_points import SetPoints
 from hil_emulator.device.sync import SyncConsumer
 from hil_emulator.device.tpdo import ALWAYS, Tpdo
 from hil_emulator.device.trigger import Trigger

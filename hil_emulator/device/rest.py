@@ -8,12 +8,12 @@ that comes, an access to one of those objects.
 
 from collections.abc import Callable, Set
 
-from hil_emulator.device.binding import SensorObjects
 from hil_emulator.device.error_control import Heartbeat
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.process_data import ProcessData
 from hil_emulator.device.rpdo import Handler
+from hil_emulator.device.sensor_objects import SensorObjects
 from hil_emulator.device.sync import SyncConsumer
 
 Sampled = Callable[[], Measured]

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from hil_emulator.device.binding import SensorObjects, SetPoints
 from hil_emulator.device.course import Course, Courses
 from hil_emulator.device.dictionary import ALL_OBJECTS, UNCONFIGURED, Dictionary
 from hil_emulator.device.emergency import Emergency
@@ -15,6 +14,8 @@ from hil_emulator.device.process_data import ProcessData
 from hil_emulator.device.profiles.choice import profile_of
 from hil_emulator.device.program_download import ProgramDownload
 from hil_emulator.device.sdo_channels import SdoChannels
+from hil_emulator.device.sensor_objects import SensorObjects
+from hil_emulator.device.set_points import SetPoints
 from hil_emulator.device.storage import ParameterStore, Storage
 from hil_emulator.device.sync import SyncConsumer, SyncProducer
 from hil_emulator.device.time_stamp import TimeStamp

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from hil_emulator.device.abort import SdoAbort
-from hil_emulator.device.binding import raw_value
 from hil_emulator.device.nmt import State
 from hil_emulator.device.node import Node
+from hil_emulator.device.set_points import raw_value
 from hil_emulator.errors import UserError
 from hil_emulator.faults.plant_parameters import PlantParameters
 from hil_emulator.model.plant import Plant

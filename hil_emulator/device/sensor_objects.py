@@ -1,12 +1,10 @@
-"""The seam between physics and dictionary: which object shows what.
+"""Which object shows what: samples become values of the dictionary.
 
 Four sources feed objects: a sensor channel of the same name or Signal, the device itself
-(`INTERNAL`), a device profile, or, for a plain writable object, whoever writes it. Set points go
-the other way.
+(`INTERNAL`), a device profile, or, for a plain writable object, whoever writes it.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Collection, Sequence
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
@@ -21,9 +19,6 @@ INTERNAL = (SAMPLE_COUNTER, SAMPLE_TIME)
 """Objects the device itself feeds, by ParameterName."""
 
 NS_PER_US = 1_000
-
-SAFE_SUFFIX = "_safe"
-"""The object `<command>_safe`, where the EDS has one, holds the command's safe value."""
 
 MAX_CHANNELS = 0x10000 - ErrorCode.SENSOR_OVERRANGE
 """Each channel has an emergency code of its own."""
@@ -70,7 +65,7 @@ class SensorObjects:
         self._integers: list[tuple[int, Entry, float, int, int]] = []
         self._reals: list[tuple[int, Entry, float, float, float]] = []
         for position, name in enumerate(channels):
-            shown = [_checked(dictionary, entry) for entry in dictionary.showing(name)]
+            shown = dictionary.numbers(name)
             if shown:
                 self._positions.append(position)
             for entry in shown:
@@ -183,126 +178,9 @@ class SensorObjects:
 
     def _internal(self, dictionary: Dictionary, name: str) -> tuple[Entry, int] | None:
         """Return a device-internal object and the mask it wraps around with."""
-        entry = _numeric(dictionary, name)
-        if entry is None or entry.type.kind != "integer":
+        found = dictionary.numbers(name)
+        if not found or found[0].type.kind != "integer":
             return None
+        entry = found[0]
         self.sources[entry.index, entry.subindex] = "device"
         return entry, int(entry.type.high)
-
-
-class SetPoints:
-    """The commands in force: what the bus asks for, or the safe value.
-
-    A set point object shows the safe value from when its command falls back to it until the bus
-    writes the object again. Outside OPERATIONAL the safe values are in force in any case: what
-    an SDO writes there waits for the start of the node.
-
-    Args:
-        dictionary: the node's dictionary.
-        commands: safe value in SI by the name of each command.
-
-    Attributes:
-        sources: by (index, sub-index) of every set point, what it commands.
-        commands: the value in SI of every command in force.
-        stale: whether a value has changed since.
-
-    Raises:
-        UserError: a command has no object an RPDO may carry, or its safe value is beyond the
-            object's limits.
-
-    """
-
-    def __init__(self, dictionary: Dictionary, commands: Mapping[str, float]) -> None:
-        self.sources: dict[tuple[int, int], str] = {}
-        self.stale = True
-        self._objects: list[tuple[str, Entry, Entry]] = []
-        self._safe: set[Entry] = set()
-        for name, safe in commands.items():
-            entry = _numeric(dictionary, name)
-            if entry is None or not entry.receivable:
-                raise UserError(
-                    f"{dictionary.source} has no RPDO-mappable object {name!r} for the command "
-                    "of this name; add one with PDOMapping=1 and AccessType=rww"
-                )
-            holder = _numeric(dictionary, name + SAFE_SUFFIX) or _unlisted(entry)
-            for target in (entry, holder):
-                dictionary.set_default(target, raw_value(target, safe))
-            self.sources[holder.index, holder.subindex] = f"safe value of {name}"
-            self.sources[entry.index, entry.subindex] = f"command {name}"
-            self._objects.append((name, entry, holder))
-            for target in (entry, holder):
-                dictionary.watch(target.index, self)
-        self._names = {entry: name for name, entry, _ in self._objects}
-        self.fall_back()
-        self.update(operational=False)
-
-    def fall_back(self, only: Sequence[Entry] | None = None) -> None:
-        """Put the safe value into the set points (those among `only`, where given)."""
-        self.stale = True
-        for _, entry, holder in self._objects:
-            if only is None or entry in only:
-                entry.value = raw_value(entry, holder.value * holder.factor)
-                self._safe.add(entry)
-
-    def written(self, entries: Sequence[Entry]) -> None:
-        """Take note that an RPDO has put values into these objects."""
-        self.stale = True
-        if self._safe:
-            self._safe.difference_update(entries)
-
-    def update(self, *, operational: bool) -> None:
-        """Bring the value of every command in SI up to date."""
-        self.stale = False
-        commands: dict[str, float] = {}
-        for name, entry, safe in self._objects:
-            obeyed = entry if operational else safe
-            commands[name] = obeyed.value * obeyed.factor
-        self.commands = commands
-
-    def obeying(self, entry: Entry) -> Callable[[float], None]:
-        """Return what puts a value into an object, as an RPDO does in OPERATIONAL."""
-        name = self._names.get(entry)
-
-        def obey(value: float) -> None:
-            entry.value = value
-            if name is None or self._safe or self.stale:
-                self.written((entry,))
-            else:
-                self.commands[name] = value * entry.factor
-
-        return obey
-
-    def check(self, entry: Entry, value: Any) -> None:
-        """Accept any value within the object's limits."""
-
-    def changed(self, entry: Entry) -> None:
-        """Let a set point written by SDO leave its safe value, and a new safe value act."""
-        self.written([entry])
-        self.fall_back([e for _, e, safe in self._objects if safe is entry and e in self._safe])
-
-
-def raw_value(entry: Entry, physical: float) -> float:
-    """Return a value in SI as the object's digits."""
-    raw = physical / entry.factor
-    return round(raw) if entry.type.kind == "integer" else raw
-
-
-def _unlisted(entry: Entry) -> Entry:
-    """Return a holder for the safe value of a set point whose EDS offers no object for it."""
-    return Entry(
-        entry.index, entry.subindex, entry.name, entry.type, unit=entry.unit, factor=entry.factor
-    )
-
-
-def _numeric(dictionary: Dictionary, name: str) -> Entry | None:
-    entry = dictionary.named(name)
-    return None if entry is None else _checked(dictionary, entry)
-
-
-def _checked(dictionary: Dictionary, entry: Entry) -> Entry:
-    if not entry.type.numeric:
-        raise UserError(
-            f"{dictionary.source} {entry.where} {entry.signal}: a {entry.type.name} cannot hold "
-            "a number"
-        )
-    return entry
