@@ -112,7 +112,7 @@ def _unknown(
     if first.least_late > hold(given.learn):
         tell("searching once more: the current comes later than one that is held")
         second = search(late(given))
-        if DEAD_TIME in second.named:
+        if DEAD_TIME in second.named and second.least_late > hold(given.learn):
             return second
     if first.strained:
         tell("searching once more: of a current that was held less may have to be believed")
@@ -121,12 +121,13 @@ def _unknown(
             return replace(second, believed=True)
     elif first.least_late > 0.0 and not first.named:
         tell("searching once more: a current that is held comes late as well")
-        later = first.least_late > hold(given.learn)
-        missing = "in any case" if later else "if it moved"
-        second = search(held(given, f"it comes late; {missing}, a dead time is missing"))
+        second = search(held(given, "it comes late"))
         simple = second.found is not None and not second.named and not second.strained
+        later = first.least_late > hold(given.learn)
         if simple or (later and second.named == {DEAD_TIME}):
-            return replace(second, believed=True)
+            missing = "if it moved" if simple else "in any case"
+            said = held(given, f"it comes late; {missing}, a dead time is missing")
+            return replace(second, asked=said, believed=True)
     return first
 
 

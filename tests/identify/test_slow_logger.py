@@ -309,6 +309,33 @@ def test_a_current_later_than_one_that_is_held_has_a_dead_time(
     assert (knob.name in last.named) == (again and named)
 
 
+def test_a_dead_time_that_is_no_longer_than_a_hold_has_no_name() -> None:
+    """It seemed longer beside another valve; with the one that it is found by, a hold explains it.
+
+    Then nothing is missing if the current was held, and it is said that it is if it moved.
+    """
+    model = knee_model()
+    knob = next(c for c in candidates(model, INSTRUMENTS) if c.name == "transport_delay")
+    log = experiment(np.sin(TICKS), False)
+    given = Investigation([log], [], [], [knob])
+    observer = Observer(model, INSTRUMENTS)
+    searcher = Searcher(observer, [], [], [], [])
+    hold = 0.5 * (log.period - CONTROLLER)
+
+    def search(asked: Investigation) -> Searched:
+        if asked.answer == "held":
+            return Searched(asked, searcher, lateness(knob, 0.0, []))
+        named = [knob] if asked.candidates else []
+        late = hold - 5e-5 if named else hold + 4e-4
+        return Searched(asked, searcher, lateness(knob, late, named))
+
+    asked = replace(given, answer="unknown", candidates=[])
+    last = searched(observer, given, asked, False, search, lambda _: None)
+    assert last.named == set()
+    assert last.believed
+    assert "if it moved, a dead time is missing" in last.asked.learn[0].notes[-1]
+
+
 @pytest.mark.parametrize(("answer", "wider"), [("unknown", True), ("held", False)])
 def test_an_interval_holds_the_value_that_a_held_current_has(
     monkeypatch: pytest.MonkeyPatch, answer: SetPoints, wider: bool
