@@ -1,7 +1,6 @@
 """Which experiments of a campaign can be examined: the others are left out by name."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -19,20 +18,16 @@ def travel(e: Experiment) -> float:
 
 
 def without_contradictions(
-    training: Sequence[Experiment], validation: Sequence[Experiment], plant: Mapping[str, float],
-    jobs: int = 1,
-) -> tuple[list[Experiment], list[Experiment], list[str]]:  # fmt: skip
+    training: Sequence[Experiment], validation: Sequence[Experiment], plant: Mapping[str, float]
+) -> tuple[list[Experiment], list[Experiment], list[str]]:
     """Return the experiments that contradict nothing, and a note for each of the others.
 
     On a bench that moves no rod, and where nothing would be left to learn from, all stay: there is
     nothing to go on with, and whoever predicts says why.
     """
-    every = [*training, *validation]
-    if all(travel(e) < DRIVEN for e in every):
+    if all(travel(e) < DRIVEN for e in (*training, *validation)):
         return list(training), list(validation), []
-    with ThreadPoolExecutor(jobs) as threads:
-        found = threads.map(lambda e: _reason(e, plant), every)
-        reasons = dict(zip(map(id, every), found, strict=True))
+    reasons = {id(e): _reason(e, plant) for e in (*training, *validation)}
     sound = [e for e in training if not reasons[id(e)]]
     if not sound:
         return list(training), list(validation), []
