@@ -1,6 +1,5 @@
 """A logger slower than the controller: what the current did between the rows is not known."""
 
-from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -8,26 +7,19 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.identify import second_search, session
+from hil_emulator.identify import session
 from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
 from hil_emulator.identify.conclusion.findings import Finding, Refitted, Unexplained
 from hil_emulator.identify.conclusion.result import Result, Verdict
-from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.estimation.set_point_course import Investigation, followed, hold
-from hil_emulator.identify.estimation.settled import Settled
-from hil_emulator.identify.measured.between_rows import BRIDGE, CONTROLLER, SetPoints, moving
+from hil_emulator.identify.estimation.set_point_course import Investigation, followed
+from hil_emulator.identify.measured.between_rows import BRIDGE, SetPoints, moving
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.balances import SPOOL
-from hil_emulator.identify.prediction.coordinate import Coordinate
 from hil_emulator.identify.prediction.instrumentation import predicting, priors
 from hil_emulator.identify.prediction.observer import Observer
 from hil_emulator.identify.prediction.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.second_search import Searched, searched, widen
-from hil_emulator.identify.selection.certainty import disbelief
 from hil_emulator.identify.selection.levels import TOLD_APART
-from hil_emulator.identify.selection.progress import Search
-from hil_emulator.identify.selection.search import Searcher
 from tests.identify.generator.benches import BENCHES
 from tests.identify.generator.cases import campaign as blind
 from tests.identify.generator.cases import case
@@ -182,65 +174,6 @@ def test_few_rows_raise_no_false_alarm(name: str, rate: int, held: bool) -> None
     assert sort_of(result, CASES[name].effect) in ("right", "open"), result.reason
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "anew"),
-    [("unknown", "held", True), ("moves", "held", True), ("held", "held", False),
-     ("moves", "unknown", True)],
-)  # fmt: skip
-def test_a_search_begins_anew_where_what_was_found_gives_another_answer(
-    monkeypatch: pytest.MonkeyPatch, before: SetPoints, after: SetPoints, anew: bool
-) -> None:
-    """A missing effect may look like a current that moves: with it in the model, it is asked again.
-
-    That the readings do not tell is another answer, too. Who has found nothing has nothing to ask
-    with.
-    """
-    given = Investigation([], [], [], [])
-    knob = candidates(knee_model(), INSTRUMENTS)[0]
-    fit = Fit([knob], np.ones(1), np.zeros(0), np.zeros((0, 1)), 0.0)
-    monkeypatch.setattr(second_search, "followed", lambda *_: replace(given, answer=after))
-    model, asked = Observer(knee_model(), INSTRUMENTS), replace(given, answer=before)
-    again = second_search.asked_again(
-        model, given, asked, Search([], effects=[knob], final=fit), lambda _: None
-    )
-    assert (again is not None) == anew
-    assert second_search.asked_again(model, given, asked, Search([]), lambda _: None) is None
-
-
-@pytest.mark.parametrize(
-    ("moving", "holding", "holds"), [(4.0, 3.0, True), (4.0, 5.0, False), (0.5, 0.0, False)]
-)
-def test_a_current_is_held_where_less_has_to_be_believed(
-    moving: float, holding: float, holds: bool
-) -> None:
-    """It is asked where one of two answers is hard to believe, and the other may be harder."""
-    model = knee_model()
-    knob = replace(ordinary(model)[0], prior=1.0)
-    given = Investigation([experiment(np.sin(TICKS), False)], [], [], [])
-
-    def search(asked: Investigation) -> Searched:
-        at = holding if asked.answer == "held" else moving
-        fit = Fit([knob], np.array([at]), np.zeros(0), np.zeros((0, 1)), 0.0)
-        return Searched(asked, searcher, Search([], final=fit))
-
-    observer = Observer(model, INSTRUMENTS)
-    searcher = Searcher(observer, [], [], [], [])
-    asked = replace(given, answer="unknown")
-    last = searched(observer, given, asked, False, search, lambda _: None)
-    assert last.believed == holds
-    assert (last.asked.answer == "held") == holds
-    assert searched(observer, given, asked, True, search, lambda _: None).asked is asked
-
-
-def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:
-    """Three of them are nine, however wide one is; an effect may have any size."""
-    model = knee_model()
-    ordinary_one = replace(ordinary(model)[0], prior=0.5)
-    effect = replace(candidates(model, INSTRUMENTS)[0], prior=np.inf)
-    fit = Fit([ordinary_one, effect], np.array([1.5, 7.0]), np.zeros(0), np.zeros((0, 2)), 0.0)
-    assert disbelief(fit) == pytest.approx(9.0)
-
-
 @SLOW
 def test_where_the_readings_do_not_tell_it_the_simpler_answer_does() -> None:
     """Nothing is missing of a healthy axis whose current is held, and it is said on what it rests.
@@ -274,134 +207,6 @@ def test_a_dead_time_of_one_and_a_half_milliseconds_has_a_name(rate: int, held: 
     assert [f.name for f in result.effects] == ["transport_delay"], result.reason
     low, high = result.effects[0].interval
     assert low < 1.5e-3 < high
-
-
-def lateness(knob: Coordinate, late: float, effects: list[Coordinate]) -> Search:
-    """Return a search in which the current comes late [s], by 0.1 ms more or less."""
-    fit = Fit([knob], np.array([late / knob.scale]), np.zeros(0), np.zeros((0, 1)), 0.0)
-    settled = Settled(fit, {knob.name: 1e-4 / knob.scale}, {}, [])
-    return Search([], effects=effects, final=fit, settled=settled)
-
-
-def searched_again(first: float, second: float, named: bool) -> Searched:
-    """Return what is found of a log of which nobody can tell what its current did.
-
-    Args:
-        first: how much later it comes than one that is held [s], as an ordinary parameter.
-        second: the same where a dead time may be named.
-        named: whether it is.
-
-    """
-    model = knee_model()
-    knob = next(c for c in candidates(model, INSTRUMENTS) if c.name == "transport_delay")
-    log = experiment(np.sin(TICKS), False)
-    given = Investigation([log], [], [], [knob])
-    observer = Observer(model, INSTRUMENTS)
-    searcher = Searcher(observer, [], [], [], [])
-    hold = 0.5 * (log.period - CONTROLLER)
-
-    def search(asked: Investigation) -> Searched:
-        if asked.answer == "held":
-            return Searched(asked, searcher, lateness(knob, 0.0, []))
-        late = hold + (second if asked.candidates else first)
-        return Searched(asked, searcher, lateness(knob, late, asked.candidates if named else []))
-
-    asked = replace(given, answer="unknown", candidates=[])
-    return searched(observer, given, asked, False, search, lambda _: None)
-
-
-@pytest.mark.parametrize(
-    ("beyond", "named", "again"),
-    [(1.5e-4, True, False), (2.5e-4, False, True), (2.5e-4, True, True)],
-)
-def test_a_current_later_than_one_that_is_held_has_a_dead_time(
-    beyond: float, named: bool, again: bool
-) -> None:
-    """It is searched for, and what is found without it stays if it does not pass."""
-    last = searched_again(beyond, beyond, named)
-    assert bool(last.named) == (again and named)
-
-
-def test_a_dead_time_that_is_no_longer_than_a_hold_has_no_name() -> None:
-    """It seemed longer beside another valve; with the one that it is found by, a hold explains it.
-
-    Then nothing is missing if the current was held, and it is said that it is if it moved.
-    """
-    last = searched_again(4e-4, -5e-5, True)
-    assert last.named == set()
-    assert last.believed
-    assert "if it moved, a dead time is missing" in last.asked.learn[0].notes[-1]
-
-
-@pytest.mark.parametrize(("answer", "wider"), [("unknown", True), ("held", False)])
-def test_an_interval_holds_the_value_that_a_held_current_has(
-    monkeypatch: pytest.MonkeyPatch, answer: SetPoints, wider: bool
-) -> None:
-    """Where nobody can tell whether it was held, four deviations farther are in it, too."""
-    model = knee_model()
-    valve = next(c for c in ordinary(model) if c.name == "valve_natural_frequency")
-    late = next(c for c in candidates(model, INSTRUMENTS) if c.name == "transport_delay")
-    fit = Fit([valve, late], np.ones(2), np.zeros(0), np.zeros((0, 2)), 0.0)
-    found = Search([valve], final=fit)
-    found.settled = Settled(fit, {valve.name: 0.3, late.name: 0.1}, {}, [])
-    monkeypatch.setattr(second_search, "shifts", lambda *_: {valve.name: 0.4, late.name: 9.0})
-    observer = Observer(model, INSTRUMENTS)
-    asked = Investigation([experiment(np.sin(TICKS), False)], [], [], [], answer)
-    last = Searched(asked, Searcher(observer, [], [], [], []), found)
-    said = widen(observer, last, lambda _: None)
-    assert [note for note in said if "intervals" in note] == said
-    assert bool(said) == wider
-    assert found.settled.deviations[valve.name] == pytest.approx(0.5 if wider else 0.3)
-    assert found.settled.deviations[late.name] == 0.1
-
-
-@pytest.mark.parametrize(
-    ("late", "names", "holds"),
-    [(3e-4, False, True), (3e-4, True, False), (1.5e-4, False, False)],
-)
-def test_a_current_that_may_be_held_is_where_nothing_else_is_missing(
-    late: float, names: bool, holds: bool
-) -> None:
-    """It comes late as a held one does, and no dead time need be missing; or it comes in time."""
-    model = knee_model()
-    knob = next(c for c in candidates(model, INSTRUMENTS) if c.name == "transport_delay")
-    given = Investigation([experiment(np.sin(TICKS), False)], [], [], [knob])
-    observer = Observer(model, INSTRUMENTS)
-    searcher = Searcher(observer, [], [], [], [])
-
-    def search(asked: Investigation) -> Searched:
-        effects = [knob] if names and asked.answer == "held" else []
-        return Searched(asked, searcher, lateness(knob, late, effects))
-
-    asked = replace(given, answer="unknown")
-    last = searched(observer, given, asked, False, search, lambda _: None)
-    assert last.believed == holds
-    assert (last.asked.answer == "held") == holds
-    result = Result("nothing_missing", "nothing")
-    doubt_rows(result, last.asked.answer, last.asked.learn, last.believed)
-    assert ("if the current is held" in result.reason) == holds
-
-
-@pytest.mark.parametrize(("beyond", "has"), [(1.5e-4, False), (2.5e-4, True)])
-def test_a_dead_time_is_missing_where_a_held_current_has_one_as_well(
-    beyond: float, has: bool
-) -> None:
-    """A current that moves comes later than a hold, though a slow valve may bear it, too."""
-    model = knee_model()
-    knob = next(c for c in candidates(model, INSTRUMENTS) if c.name == "transport_delay")
-    log = experiment(np.sin(TICKS), False)
-    given = Investigation([log], [], [], [knob])
-    observer = Observer(model, INSTRUMENTS)
-    searcher = Searcher(observer, [], [], [], [])
-
-    def search(asked: Investigation) -> Searched:
-        effects = [knob] if asked.answer == "held" else []
-        return Searched(asked, searcher, lateness(knob, hold([log]) + beyond, effects))
-
-    asked = replace(given, answer="unknown")
-    last = searched(observer, given, asked, False, search, lambda _: None)
-    assert (last.asked.answer, last.believed) == (("held", True) if has else ("unknown", False))
-    assert last.named == ({knob.name} if has else set())
 
 
 @pytest.mark.parametrize(
