@@ -116,11 +116,11 @@ def _identified(
     model = bounded(PlantModel(config, cache), config.bench)
     stated, said = with_gain(config.bench, training, model.plant_values)
     learn, check = (as_stated(e, stated) for e in counted(training, validation))
-    learn, check, left_out = without_contradictions(learn, check, model.plant_values)
-    left_out = said + left_out
-    learn, check = _split(learn, check)
+    sound = without_contradictions(learn, check, model.plant_values)
+    left_out = said + sound.left_out
+    learn, check = _split(sound.training, sound.validation)
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
-    predictor, learn, check, why = predicting(model, learn, check)
+    predictor, learn, check, why = predicting(model, learn, check, sound.contrary)
     if predictor is None:
         return Result("cannot_examine", why, notes=notes)
     model = predictor.model

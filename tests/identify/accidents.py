@@ -26,9 +26,9 @@ def judged(file: Path) -> str:
     except UserError as error:
         return "refused" if file.name in str(error) else str(error)
     assert all(len(v) in (0, e.samples) for e in found for v in (e.current, *e.readings.values()))
-    learn, _, notes = without_contradictions(*counted(found, []), knee_model().plant_values)
-    assert all(note.startswith("left out: ") for note in notes)
-    moving = [e for e in learn if travel(e) >= DRIVEN]
+    sound = without_contradictions(*counted(found, []), knee_model().plant_values)
+    assert all(note.startswith("left out: ") for note in sound.left_out)
+    moving = [e for e in sound.training if travel(e) >= DRIVEN]
     return "contradicts" if contradictions(moving, knee_model().plant_values) else "accepted"
 
 

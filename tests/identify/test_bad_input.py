@@ -62,11 +62,21 @@ def test_one_contradictory_log_is_left_out_by_name() -> None:
     wrong = recorded({}, "triangles", 5)
     wrong = replace(wrong, readings=wrong.readings | {"load_force": -wrong.readings["load_force"]})
     plant = knee_model().plant_values
-    train, check, notes = without_contradictions([good[0], wrong], [good[1]], plant)
-    assert (train, check) == ([good[0]], [good[1]])
-    assert len(notes) == 1
-    assert notes[0].startswith("left out: triangles-5: load force and pressures are opposite")
-    assert without_contradictions([wrong], [good[1]], plant) == ([wrong], [good[1]], [])
+    sound = without_contradictions([good[0], wrong], [good[1]], plant)
+    assert (sound.training, sound.validation) == ([good[0]], [good[1]])
+    opposite = "triangles-5: load force and pressures are opposite"
+    assert len(sound.left_out) == 1
+    assert sound.left_out[0].startswith(f"left out: {opposite}")
+    assert sound.contrary == ""
+
+
+def test_logs_that_all_contradict_stay_and_it_is_said_what() -> None:
+    """Where nothing would be left to learn from, nothing is left out: the answer says why."""
+    good, wrong = recorded({}, "steps", 1), recorded({}, "triangles", 5)
+    wrong = replace(wrong, readings=wrong.readings | {"load_force": -wrong.readings["load_force"]})
+    sound = without_contradictions([wrong], [good], knee_model().plant_values)
+    assert (sound.training, sound.validation, sound.left_out) == ([wrong], [good], [])
+    assert sound.contrary.startswith("triangles-5: load force and pressures are opposite")
 
 
 def test_a_rod_at_its_stop_may_be_pressed_there() -> None:

@@ -37,7 +37,7 @@ SLOWEST = 5e-3
 
 
 def predicting(
-    model: PlantModel, learn: list[Experiment], check: list[Experiment]
+    model: PlantModel, learn: list[Experiment], check: list[Experiment], contrary: str = ""
 ) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
     """Choose what predicts by the channels that are there.
 
@@ -45,6 +45,7 @@ def predicting(
         model: the model.
         learn: experiments for the fit.
         check: experiments for the acceptance test.
+        contrary: what they contradict, if that is known to keep anyone from examining them.
 
     Returns:
         The predictor, or None; the experiments as it takes them; and why there is none.
@@ -77,9 +78,8 @@ def predicting(
         return None if why else valve, learn, check, why
     if min(travels) < DRIVEN:
         return None, learn, check, "the rod hardly moves in some; move it by some millimetres"
-    contrary = plausible.contradictions(everything, model.plant_values)
     if contrary:
-        return None, learn, check, "; ".join(contrary)
+        return None, learn, check, contrary
     if declared in FORCES:
         return _balance(model, learn, check)
     if all(len(e.current) for e in everything):
@@ -98,7 +98,7 @@ def predicting(
 
 
 def _balance(
-    model: PlantModel, learn: list[Experiment], check: list[Experiment]
+    model: PlantModel, learn: list[Experiment], check: list[Experiment], contrary: str = ""
 ) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
     """Return what predicts on a bench that the configuration declares to be one of forces."""
     kind = model.config.bench.kind
