@@ -165,7 +165,6 @@ def likeness(a: Array, b: Array, period: float) -> float:
     scale = float(np.sqrt(np.sum(one**2) * np.sum(other**2)))
     if scale <= 0.0:
         return 0.0
-    return (
-        peak(cross(one, other[:, None], min(round(FARTHEST / period), len(a) // 4))[:, 0])[1]
-        / scale
-    )
+    reach = min(round(FARTHEST / period), len(a) // 4)
+    products = cross(one[None, :, None], other[None, :, None], reach)
+    return peak(products[0, :, 0, 0])[1] / scale

@@ -6,9 +6,9 @@ single tone, a stretch tells no lag.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from hil_emulator.identify.measured.experiment import Array
 
@@ -27,9 +27,10 @@ LAG_BAND = 6e-3
 PEAK_SHARPNESS = 1.05
 """How many times as much remains unexplained there (assumed)."""
 
-_RIDGE = 1e-6  # of the shifted signals' Gram matrix, whose diagonal is 1 at most
+AT_ONCE = 32
+"""Stretches that are looked at together."""
 
-_Complex = np.ndarray[Any, np.dtype[np.complex128]]
+_RIDGE = 1e-6  # of the shifted signals' Gram matrix, whose diagonal is 1 at most
 
 
 def lags_of(
@@ -47,55 +48,75 @@ def lags_of(
     length = round(LAG_WINDOW / period)
     reach = min(round(FARTHEST / period), length // 2)
     everything = np.column_stack([leader, *followers, *beside])
+    starts = np.arange(0, len(leader) - length + 1, max(1, length // 2))
     parts = np.cumsum([1, len(followers)])
     times, lags = [], []
-    for start in range(0, len(leader) - length + 1, max(1, length // 2)):
-        stretch = everything[start : start + length]
-        if not np.isfinite(stretch).all():
-            continue
-        one, others, same = np.split(stretch - stretch.mean(axis=0), parts, axis=1)
-        explained = _explained(one[:, 0], _orthonormal(others), _orthonormal(same), reach)
-        lag, most = peak(explained)
-        if (
-            most > EXPLAINED_SHARE
-            and abs(lag) < reach
-            and _sharp(explained, max(1, round(LAG_BAND / period)))
-        ):
-            times.append((start + 0.5 * length) * period)
-            lags.append(lag * period)
+    for some in np.split(starts, range(AT_ONCE, len(starts), AT_ONCE)):
+        stretches = everything[some[:, None] + np.arange(length)]
+        whole = np.isfinite(stretches).all(axis=(1, 2))
+        stretches = stretches[whole] - stretches[whole].mean(axis=1, keepdims=True)
+        one, others, same = np.split(stretches, parts, axis=2)
+        each = _explained(one, _orthonormal(others), _orthonormal(same), reach)
+        for start, explained in zip(some[whole], each, strict=True):
+            lag, most = peak(explained)
+            if (
+                most > EXPLAINED_SHARE
+                and abs(lag) < reach
+                and _sharp(explained, max(1, round(LAG_BAND / period)))
+            ):
+                times.append((start + 0.5 * length) * period)
+                lags.append(lag * period)
     return np.array(times), np.array(lags)
 
 
 def _orthonormal(columns: Array) -> Array:
-    """Return an orthonormal basis of columns, the first one in its own direction."""
-    sizes = np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-30)
+    """Return orthonormal bases of columns, the first one in its own direction."""
+    sizes = np.maximum(np.sqrt(np.sum(columns**2, axis=1, keepdims=True)), 1e-30)
     basis, upper = np.linalg.qr(columns / sizes)
-    return np.asarray(basis * np.where(np.diag(upper) < 0.0, -1.0, 1.0))
+    signs = np.where(np.diagonal(upper, axis1=1, axis2=2) < 0.0, -1.0, 1.0)
+    return np.asarray(basis * signs[:, None])
 
 
 def _explained(leader: Array, moving: Array, beside: Array, reach: int) -> Array:
     """Return the part of the leader's variance explained at each lag of -reach ... reach samples.
 
     A partial multiple correlation: what acts beside is projected out of both sides.
+
+    Args:
+        leader: of each stretch, shape (stretches, samples, 1).
+        moving: what explains it with a lag, shape (stretches, samples, columns), orthonormal.
+        beside: what explains it without one, the same.
+        reach: longest lag in samples.
+
+    Returns:
+        Shape (stretches, lags).
+
     """
-    rest = leader - beside @ (beside.T @ leader)
-    along = cross(rest, moving, reach)
-    gram = np.broadcast_to(np.eye(moving.shape[1]), (len(along), *(2 * moving.shape[1:]))).copy()
-    for column in beside.T:
-        shared = cross(column, moving, reach)
-        gram -= shared[:, :, None] * shared[:, None, :]
-    gram += _RIDGE * np.eye(moving.shape[1])
-    sizes = np.linalg.solve(gram, along[:, :, None])[:, :, 0]
-    part = np.sum(along * sizes, axis=1) / max(float(np.sum(rest**2)), 1e-30)
-    return np.asarray(np.where(sizes[:, 0] > 0.0, part, 0.0))
+    rest = leader - beside @ (beside.swapaxes(1, 2) @ leader)
+    products = cross(np.concatenate([rest, beside], axis=2), moving, reach)
+    along, shared = products[:, :, 0], products[:, :, 1:]
+    gram = np.eye(moving.shape[2]) * (1.0 + _RIDGE) - shared.swapaxes(2, 3) @ shared
+    sizes = np.linalg.solve(gram, along[..., None])[..., 0]
+    part = np.sum(along * sizes, axis=2) / np.maximum(np.sum(rest**2, axis=1), 1e-30)
+    return np.asarray(np.where(sizes[:, :, 0] > 0.0, part, 0.0))
 
 
-def cross(a: Array, columns: Array, reach: int) -> Array:
-    """Return the products of `a` with later columns, by lags of -reach ... reach samples."""
-    size = 2 ** int(np.ceil(np.log2(2 * len(a))))
-    spectrum: _Complex = np.conj(np.fft.rfft(a, size))[:, None]
-    product = np.fft.irfft(np.fft.rfft(columns, size, axis=0) * spectrum, size, axis=0)
-    return np.concatenate([product[-reach:], product[: reach + 1]])
+def cross(leaders: Array, others: Array, reach: int) -> Array:
+    """Return the products of each leader with each of the others, taken later.
+
+    Args:
+        leaders: shape (stretches, samples, leaders).
+        others: shape (stretches, samples, others).
+        reach: of the lags, -reach ... reach samples.
+
+    Returns:
+        Shape (stretches, lags, leaders, others).
+
+    """
+    size = next_fast_len(leaders.shape[1] + reach, real=True)
+    ahead, behind = (rfft(x.swapaxes(1, 2), size) for x in (leaders, others))
+    products = irfft(np.conj(ahead)[:, :, None] * behind[:, None], size)
+    return np.asarray(np.moveaxis(products[..., np.arange(-reach, reach + 1)], 3, 1))
 
 
 def peak(values: Array) -> tuple[float, float]:
