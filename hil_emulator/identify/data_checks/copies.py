@@ -6,11 +6,14 @@ held-out ones among them. Such experiments count together as one.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
+from typing import Any
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.experiment import Array, Experiment
+from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
 
 SAME_NOISE = 0.5
 """Correlation of two channels' noise from which it is the same: by chance it is a tenth."""
@@ -20,6 +23,9 @@ OFFSET_MARGIN = 8
 
 FEWEST_NOISE_SAMPLES = 200
 """Samples from which noise can be compared."""
+
+
+_Spectrum = np.ndarray[Any, np.dtype[np.complex128]]
 
 
 def counted(
@@ -35,10 +41,10 @@ def counted(
     for i, e in enumerate(every):
         if any(_identical(e, other) for other in every[:i]):
             raise UserError(f"{e.name}: given twice; held-out data must be another experiment")
-    noises = [_noises(e) for e in every]
+    same = _same_noise([_noises(e) for e in every])
     found = []
     for i, e in enumerate(every):
-        twins = [every[j].name for j in range(len(every)) if j != i and _same(noises[i], noises[j])]
+        twins = [other.name for j, other in enumerate(every) if same[i, j]]
         if twins:
             note = (
                 f"the noise is that of {', '.join(twins)}: an emulator with the same seed; "
@@ -67,23 +73,38 @@ def _noises(e: Experiment) -> dict[str, Array]:
     }
 
 
-def _same(a: dict[str, Array], b: dict[str, Array]) -> bool:
-    """Tell whether any channel has the same noise in both, whenever each of them began."""
-    return any(_likeness(a[name], b[name]) > SAME_NOISE for name in a.keys() & b.keys())
+def _same_noise(noises: Sequence[dict[str, Array]]) -> Mask:
+    """Tell whether any channel has the same noise in two experiments, whenever each began.
 
+    Returns:
+        Shape (experiments, experiments); none is counted as its own copy.
 
-def _likeness(a: Array, b: Array) -> float:
-    """Return the correlation of two stretches of noise at the one offset where they agree.
-
-    Signs alone: a jump of the signal would outweigh all noise. What agrees at several offsets is a
-    hum, and no noise.
     """
-    one, other = (np.sign(x - np.median(x)) for x in (a, b))
-    size = 2 ** int(np.ceil(np.log2(len(one) + len(other))))
-    product = np.fft.irfft(np.fft.rfft(one, size) * np.conj(np.fft.rfft(other, size)), size)
+    same = np.zeros((len(noises), len(noises)), np.bool_)
+    for name in sorted(set().union(*noises)):
+        there = [i for i, channels in enumerate(noises) if name in channels]
+        size = next_fast_len(2 * max(len(noises[i][name]) for i in there), real=True)
+        # of one channel at a time: the spectra of all would fill the memory
+        spectra = {i: rfft(_signs(noises[i][name]), size) for i in there}
+        for i, j in combinations(there, 2):
+            shorter = min(len(noises[i][name]), len(noises[j][name]))
+            if not same[i, j] and _most(spectra[i], spectra[j], size) > SAME_NOISE * shorter:
+                same[i, j] = same[j, i] = True
+    return same
+
+
+def _signs(noise: Array) -> Array:
+    """Return signs alone: a jump of the signal would outweigh all noise."""
+    return np.asarray(np.sign(noise - np.median(noise)))
+
+
+def _most(one: _Spectrum, other: _Spectrum, size: int) -> float:
+    """Return the product of two stretches at the one offset where they agree, or 0.
+
+    What agrees at several offsets is a hum, and no noise.
+    """
+    product = irfft(one * np.conj(other), size)
     peak = int(np.argmax(product))
-    around = np.abs(np.arange(size) - peak)
-    elsewhere = float(np.max(product[np.minimum(around, size - around) > OFFSET_MARGIN]))
-    if elsewhere > 0.5 * product[peak]:
-        return 0.0
-    return float(product[peak]) / min(len(one), len(other))
+    most = float(product[peak])
+    product[np.arange(peak - OFFSET_MARGIN, peak + OFFSET_MARGIN + 1) % size] = 0.0
+    return most if float(product.max()) <= 0.5 * most else 0.0

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hil_emulator.identify.measured.experiment import UNITS, Array
+from hil_emulator.identify.measured.experiment import UNITS, Array, Mask
 from hil_emulator.identify.measured.grid import FEWEST_SAMPLES
 from hil_emulator.identify.measured.reading import SET_POINT, Series
 from hil_emulator.model.sensors import CHANNELS
@@ -117,10 +117,13 @@ def candidates(values: Array) -> list[_Run]:
         predicted = _between(values, length)
         deviation = np.max(np.abs(_windows(values, length) - predicted), axis=1)
         out = np.flatnonzero(deviation > OUTLIER_RATIO * _usual(values))
+        if not _alone_odd(values, out, predicted[out], deviation[out]).any():
+            continue
         # the largest deviation first: it makes its neighbours deviate
-        for first in out[np.argsort(-deviation[out], kind="stable")].tolist():
-            run = np.arange(first, first + length)
-            if _alone_odd(values, run, predicted[first], deviation[first]):
+        for first in out[np.argsort(-deviation[out], kind="stable")]:
+            here = slice(first, first + 1)
+            if _alone_odd(values, np.array([first]), predicted[here], deviation[here])[0]:
+                run = np.arange(first, first + length)
                 values[run] = predicted[first]
                 found.append((run, float(deviation[first])))
     return found
@@ -134,14 +137,19 @@ def _windows(values: Array, length: int) -> Array:
 
 def _between(values: Array, length: int) -> Array:
     """Return what the cubic through two samples on each side gives for a run at each sample."""
+    return _cubic(np.pad(values, (2, length + 1), mode="edge"), length)
+
+
+def _cubic(values: Array, length: int) -> Array:
+    """Return the same for each run that has two samples on either side, along the last axis."""
     nodes = np.array([-2, -1, length, length + 1])
-    padded = np.pad(values, (2, length + 1), mode="edge")
-    beside = [padded[2 + n : 2 + n + len(values)] for n in nodes]
+    count = values.shape[-1] - length - 3
+    beside = [values[..., 2 + n : 2 + n + count] for n in nodes]
     inside = np.arange(length)[:, None]
     weights = np.array([
         np.prod([(inside[:, 0] - m) / (n - m) for m in nodes if m != n], axis=0) for n in nodes
     ])  # fmt: skip
-    return np.asarray(np.column_stack(beside) @ weights)
+    return np.asarray(np.stack(beside, axis=-1) @ weights)
 
 
 def _usual(values: Array) -> Array:
@@ -159,18 +167,27 @@ def _usual(values: Array) -> Array:
     return np.asarray(np.maximum(np.repeat(around, DEVIATION_WINDOW)[: len(size)], floor))
 
 
-def _alone_odd(values: Array, run: _Rows, predicted: Array, deviation: float) -> bool:
-    """Tell whether nothing near a run is odd once the run lies on the cubic."""
-    first, last = int(run[0]) - _NEAR, int(run[-1]) + _NEAR + 1
-    if first < 0 or last > len(values):
-        return False
-    low, high = np.sort(values[[run[0] - 1, run[-1] + 1]])
-    if np.any(np.maximum(low - values[run], values[run] - high) < EXCURSION_SHARE * deviation):
-        return False  # on the way from one level to another
-    near = values[first:last].copy()
-    near[_NEAR:-_NEAR] = predicted
-    rest = np.abs(near - _between(near, 1)[:, 0])[2:-2]
-    return bool(np.max(rest) < REMAINING_DEVIATION * deviation)
+def _alone_odd(values: Array, firsts: _Rows, predicted: Array, deviation: Array) -> Mask:
+    """Tell of runs whether nothing near each is odd once it lies on the cubic.
+
+    Args:
+        values: of the channel.
+        firsts: first samples of the runs.
+        predicted: what the cubic gives for each, shape (runs, samples of a run).
+        deviation: how far each is from that.
+
+    """
+    length = predicted.shape[1]
+    inside = (firsts >= _NEAR) & (firsts + length + _NEAR <= len(values))
+    around = np.clip(firsts, _NEAR, max(_NEAR, len(values) - length - _NEAR))[:, None]
+    near = values[around + np.arange(-_NEAR, length + _NEAR)]
+    own, beside = near[:, _NEAR:-_NEAR].copy(), near[:, [_NEAR - 1, _NEAR + length]]
+    low, high = beside.min(axis=1)[:, None], beside.max(axis=1)[:, None]
+    # one on the way from one level to another does not leave and return
+    returns = np.maximum(low - own, own - high).min(axis=1) >= EXCURSION_SHARE * deviation
+    near[:, _NEAR:-_NEAR] = predicted
+    rest = np.abs(near[:, 2:-2] - _cubic(near, 1)[:, :, 0]).max(axis=1)
+    return np.asarray(inside & returns & (rest < REMAINING_DEVIATION * deviation))
 
 
 def _joined(runs: Sequence[_Rows]) -> _Rows:
@@ -225,6 +242,8 @@ def _same(values: Array, rows: _Rows) -> _Rows:
 
     Whatever these are: two bad samples may stand side by side.
     """
+    if not len(rows):
+        return rows
     off = _from_median(values) > OUTLIER_RATIO * _usual(values)
     return np.flatnonzero(np.isin(values, values[rows]) & off)
 
@@ -239,7 +258,7 @@ def _repeated_rows(series: Mapping[str, Series]) -> _Rows:
     """Return rows in which every channel repeats a value that its noise hardly ever repeats."""
     readings = [s for n, s in series.items() if n != SET_POINT]
     same = [np.diff(s.values, prepend=np.nan) == 0.0 for s in readings]
-    if len({id(s.time) for s in readings}) != 1 or len(same) < 3:
+    if len({id(s.time) for s in readings}) != 1 or len(same) < 3 or not len(same[0]):
         return np.zeros(0, np.int64)
     if max(float(np.mean(s)) for s in same) > REPEATED_SHARE:
         return np.zeros(0, np.int64)

@@ -163,13 +163,23 @@ def _column(
     head: tuple[str, str | None], cells: Sequence[str], decimal_comma: bool, notes: list[str]
 ) -> LogColumn:
     name, unit = head
-    values = np.array([number(cell, decimal_comma) for cell in cells])
+    values = _numbers(cells, decimal_comma)
     if cells and not np.isfinite(values).any():
         times = _seconds([moment(cell) for cell in cells])
         if np.isfinite(times).any():
             notes.append(f'"{name}" holds times of day or dates; counted in s from the first')
             return LogColumn(name, "s", times)
     return LogColumn(name, unit, values)
+
+
+def _numbers(cells: Sequence[str], decimal_comma: bool) -> Array:
+    """Return the number of each cell, NaN for what is none."""
+    try:
+        if not decimal_comma:  # most columns hold nothing else, and there are many cells
+            return np.array(list(map(float, cells)))
+    except ValueError:
+        pass
+    return np.array([number(cell, decimal_comma) for cell in cells])
 
 
 def _seconds(moments: Sequence[datetime | timedelta | None]) -> Array:
