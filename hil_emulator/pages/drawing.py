@@ -9,6 +9,9 @@ from hil_emulator.errors import UserError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+COMPRESSION = {"compress_level": 3}
+"""Of a PNG: half the time of the usual 6 for a few per cent more bytes."""
+
 
 def subplots(
     size: tuple[float, float], rows: int = 1, columns: int = 1, **options: Any
@@ -30,8 +33,15 @@ def subplots(
 
 def png(figure: "Figure", dpi: float) -> bytes:
     """Return a picture as PNG, with so many dots per inch."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.image import imsave
+
+    figure.set_dpi(dpi)
+    canvas: Any = FigureCanvasAgg(figure)
     memory = io.BytesIO()
-    figure.savefig(memory, format="png", dpi=dpi)
+    # `savefig` would draw once for the layout, and once more
+    canvas.draw()
+    imsave(memory, canvas.buffer_rgba(), format="png", dpi=dpi, pil_kwargs=COMPRESSION)
     return memory.getvalue()
 
 

@@ -54,8 +54,8 @@ REPEATED_SHARE = 0.05
 AROUND = 7
 """Samples of which the median is taken: bad ones are the fewer of them (assumed)."""
 
-RUN_LENGTHS = (1, 2, 1)
-"""Numbers of bad samples in a row that are looked for, in turn: one may hide another."""
+RUN_LENGTHS = (1, 2)
+"""Numbers of bad samples in a row that are looked for, in turn."""
 
 _SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {SET_POINT: ("A", "mA")}
 _Run = tuple[np.ndarray[Any, np.dtype[np.int64]], float]  # samples, deviation from the cubic
@@ -111,21 +111,28 @@ def bad_samples(name: str, series: Series) -> _Rows:
 
 def candidates(values: Array) -> list[_Run]:
     """Return the runs of samples that alone are odd, and how far each is from the cubic."""
-    found: list[_Run] = []
-    values = values.copy()
+    found, values = [], values.copy()
     for length in RUN_LENGTHS:
-        predicted = _between(values, length)
-        deviation = np.max(np.abs(_windows(values, length) - predicted), axis=1)
-        out = np.flatnonzero(deviation > OUTLIER_RATIO * _usual(values))
-        if not _alone_odd(values, out, predicted[out], deviation[out]).any():
-            continue
-        # the largest deviation first: it makes its neighbours deviate
-        for first in out[np.argsort(-deviation[out], kind="stable")]:
-            here = slice(first, first + 1)
-            if _alone_odd(values, np.array([first]), predicted[here], deviation[here])[0]:
-                run = np.arange(first, first + length)
-                values[run] = predicted[first]
-                found.append((run, float(deviation[first])))
+        found += _runs(values, length)
+    # one may have hidden another
+    return found + _runs(values, RUN_LENGTHS[0]) if found else found
+
+
+def _runs(values: Array, length: int) -> list[_Run]:
+    """Return the runs of a length, and put them on the cubic."""
+    found: list[_Run] = []
+    predicted = _between(values, length)
+    deviation = np.max(np.abs(_windows(values, length) - predicted), axis=1)
+    out = np.flatnonzero(deviation > OUTLIER_RATIO * _usual(values))
+    if not _alone_odd(values, out, predicted[out], deviation[out]).any():
+        return found
+    # the largest deviation first: it makes its neighbours deviate
+    for first in out[np.argsort(-deviation[out], kind="stable")]:
+        here = slice(first, first + 1)
+        if _alone_odd(values, np.array([first]), predicted[here], deviation[here])[0]:
+            run = np.arange(first, first + length)
+            values[run] = predicted[first]
+            found.append((run, float(deviation[first])))
     return found
 
 

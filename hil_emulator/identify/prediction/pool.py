@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -64,7 +65,7 @@ class Threads:
 
     Args:
         predictor: computes innovations.
-        jobs: threads; each takes one point at a time, or of a single one an experiment.
+        jobs: threads; each takes one experiment of a point at a time.
 
     """
 
@@ -106,31 +107,43 @@ class LocalBatch:
 
     def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
         """Yield the residual at each point, as far as its sum of squares is wanted."""
-        if len(points) == 1:
-            yield self._residual(points[0], most, self.jobs)
-        else:
-            yield from side_by_side(lambda p: self._residual(p, most), points, self.jobs)
+        trials = [_Trial(self.predictor, point, most / self.weight**2) for point in points]
+        for parts in self._each(_Trial.part, trials):
+            wanted = [part for part in parts if part is not None]
+            yield np.asarray(self.weight * np.concatenate(wanted))
 
     def with_other_sensors(self, base: Point, points: Sequence[Point]) -> Iterator[Array]:
         """Yield the residual at each point."""
 
-        def seen(some: Sequence[Point]) -> Array:
-            parts = [other_sensors(self.predictor, f, base, some) for f in self.frozen]
-            return np.asarray(self.weight * np.concatenate(parts, axis=1))
+        def seen(some: Sequence[Point], frozen: object) -> Array:
+            return other_sensors(self.predictor, frozen, base, some)
 
         groups = [points[i : i + TOGETHER] for i in range(0, len(points), TOGETHER)]
-        for group in side_by_side(seen, groups, self.jobs):
-            yield from group
+        for parts in self._each(seen, groups):
+            yield from self.weight * np.concatenate(parts, axis=1)
 
-    def _residual(self, point: Point, most: float, jobs: int = 1) -> Array:
-        parts: list[Array] = []
-        power, most = 0.0, most / self.weight**2
-        for part in side_by_side(lambda f: residual(self.predictor, f, point), self.frozen, jobs):
-            parts.append(part)
-            power += float(part @ part)
-            if power > most:
-                break
-        return np.asarray(self.weight * np.concatenate(parts))
+    def _each(self, work: Callable[[T, object], R], over: Sequence[T]) -> Iterator[list[R]]:
+        """Yield the work on each, of all experiments; a thread takes one of these at a time."""
+        tasks = [(one, frozen) for one in over for frozen in self.frozen]
+        made = side_by_side(lambda task: work(*task), tasks, self.jobs)
+        for _ in over:
+            yield list(islice(made, len(self.frozen)))
+
+
+class _Trial:
+    """A point at which all experiments are predicted, as long as their sum of squares is wanted."""
+
+    def __init__(self, predictor: Predictor, point: Point, most: float) -> None:
+        self._predictor, self._point, self._most = predictor, point, most
+        self._powers: list[float] = []
+
+    def part(self, frozen: object) -> Array | None:
+        """Return the residual of the next experiment; None, as of all later ones, beyond that."""
+        if sum(self._powers) > self._most:
+            return None
+        found = residual(self._predictor, frozen, self._point)
+        self._powers.append(float(found @ found))
+        return found
 
 
 def side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterator[R]:
