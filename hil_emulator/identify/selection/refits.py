@@ -10,6 +10,7 @@ likelihood ratio of two models with a noise of their own (Seber and Lee 2003, se
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -73,6 +74,17 @@ class CandidateRefits:
     def __init__(self, fitter: Fitter, base: Fit, held: Batch | None, needed: float) -> None:
         self._fitter, self._base, self._held = fitter, base, held
         self._needed = needed
+
+    @cached_property
+    def _left_before(self) -> float:
+        return self._left_of(self._base)
+
+    def _left_of(self, fit: Fit) -> float:
+        """Return what a fit leaves of held-out data as a sum of squares, NaN without any."""
+        if self._held is None:
+            return math.nan
+        left = self._fitter.residual(fit.coordinates, fit.at, self._held)
+        return float(left @ left)
 
     def refit(self, likely: Sequence[Score]) -> list[Trial]:
         """Refit candidates, all roughly and the better ones to the end; the best comes first."""
@@ -148,11 +160,7 @@ class CandidateRefits:
     def weighed(self, score: Score, fit: Fit) -> Trial:
         """Judge a candidate by a fit with its knob last."""
         wald, deviation, factor, serial = self._certainty(score.coordinate.name, fit)
-        held_out = float("nan")
-        if self._held is not None:
-            before = self._fitter.residual(self._base.coordinates, self._base.at, self._held)
-            after = self._fitter.residual(fit.coordinates, fit.at, self._held)
-            held_out = float(before @ before - after @ after)
+        held_out = self._left_before - self._left_of(fit)
         delta_chi2 = self._base.chi2 - fit.chi2
         size = float(fit.at[-1])
         evidence = Evidence(delta_chi2, wald, held_out, self._needed, factor, size, serial)
