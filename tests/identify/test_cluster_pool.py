@@ -74,6 +74,22 @@ def test_threads_do_not_change_a_residual() -> None:
     assert np.array_equal(np.concatenate(alone), together[0])
 
 
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_a_point_that_is_too_far_off_is_given_up(jobs: int) -> None:
+    """It lacks experiments at its end, and is worse than asked for; nearer ones are whole."""
+    observer = Observer(knee_model(), INSTRUMENTS)
+    logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine", "triangles")]
+    batch = Threads(observer, jobs).freeze(logs, points()[0])
+    whole = list(batch.residuals(points()))
+    losses = [float(r @ r) for r in whole]
+    most = 0.5 * (min(losses) + max(losses))
+    for full, found, loss in zip(whole, batch.residuals(points(), most), losses, strict=True):
+        assert np.array_equal(found, full[: len(found)])
+        assert len(found) == len(full) if loss <= most else float(found @ found) > most
+    nowhere = next(batch.residuals(points()[-1:], 0.0))
+    assert len(nowhere) < len(whole[-1]) or jobs >= len(logs)
+
+
 def test_an_effect_of_the_user_travels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the file is not, its content gives the same effect in a module of the same name."""
     file = tmp_path / "drag.py"
