@@ -141,7 +141,7 @@ def test_a_client_that_stops_reading_loses_frames_and_nobody_else_does(
             with pytest.raises(can.CanOperationError):
                 server.send(message_of(FRAME))
         assert server.dropped == 10
-        connection = server._clients[0]
+        connection = server._clients.connected[0]
         assert len(connection._waiting) <= WRITE_BUFFER_BYTES
         assert witness.hear(sent + 9).count(b"< frame 181 ") == sent + 9
 

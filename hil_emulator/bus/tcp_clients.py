@@ -1,0 +1,174 @@
+"""Who is connected to a TCP bus: who comes, joins, is read from, written to, and goes."""
+
+import contextlib
+import selectors
+import time
+from collections.abc import Callable
+from typing import cast
+
+from hil_emulator.bus.tcp_connection import Connection
+from hil_emulator.bus.tcp_listener import MAX_CLIENTS, listen, readable, turn_away
+from hil_emulator.frame import Frame
+
+LOOK_AROUND_S = 0.005
+"""Time between looks for who comes [s] (assumed)."""
+
+Take = Callable[[Connection, list[Frame]], None]
+"""Takes the frames that a client has sent."""
+
+
+class Clients:
+    """The connections of a TCP bus, served in the calls of its owner.
+
+    Args:
+        host: address to listen on; nothing listens beyond it.
+        port: TCP port, 0 for any free one.
+        channel: the name clients have to open.
+        take: takes what a client has sent.
+
+    Attributes:
+        connected: those connected at present, whether they have finished their handshake or not.
+        host: the address in use.
+        port: the port in use.
+
+    Raises:
+        can.CanInitializationError: where address and port cannot be listened on.
+
+    """
+
+    def __init__(self, host: str, port: int, channel: str, take: Take) -> None:
+        self._listener = listen(host, port)
+        self.host: str
+        self.port: int
+        self.host, self.port = self._listener.getsockname()[:2]
+        self.connected: tuple[Connection, ...] = ()
+        self._channel, self._take = channel, take
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._listener, selectors.EVENT_READ)
+        self._knocks = readable(self._listener)
+        self._silent: list[Connection] = []  # those in the pause after their handshake
+        self._look_around = 0.0  # [s] of time.monotonic()
+        self._lost = 0
+        self._senseless = 0
+
+    @property
+    def dropped(self) -> int:
+        """Frames lost to clients that did not read them, each client counting."""
+        return self._lost + sum(client.dropped for client in self.connected)
+
+    @property
+    def ignored(self) -> int:
+        """Commands of clients that made no sense."""
+        return self._senseless + sum(client.ignored for client in self.connected)
+
+    def serve_all(self) -> None:
+        """Read what every client has said, once, without asking who has said anything.
+
+        Who comes, or is in the midst of joining, is looked after every few milliseconds: asking
+        the system which sockets are ready takes longer than reading from one.
+        """
+        now = time.monotonic()
+        if now >= self._look_around:
+            self._look_around = now + LOOK_AROUND_S
+            if self._silent:
+                self._end_pauses(None)
+            if self._knocks():
+                self._accept()
+        for client in self.connected:
+            client.acknowledge()
+            if client.wants_to_write:
+                client.flush()
+            self._read(client)
+            if client.gone or client.wants_to_write:
+                self._watch(client)
+
+    def serve_ready(self, timeout: float | None) -> None:
+        """Serve every socket that is ready, once; wait up to `timeout` [s] for the first."""
+        for known in self.connected:
+            known.acknowledge()
+        if self._silent:
+            timeout = self._end_pauses(timeout)
+        for key, events in self._selector.select(timeout):
+            client = cast("Connection | None", key.data)
+            if client is None:
+                self._accept()
+                continue
+            if events & selectors.EVENT_WRITE:
+                client.flush()
+            if events & selectors.EVENT_READ and not client.gone:
+                self._read(client)
+            self._watch(client)
+
+    def write(self, lines: bytes, count: int, but: Connection | None = None) -> bool:
+        """Write `count` lines to those in raw mode, but one; False where a client lost them."""
+        complete = True
+        for client in self.connected:
+            if client.raw and not client.gone and client is not but:
+                complete &= client.write(lines, count)
+                if client.gone or client.wants_to_write:
+                    self._watch(client)
+        return complete
+
+    def close(self) -> None:
+        """Close the port and all connections; harmless when repeated."""
+        for client in self.connected:
+            client.close()
+        self.connected = ()
+        self._listener.close()
+        self._selector.close()
+
+    def _accept(self) -> None:
+        with contextlib.suppress(OSError):  # who has gone again already need not be served
+            sock, _ = self._listener.accept()
+            if len(self.connected) >= MAX_CLIENTS:
+                self._dismiss()
+            if len(self.connected) >= MAX_CLIENTS:
+                turn_away(sock)
+                return
+            client = Connection(sock, self._channel)
+            self._selector.register(sock, selectors.EVENT_READ, client)
+            self.connected += (client,)
+            self._watch(client)
+
+    def _dismiss(self) -> None:
+        """Let those go who hold a place without ever joining the bus."""
+        for client in [c for c in self.connected if c.lingers]:
+            client.gone = True
+            self._watch(client)
+
+    def _read(self, client: Connection) -> None:
+        was_raw = client.raw
+        frames = client.read()
+        if client.raw and not was_raw:
+            self._silent.append(client)
+        if frames:
+            self._take(client, frames)
+
+    def _watch(self, client: Connection) -> None:
+        """Forget a client that has vanished; watch the others for what they are waiting for."""
+        if client not in self.connected:
+            return
+        if client.gone:
+            self.connected = tuple(other for other in self.connected if other is not client)
+            self._lost += client.dropped
+            self._senseless += client.ignored
+            self._selector.unregister(client.socket)
+            client.close()
+            return
+        events = selectors.EVENT_READ
+        if client.wants_to_write:
+            events |= selectors.EVENT_WRITE
+        if self._selector.get_key(client.socket).events != events:
+            self._selector.modify(client.socket, events, client)
+
+    def _end_pauses(self, timeout: float | None) -> float | None:
+        """Let clients speak whose pause is over; return the time [s] until the next one's end."""
+        now = time.monotonic()
+        for client in self._silent:
+            until = client.silent_until
+            if until is not None and until <= now and not client.gone:
+                client.speak_up()
+                self._watch(client)
+        self._silent = [c for c in self._silent if c.silent_until is not None and not c.gone]
+        ends = [until - now for c in self._silent if (until := c.silent_until) is not None]
+        return min(ends + ([] if timeout is None else [timeout]), default=timeout)
