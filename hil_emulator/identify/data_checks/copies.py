@@ -4,13 +4,15 @@ Noise that returns is no second witness: what fits it in one experiment fits it 
 held-out ones among them. Such experiments count together as one.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache, partial
 from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
+from scipy.fft import irfft, rfft
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
@@ -82,13 +84,14 @@ def _same_noise(noises: Sequence[dict[str, Array]]) -> Mask:
     """
     same = np.zeros((len(noises), len(noises)), np.bool_)
     for name in sorted(set().union(*noises)):
-        there = [i for i, channels in enumerate(noises) if name in channels]
-        size = next_fast_len(2 * max(len(noises[i][name]) for i in there), real=True)
         # of one channel at a time: the spectra of all would fill the memory
-        spectra = {i: rfft(_signs(noises[i][name]), size) for i in there}
-        for i, j in combinations(there, 2):
-            shorter = min(len(noises[i][name]), len(noises[j][name]))
-            if not same[i, j] and _most(spectra[i], spectra[j], size) > SAME_NOISE * shorter:
+        signs = {i: _signs(channels[name]) for i, channels in enumerate(noises) if name in channels}
+        spectrum = cache(partial(_spectrum, signs))
+        for i, j in combinations(signs, 2):
+            lengths = len(signs[i]), len(signs[j])
+            size = 2 ** math.ceil(math.log2(sum(lengths)))
+            most = _most(spectrum(i, size), spectrum(j, size))
+            if most > SAME_NOISE * min(lengths):
                 same[i, j] = same[j, i] = True
     return same
 
@@ -98,13 +101,17 @@ def _signs(noise: Array) -> Array:
     return np.asarray(np.sign(noise - np.median(noise)))
 
 
-def _most(one: _Spectrum, other: _Spectrum, size: int) -> float:
+def _spectrum(signs: Mapping[int, Array], i: int, size: int) -> _Spectrum:
+    return np.asarray(rfft(signs[i], size))
+
+
+def _most(one: _Spectrum, other: _Spectrum) -> float:
     """Return the product of two stretches at the one offset where they agree, or 0.
 
     What agrees at several offsets is a hum, and no noise.
     """
-    product = irfft(one * np.conj(other), size)
+    product = irfft(one * np.conj(other))
     peak = int(np.argmax(product))
     most = float(product[peak])
-    product[np.arange(peak - OFFSET_MARGIN, peak + OFFSET_MARGIN + 1) % size] = 0.0
+    product[np.arange(peak - OFFSET_MARGIN, peak + OFFSET_MARGIN + 1) % len(product)] = 0.0
     return most if float(product.max()) <= 0.5 * most else 0.0
