@@ -14,9 +14,9 @@ Vector = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def add_up(values: Vector) -> float:
-    """Return a sum that rounds of a loop could share."""
+    """Return a sum of twelve: whether rounds of an unknown number are laid out hangs on the CPU."""
     total = 0.0
-    for i in range(len(values)):
+    for i in range(12):
         total += values[i] * values[i]
     return total
 
@@ -35,7 +35,7 @@ def machine_code(function: Any) -> list[str]:
 
 def test_loops_stay_loops_where_code_has_to_be_short() -> None:
     """They compute the same to the bit, in fewer instructions."""
-    values = np.linspace(0.1, 0.9, 37)
+    values = np.linspace(0.1, 0.9, 12)
     laid_out, rolled = entry(None)(add_up), entry(None, rolled=True)(add_up)
     assert laid_out(values) == rolled(values) == add_up(values)
     assert len(machine_code(rolled)) < len(machine_code(laid_out))
@@ -53,7 +53,7 @@ def test_two_roots_are_drawn_at_once() -> None:
 def test_what_others_compile_is_left_alone() -> None:
     """Numba has its own settings again, also after a function that cannot be compiled."""
     codegen: Any = cpu_target.target_context.codegen()
-    entry(None)(add_up)(np.ones(3))
+    entry(None)(add_up)(np.ones(12))
     with pytest.raises(TypingError):
         entry(None)(add_up)(None)
     assert not {"_pass_builder", "_module_pass_manager"} & set(vars(codegen))
