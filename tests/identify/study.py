@@ -18,6 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from hil_emulator.config.load import load
+from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import Question, identify
 from tests.identify.answer import Answer, from_dict, from_result
@@ -30,13 +31,17 @@ from tests.identify.scoring import Outcome, judge
 from tests.identify.tables import compared, described, failed, report
 
 
-def examine(which: Case, exclude: Sequence[str] = (), backwards: bool = False) -> Answer:
+def examine(
+    which: Case, exclude: Sequence[str] = (), backwards: bool = False,
+    set_points: SetPoints = "unknown",
+) -> Answer:  # fmt: skip
     """Ask the product about one case.
 
     Args:
         which: the case.
         exclude: entries that are deleted from the catalogue.
         backwards: whether the held-out data run backwards in time.
+        set_points: what is said of the current between the rows.
 
     """
     train, other = campaign(which)
@@ -44,7 +49,8 @@ def examine(which: Case, exclude: Sequence[str] = (), backwards: bool = False) -
         other = [turned(e) for e in other]
     start = time.monotonic()
     machine = load([which.bench.config])
-    result = identify(machine, train, other, Question(exclude=exclude), cache=CACHE)
+    question = Question(exclude=exclude, set_points=set_points)
+    result = identify(machine, train, other, question, cache=CACHE)
     return from_result(result, time.monotonic() - start)
 
 
