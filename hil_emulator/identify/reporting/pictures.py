@@ -134,7 +134,7 @@ def balance(drawn_map: Map, both: bool) -> bytes:
         logarithmic(last.xaxis)
         logarithmic(last.yaxis, 60.0)
         last.set_xlabel("frequency [Hz]", fontsize=8)
-        last.set_ylabel(f"density [{drawn_map.unit}/Hz$^{{1/2}}$]", fontsize=8)
+        last.set_ylabel(f"density [{drawn_map.unit}/√Hz]", fontsize=8)
         last.set_title("spectrum", fontsize=9, loc="left")
     return png(drawn)
 
