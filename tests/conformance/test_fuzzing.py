@@ -87,7 +87,7 @@ def test_twenty_thousand_frames(eds: Path) -> None:
     check(eds, seed=301, frames=20_000)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_twenty_thousand_frames")
 @pytest.mark.parametrize("eds", EDS_FILES, ids=lambda path: path.stem)
 def test_two_hundred_thousand_frames(eds: Path) -> None:
     """Each shipped device, a million frames in all."""

@@ -28,7 +28,8 @@ def test_every_shipped_device_conforms(eds: Path, node_id: int) -> None:
     "files",
     [pytest.param(["configs/hyq_knee.toml"], id="combined"),
      pytest.param(["configs/hyq_knee.toml", "configs/hyq_knee_separate.toml"],
-                  id="separate", marks=pytest.mark.slow)],
+                  id="separate",
+                  marks=pytest.mark.full(sibling="test_the_emulator_conforms"))],
 )  # fmt: skip
 def test_the_emulator_conforms(files: list[str]) -> None:
     """On the reference machine, hydraulics and noise included, all nodes of a layout conform."""

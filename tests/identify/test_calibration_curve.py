@@ -72,7 +72,7 @@ def bent(values: Array, curve: Array) -> Array:
     return np.asarray(curve - np.polyval(np.polyfit(values, curve, 1), values))
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_waving_calibration_shows_at_its_sensor")
 @pytest.mark.parametrize("channel", ["position", "load_force"])
 def test_a_waving_calibration_is_told_as_something_unknown_there(channel: str) -> None:
     """No effect is named, and what is unknown is above all in the reading of that sensor."""
@@ -86,7 +86,7 @@ def test_a_waving_calibration_is_told_as_something_unknown_there(channel: str) -
     assert result.unknown[0].balance == BALANCES[channel]
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_waving_calibration_shows_at_its_sensor")
 @pytest.mark.parametrize("channel", ["position", "load_force"])
 def test_a_calibration_that_is_added_closes_the_gap(channel: str, tmp_path: Path) -> None:
     """The emulator with the table misreads as the bench does, on data that took no part."""

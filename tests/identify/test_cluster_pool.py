@@ -131,7 +131,7 @@ def test_the_result_is_the_same_on_a_cluster(workers: str) -> None:
     assert np.array_equal(there.search.final.at, here.search.final.at)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="platform/test_cluster.py::test_a_task_that_kills_workers")
 def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
     """What a dead worker had frozen is frozen again; the residuals are the same."""
     observer = Observer(knee_model(), INSTRUMENTS)
@@ -146,7 +146,7 @@ def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
             assert np.array_equal(mine.gains.kalman, fetched.gains.kalman)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_the_result_is_the_same_on_a_cluster")
 def test_workers_share_a_noise(workers: str) -> None:
     """What logs on several workers tell of their noise weighs all of them, as in one process."""
     observer = StaticObserver(knee_model())

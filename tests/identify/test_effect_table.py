@@ -110,7 +110,7 @@ def test_the_symmetry_of_a_curve_is_about_zero(curve: object, words: str) -> Non
     assert words in in_words("velocity", knots, curve(knots), "N")  # type: ignore[operator]
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_the_law_goes_through_the_fitted_values")
 def test_a_table_closes_the_gap_on_held_out_data(tmp_path: Path) -> None:
     """A leak that opens at 20 bar is in no catalogue: unknown, and mostly gone with its table."""
     train, held = campaign(

@@ -97,7 +97,7 @@ def test_few_data_are_looked_at_as_a_whole() -> None:
     assert seen.clusters(clusters) is clusters
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_excerpt_stands_for_all_data")
 @pytest.mark.parametrize(
     ("changes", "name"),
     [

@@ -81,14 +81,17 @@ def test_the_edge_that_is_worn_is_named() -> None:
     assert high - low < 3e-5
 
 
+FULL = pytest.mark.full(sibling="test_effects_of_the_valve_are_named")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "names"),
     [
-        ({"null_bias_bias": 1e-4}, [{"null_bias"}]),
+        pytest.param({"null_bias_bias": 1e-4}, [{"null_bias"}], marks=FULL),
         # seen from one chamber, with a gain that is unknown, these are one and the same
         ({"gain_asymmetry_asymmetry": 0.05}, [{"gain_asymmetry", "gain_sa", "gain_at"}]),
-        ({}, []),
+        pytest.param({}, [], marks=FULL),
     ],
 )
 def test_effects_of_the_valve_are_named(

@@ -55,7 +55,7 @@ def test_a_limit_is_tried_nearer_than_infinity(unlimited: Configuration) -> None
     assert likeliest.statistic > 100.0
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_limit_is_tried_nearer_than_infinity")
 @pytest.mark.parametrize("rate", [0.8, 2.0])
 def test_a_slow_spool_is_named(unlimited: Configuration, rate: float) -> None:
     """A rate limit that no data sheet has is found, with its value in its interval."""

@@ -16,6 +16,7 @@ from tests.studies.logs.rates import least_squares
 
 DATA = Path(__file__).parent / "data"
 CACHE = cache_folder()
+FULL = pytest.mark.full(sibling="test_friction_and_its_growth_with_pressure_are_named")
 
 
 def files(seal: str, *bars: int) -> list[Path]:
@@ -50,7 +51,9 @@ def error(result: Result, round_: int) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seal", "before"), [("oring", 6.0), ("napn", 9.0)])
+@pytest.mark.parametrize(
+    ("seal", "before"), [("oring", 6.0), pytest.param("napn", 9.0, marks=FULL)]
+)
 def test_friction_and_its_growth_with_pressure_are_named(seal: str, before: float) -> None:
     """Coulomb friction and its growth with pressure are found, and other pressures confirm it.
 

@@ -35,7 +35,7 @@ def test_an_effect_in_a_foreign_simulator_is_named() -> None:
     assert asked("medium", 8).exact
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_what_no_catalogue_has_is_flagged_where_it_is")
 def test_a_law_between_two_is_said_to_be_either() -> None:
     """Play of several elements is named as one threshold or one hysteresis, and not as both.
 
@@ -48,7 +48,7 @@ def test_a_law_between_two_is_said_to_be_either() -> None:
     assert outcome.flagged or {"threshold", "hysteresis"} <= named.members
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_what_no_catalogue_has_is_flagged_where_it_is")
 @pytest.mark.xfail(
     reason="a pressure offset is named where friction over pressure explains more", run=False
 )
@@ -66,13 +66,13 @@ def test_a_healthy_foreign_simulator_lacks_nothing() -> None:
     assert asked("none", 0, SHORTEST).exact
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
 def test_effects_that_hide_each_other_are_all_named() -> None:
     """Friction that is larger one way, a pressure that reads high, a null that is off."""
     assert asked("triples", 11, SHORTEST).exact
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
 def test_two_that_hide_each_other_are_found_half_way_to_where_they_are() -> None:
     """Friction of pressure and of direction: the whole way that is linearly likeliest is too long.
 
@@ -81,7 +81,7 @@ def test_two_that_hide_each_other_are_found_half_way_to_where_they_are() -> None
     assert known_to_be_held("pairs", 558).exact
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
 def test_what_was_missing_does_not_say_that_the_current_moved() -> None:
     """Beside a weight that is missing it seems to move; with it in the model nobody can tell.
 
@@ -92,13 +92,13 @@ def test_what_was_missing_does_not_say_that_the_current_moved() -> None:
     assert outcome.ordinary["valve_natural_frequency"]
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
 def test_an_effect_of_another_size_elsewhere_is_named_beside_the_one_that_makes_it_so() -> None:
     """A valve with a loop gains less with large openings, where its flow saturates as well."""
     assert known_to_be_held("pairs", 403).exact
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
 def test_a_spring_with_a_weight_on_it_is_a_spring_that_rests_elsewhere() -> None:
     """No motion tells the two apart: one name does the work of both."""
     outcome = asked("pairs", 414, SHORTEST)
@@ -108,14 +108,14 @@ def test_a_spring_with_a_weight_on_it_is_a_spring_that_rests_elsewhere() -> None
     assert not outcome.flagged
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_healthy_foreign_simulator_lacks_nothing")
 @pytest.mark.parametrize(("number", "bench"), [(409, ""), (457, "axis")])
 def test_what_leads_parameters_to_a_better_place_is_not_missing(number: int, bench: str) -> None:
     """A fit that stopped elsewhere, or in a curved valley, makes nothing of a healthy machine."""
     assert asked("none", number, SHORTEST, bench).exact
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_what_no_catalogue_has_is_flagged_where_it_is")
 def test_drag_is_no_mixed_friction() -> None:
     """Friction with the square of speed, for which dry friction had to vanish, is another law."""
     outcome = asked("outside", 454, SHORTEST)
@@ -123,7 +123,7 @@ def test_drag_is_no_mixed_friction() -> None:
     assert outcome.place
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_what_no_catalogue_has_is_flagged_where_it_is")
 def test_a_name_beside_a_machine_that_nobody_has_is_no_whole_answer() -> None:
     """Three lags of the set point are told as a dead time beside a valve of 0.6 its bandwidth."""
     assert "valve_natural_frequency" in " ".join(
@@ -131,19 +131,19 @@ def test_a_name_beside_a_machine_that_nobody_has_is_no_whole_answer() -> None:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_healthy_foreign_simulator_lacks_nothing")
 def test_ripple_of_the_friction_is_no_lag_of_a_sensor() -> None:
     """What comes again whenever the rod comes by is one error, and no evidence many times over."""
     assert known_to_be_held("none", 455).exact
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
 def test_who_did_the_work_of_another_is_no_longer_needed_beside_it() -> None:
     """A pressure that reads otherwise one way, as long as nobody knew that friction does."""
     assert known_to_be_held("pairs", 447).exact
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
 def test_a_dead_time_shows_beside_what_hid_it() -> None:
     """At 500 rows a second a current that is late may move between the rows, or be held there.
 
@@ -162,7 +162,7 @@ def test_what_no_catalogue_has_is_flagged_where_it_is() -> None:
     assert outcome.place
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_what_no_catalogue_has_is_flagged_where_it_is")
 @pytest.mark.parametrize(("number", "other"), [(540, "flow_saturation"), (486, "external_leakage")])
 def test_a_cell_whose_gain_bends_is_named_as_one_of_another_law(number: int, other: str) -> None:
     """Held-out data want less of a gain error that saturates, beside an effect of another law."""

@@ -81,7 +81,7 @@ def test_overlap_is_named_from_an_open_port(tmp_path: Path) -> None:
     assert low < 1.5e-4 < high
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_overlap_is_named_from_an_open_port")
 def test_underlap_is_named_from_blocked_ports(tmp_path: Path) -> None:
     """The pressures of blocked ports are solved for, and fall where both edges are open."""
     tops = (3e-4, 2e-4, 2.5e-4)

@@ -29,7 +29,7 @@ def chosen(*names: str) -> list[Coordinate]:
     return [c for c in parameters.candidates(knee_model(), CHANNELS) if c.name in names]
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_large_leak_is_found_by_sparse_regression")
 @pytest.mark.parametrize("way", WAYS)
 def test_a_large_leak_is_found_by_bic(way: Way) -> None:
     """It comes first among a few candidates, within a third of its size."""

@@ -8,9 +8,17 @@ from tests.studies.logs.accidents import judged
 from tests.studies.logs.mutations import mutated
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
-def test_a_hundred_accidents_end_in_no_traceback(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "seeds",
+    [
+        range(6),
+        pytest.param(
+            range(100), marks=pytest.mark.full(sibling="test_accidents_end_in_no_traceback")
+        ),
+    ],
+)
+def test_accidents_end_in_no_traceback(tmp_path: Path, seeds: range) -> None:
     """Whatever happened: experiments of finite readings, or one message that names the file."""
-    fates = [judged(mutated(tmp_path / f"log{seed}.csv", seed)) for seed in range(100)]
+    fates = [judged(mutated(tmp_path / f"log{seed}.csv", seed)) for seed in seeds]
     assert {"refused", "contradicts", "accepted"} == set(fates)

@@ -22,7 +22,7 @@ def row(rate: int) -> Row:
     return examined("oring", rate, Question(only=ASKED))
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_the_order_of_the_logs_does_not_matter")
 @pytest.mark.parametrize("rate", [50, 500])
 def test_the_sample_rate_does_not_matter(rate: int) -> None:
     """Verdict and names are those of 100 Hz, values lie within each other's intervals."""

@@ -9,7 +9,7 @@ from tests.studies.generator.cases import case
 from tests.studies.rules.null_distribution import examined
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="identify/test_levels.py::test_a_number_is_right_within_a_factor_of_ten")
 @pytest.mark.parametrize("bench", ["", "axis"])
 def test_a_thousandth_of_healthy_machines_has_an_effect_by_chance_at_most(bench: str) -> None:
     """Many candidates are alike: the best of all reaches less than their number lets one expect.

@@ -31,7 +31,7 @@ def test_the_true_effect_is_held_against_the_best(tmp_path: Path) -> None:
     assert said[1].startswith("1 of 2 true effects gain the most, 1 of the others at least 0.75")
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="studies/test_study.py::test_a_healthy_foreign_simulator_lacks_nothing")
 @pytest.mark.parametrize("machine", ["none-601", "none-603@axis"])
 def test_a_healthy_machine_has_terms_that_are_worth_no_word(machine: str) -> None:
     """Its ripple is significant, and smaller than what is noticeable."""
