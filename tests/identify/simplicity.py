@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.prediction.plant.parameters import candidates
 from hil_emulator.identify.selection.levels import NEARLY_ALL, SMALL_PART
 from tests.identify.ablation import WITH_ALL, kept, report_on_files
 from tests.identify.generator.cases import cases_called

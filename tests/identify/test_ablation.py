@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from tests.identify import ablation
 from tests.identify.ablation import AND, WITH_ALL, Kept, examine, kept, report
 from tests.identify.answer import Answer, Named
