@@ -13,9 +13,9 @@ from hil_emulator.identify.experiment_design.practice import campaign, ground, h
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.resonance import on_oil
-from tests.identify.generator.benches import CRANE
-from tests.identify.generator.cases import cases_called, recording
 from tests.identify.rig_data import CACHE, knee_model
+from tests.studies.generator.benches import CRANE
+from tests.studies.generator.cases import cases_called, recording
 
 KINDS = ("multisine", "steps", "triangles", "chirp", "pseudo_random")
 

@@ -17,8 +17,8 @@ from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.session import Question, identify
 from hil_emulator.model.declare import Effect
-from tests.identify.generator.cases import Case, campaign
 from tests.identify.rig_data import CACHE, INSTRUMENTS, KNEE, knee
+from tests.studies.generator.cases import Case, campaign
 
 SPEEDS = (-0.3, -0.1, 0.0, 0.03, 0.15, 0.35)
 DRAG = Unexplained("force on the piston", "velocity", "N", SPEEDS,

@@ -15,10 +15,10 @@ from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.starts import Confirmation
 from hil_emulator.identify.session import identify
-from tests.identify.generator.bench import TRAINING, VALIDATION, record
-from tests.identify.generator.cases import case, machine
-from tests.identify.generator.sensors import CHANNELS
 from tests.identify.rig_data import CACHE, KNEE
+from tests.studies.generator.bench import TRAINING, VALIDATION, record
+from tests.studies.generator.cases import case, machine
+from tests.studies.generator.sensors import CHANNELS
 
 RATE = 1.5
 """Rate limit of the machine's spool [A/s]: its largest steps take 8 ms."""

@@ -15,10 +15,10 @@ from hil_emulator.identify.prediction.observer import windows
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
-from tests.identify.generator.bench import record
-from tests.identify.generator.benches import FIRST
-from tests.identify.generator.plant import Machine
 from tests.identify.rig_data import CACHE, INSTRUMENTS
+from tests.studies.generator.bench import record
+from tests.studies.generator.benches import FIRST
+from tests.studies.generator.plant import Machine
 
 HIDDEN = {"stribeck_friction": 40.0, "position_friction": 0.4, "friction_asymmetry": -0.12}
 """Sizes of three laws of friction, SI."""

@@ -12,7 +12,7 @@ from hil_emulator.identify.prediction.benches.force_balance import StaticObserve
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.session import identify
 from hil_emulator.platform.paths import cache_folder
-from tests.identify.rates import least_squares
+from tests.studies.logs.rates import least_squares
 
 DATA = Path(__file__).parent / "data"
 CACHE = cache_folder()

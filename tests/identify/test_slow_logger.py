@@ -20,11 +20,11 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.levels import TOLD_APART
-from tests.identify.generator.benches import BENCHES
-from tests.identify.generator.cases import campaign as blind
-from tests.identify.generator.cases import case
 from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee_model, recorded, thinned
-from tests.identify.slow_logger import CASES, logged, sort_of
+from tests.studies.generator.benches import BENCHES
+from tests.studies.generator.cases import campaign as blind
+from tests.studies.generator.cases import case
+from tests.studies.logs.slow_logger import CASES, logged, sort_of
 
 SLOW = pytest.mark.slow
 EVERY = 5

@@ -17,7 +17,7 @@ ADVICE = "log valve_current at the rate at which it is set, or say with --set-po
 SHORTEST = 2.0
 """Seconds of a moving actuator from which a name means something (assumed). Of 12 healthy machines
 whose null drifts as usual, recorded for a second, 2 were said to lack something:
-`python -m tests.identify.short_records 1`."""
+`python -m tests.studies.logs.short_records 1`."""
 
 
 def doubt_rows(
