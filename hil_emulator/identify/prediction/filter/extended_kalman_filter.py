@@ -5,7 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index, Mask
-from hil_emulator.identify.prediction.filter.linear_period import elapse_linearly, note, read_widely
+from hil_emulator.identify.prediction.filter.sample_jacobian import (
+    elapse_linearly,
+    note,
+    read_widely,
+)
 from hil_emulator.identify.prediction.filter.transition import Slopes, differentiate, slopes_of
 from hil_emulator.identify.prediction.model_run.records import (
     Data,

@@ -1,9 +1,11 @@
-"""A sample's period, and what small changes at its begin come to.
+"""The Jacobian of one sample period, by which the extended Kalman filter propagates covariance.
 
-They are mapped by the slopes of the rates. But friction bends within less than the velocity is
-certain, whose change counts by a secant: while a rod hardly slides, the model runs once more, that
-much faster. And where a chamber empties, gas becomes softer than oil within a fraction of a period,
-of which slopes at both ends tell little: the model runs once more for every change.
+It follows from the Jacobian of the rates (`transition`), with two exceptions:
+
+- While the rod hardly slides, friction changes within the uncertainty of the velocity. The model
+  runs a second time with the velocity changed by that uncertainty: a secant.
+- Where a chamber empties, gas becomes softer than oil within a fraction of the period. The model
+  runs once more for every change of the state.
 """
 
 from hil_emulator.identify.measured.experiment import Array, Single
