@@ -13,9 +13,9 @@ from hil_emulator.identify.estimation.free_terms import score_terms
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.session import Question, identify
 from tests.identify.rig_data import CACHE, INSTRUMENTS, KNEE, campaign, knee, knee_model, recorded

@@ -11,7 +11,7 @@ from hil_emulator.identify.data_checks.clocks import two_clocks
 from hil_emulator.identify.data_checks.plausible import contradictions, hydraulic_force
 from hil_emulator.identify.experiment_design.practice import campaign, ground, hide
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.resonance import on_oil
 from tests.identify.rig_data import CACHE, knee_model
 from tests.studies.generator.benches import CRANE

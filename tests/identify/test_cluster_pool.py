@@ -12,10 +12,10 @@ from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
 from hil_emulator.config.effect_files import effect_files, read_effects, restored
-from hil_emulator.identify.prediction.cluster_pool import ClusterPool
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.pool import Point, Threads
-from hil_emulator.identify.prediction.static import StaticObserver
+from hil_emulator.identify.prediction.benches.force_balance import StaticObserver
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.parallel.cluster_pool import ClusterPool
+from hil_emulator.identify.prediction.parallel.pool import Point, Threads
 from hil_emulator.identify.session import Question, identify
 from hil_emulator.platform import cluster
 from hil_emulator.platform.cluster import connected

@@ -12,10 +12,10 @@ from hil_emulator.identify.estimation.log_evidence import LogEvidence
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.shape_sums import ShapeSums, Sums
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.pool import Threads
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.parallel.pool import Threads
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 

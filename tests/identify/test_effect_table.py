@@ -12,8 +12,8 @@ from hil_emulator.identify.conclusion.findings import Unexplained, in_words
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.gap import compare, measure
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.session import Question, identify
 from hil_emulator.model.declare import Effect

@@ -4,9 +4,9 @@ import numpy as np
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from tests.identify.rig_data import CACHE
 from tests.studies.generator.benches import AXIS
 from tests.studies.generator.cases import campaign, case

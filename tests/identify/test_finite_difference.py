@@ -14,8 +14,8 @@ from hil_emulator.identify.estimation.finite_difference import (
 )
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 SMALL = 1e-4

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.flow_bench import FlowBench, flow_bench
+from hil_emulator.identify.prediction.benches.flow_bench import FlowBench, flow_bench
 from hil_emulator.identify.session import Question, identify
 from hil_emulator.model.plant import Plant
 from tests.identify.rig_data import CACHE, PERIOD, knee, knee_model

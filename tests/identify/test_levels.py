@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import chi2
 
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.prediction.balances import PISTON
-from hil_emulator.identify.prediction.free_shapes import HATS
+from hil_emulator.identify.prediction.free_terms.balances import PISTON
+from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
 from hil_emulator.identify.selection import discrepancies, levels
 from hil_emulator.identify.selection.evidence import Evidence, Trial, ranked
 from hil_emulator.identify.selection.law_form import judge

@@ -9,9 +9,9 @@ from hil_emulator.config.load import Configuration, load
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.starts import Confirmation
 from hil_emulator.identify.session import identify

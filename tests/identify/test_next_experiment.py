@@ -23,8 +23,8 @@ from hil_emulator.identify.experiment_design.next_experiment import (
     possible,
     recommend,
 )
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.session import identify

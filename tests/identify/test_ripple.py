@@ -11,9 +11,10 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.ripple import Ripple, ripples
 from hil_emulator.identify.estimation.settled import settled
-from hil_emulator.identify.prediction import parameters, windows
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer import windows
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from tests.identify.rig_data import CACHE, INSTRUMENTS
 from tests.studies.generator.bench import record
 from tests.studies.generator.benches import FIRST

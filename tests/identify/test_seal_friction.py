@@ -8,8 +8,8 @@ import pytest
 from hil_emulator.config.load import load
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.measured.data import load_experiments
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.static import StaticObserver
+from hil_emulator.identify.prediction.benches.force_balance import StaticObserver
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.session import identify
 from hil_emulator.platform.paths import cache_folder
 from tests.studies.logs.rates import least_squares

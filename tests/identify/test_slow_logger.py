@@ -14,11 +14,11 @@ from hil_emulator.identify.conclusion.result import Result, Verdict
 from hil_emulator.identify.estimation.set_point_course import Investigation, followed
 from hil_emulator.identify.measured.between_rows import BRIDGE, SetPoints, moving
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.balances import SPOOL
+from hil_emulator.identify.prediction.free_terms.balances import SPOOL
 from hil_emulator.identify.prediction.instrumentation import predicting, priors
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.parameters import candidates, ordinary
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.levels import TOLD_APART
 from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee_model, recorded, thinned
 from tests.studies.generator.benches import BENCHES

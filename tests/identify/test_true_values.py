@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 DEVIATIONS = 5.0

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.metered import through_edge
-from hil_emulator.identify.prediction.valve_bench import ValveBench, bench
+from hil_emulator.identify.prediction.benches.edge_flow import through_edge
+from hil_emulator.identify.prediction.benches.valve_bench import ValveBench, bench
 from hil_emulator.identify.session import identify
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors

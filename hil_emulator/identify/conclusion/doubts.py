@@ -7,9 +7,9 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.estimation.set_point_course import DEAD_TIME, hold
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.balances import SPOOL
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.free_terms.balances import SPOOL
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.selection.certainty import hardly_believed
 
 ADVICE = "log valve_current at the rate at which it is set, or say with --set-points what it did"

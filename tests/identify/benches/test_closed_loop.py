@@ -12,8 +12,8 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.measured.experiment import REFERENCE, Experiment
-from hil_emulator.identify.prediction.commanded import found_gain
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.benches.position_loop import found_gain
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.platform.paths import cache_folder
 from tests.identify.benches.asked import asked, bench, names, recorded
 from tests.identify.benches.valve import CREEPING, GAIN, Array, noisy

@@ -7,9 +7,9 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.boundary import bounded, with_values
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.sweep_bench import sweep_bench
+from hil_emulator.identify.prediction.benches.boundary import bounded, with_values
+from hil_emulator.identify.prediction.benches.sweep_bench import sweep_bench
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.platform.paths import cache_folder
 from tests.identify.benches.asked import asked, bench, names, recorded
 from tests.identify.benches.valve import LITRES, blocked_ports, noisy, open_port, triangle

@@ -17,10 +17,10 @@ from hil_emulator.config.load import load
 from hil_emulator.identify.disagreement.gap import Gap, compare, measure
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.outer_iteration import converge
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, KNEE

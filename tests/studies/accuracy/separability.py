@@ -23,10 +23,10 @@ from hil_emulator.identify.experiment_design import forecast
 from hil_emulator.identify.experiment_design.forecast import Explanation, Forecaster
 from hil_emulator.identify.experiment_design.library import LIBRARY, Target, limits, target
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.pool import LocalBatch
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.parallel.pool import LocalBatch
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.levels import TOLD_APART, needed_delta_chi2
 from hil_emulator.identify.selection.rivals import separability
 from hil_emulator.identify.selection.scan import Score, scan

@@ -6,9 +6,9 @@ import time
 import numpy as np
 
 from hil_emulator.config.load import load
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from tests.identify.rig_data import CACHE, KNEE
 from tests.studies.answer import Answer, Named
 from tests.studies.baselines.replay import CHANNELS, Replay, Way

@@ -15,11 +15,11 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.records import Data, Gains, Start
-from hil_emulator.identify.prediction.sensing import UNSEEN
+from hil_emulator.identify.prediction.filter.sensor_replay import UNSEEN
+from hil_emulator.identify.prediction.model_run.records import Data, Gains, Start
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 
 Way = Literal["open loop", "multiple shooting", "equation error"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from tests.studies.baselines.replay import Replay
 
 MOST = 3

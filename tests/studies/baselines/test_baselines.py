@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from tests.identify.rig_data import knee_model
 from tests.studies.baselines.replay import CHANNELS, Replay, Way
 from tests.studies.baselines.selection import by_bic, by_thresholds

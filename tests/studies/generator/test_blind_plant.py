@@ -11,8 +11,8 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.measured.between_rows import CONTROLLER
-from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant.parameters import candidates
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.plant import Plant
 from tests.identify.rig_data import CACHE, knee_model

@@ -18,8 +18,8 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.plausible import dissipative
 from hil_emulator.identify.measured.data import load_experiments
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.static import StaticObserver
+from hil_emulator.identify.prediction.benches.force_balance import StaticObserver
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.session import EVERYTHING, Question, identify
 from tests.identify.rig_data import CACHE
 

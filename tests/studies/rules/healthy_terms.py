@@ -11,10 +11,10 @@ import argparse
 import numpy as np
 
 from hil_emulator.config.load import load
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.free_shapes import HATS
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.levels import NOTICEABLE
 from hil_emulator.identify.selection.search import Searcher
 from tests.identify.rig_data import CACHE, INSTRUMENTS

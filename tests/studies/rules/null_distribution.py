@@ -19,9 +19,9 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.levels import FALSE_ALARM, needed_delta_chi2
 from hil_emulator.identify.selection.scan import Score, scan
 from tests.identify.rig_data import CACHE, INSTRUMENTS

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import Balance
-from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.free_terms.balances import Balance
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.observer import Observer
 
 LARGEST = 4e9
 """Bytes beyond which everything is forgotten, and computed anew."""

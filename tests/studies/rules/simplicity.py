@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.prediction.plant.parameters import candidates
 from hil_emulator.identify.selection.levels import NEARLY_ALL, SMALL_PART
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 from tests.studies.generator.cases import cases_called
