@@ -5,12 +5,12 @@
     python -m tests.studies.study --out study.jsonl --cases medium:20 --method open-loop
     python -m tests.studies.study --out study.jsonl --cases medium:20 --bench axis
     python -m tests.studies.study --out study.jsonl --report
+    python -m tests.studies.study --out study.jsonl --against tests/studies/kept/knee.jsonl.xz
 
 Finished cases are kept in the file of `--out`; the same command goes on where it was stopped.
 """
 
 import argparse
-import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -23,12 +23,13 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import Question, identify
 from tests.identify.rig_data import CACHE
 from tests.studies.answer import Answer, from_dict, from_result
+from tests.studies.answer_file import append, rows
 from tests.studies.baselines import methods
 from tests.studies.generator.benches import BENCHES, FIRST
 from tests.studies.generator.cases import GROUPS, Case, campaign, case, cases
 from tests.studies.generator.effects import EFFECTS
 from tests.studies.scoring import Outcome, judge
-from tests.studies.tables import compared, described, failed, report
+from tests.studies.tables import changed, compared, described, failed, report
 
 
 def examine(
@@ -85,18 +86,13 @@ def asked(which: Case, method: str) -> tuple[Case, Answer]:
 
 def kept(file: Path, method: str, duration: float | None) -> dict[str, Answer]:
     """Return the answers that a file has already."""
-    if not file.exists():
-        return {}
-    rows = [json.loads(line) for line in file.read_text().splitlines()]
-    return {r["case"]: from_dict(r["answer"]) for r in rows
+    return {r["case"]: from_dict(r["answer"]) for r in rows(file)
             if r["method"] == method and r["duration"] == duration}  # fmt: skip
 
 
 def keep(file: Path, method: str, duration: float | None, name: str, answer: Answer) -> None:
     """Append one answer to a file."""
-    row = {"case": name, "method": method, "duration": duration, "answer": answer.to_dict()}
-    with file.open("a") as stream:
-        stream.write(json.dumps(row) + "\n")
+    append(file, {"case": name, "method": method, "duration": duration, "answer": answer.to_dict()})
 
 
 def counts(text: str) -> Mapping[str, int]:
@@ -155,6 +151,7 @@ def main() -> None:
     options.add_argument("--duration", type=float, default=None, help="of each experiment [s]")
     options.add_argument("--jobs", type=int, default=1, help="processes")
     options.add_argument("--report", action="store_true", help="only print what the file has")
+    options.add_argument("--against", type=Path, help="list cases that another file has otherwise")
     chosen = options.parse_args()
     bench = BENCHES[chosen.bench]
     if chosen.case:
@@ -170,6 +167,10 @@ def main() -> None:
         print("\n".join(line for o in outcomes for line in described(o)))
     if outcomes:
         print(report(outcomes, chosen.method))
+    if chosen.against:
+        before = kept(chosen.against, chosen.method, chosen.duration)
+        print(changed([(o, judge(o.case, before[o.case.name]))
+                       for o in outcomes if o.case.name in before]))  # fmt: skip
     beside = {m: answers for m in METHODS if (answers := kept(chosen.out, m, chosen.duration))}
     if len(beside) > 1:
         print(compared({m: [judge(c, beside[m][c.name]) for c in wanted if c.name in beside[m]]

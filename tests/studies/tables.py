@@ -175,6 +175,21 @@ def control(outcomes: Sequence[Outcome], method: str) -> list[str]:
     ]
 
 
+def changed(pairs: Sequence[tuple[Outcome, Outcome]]) -> str:
+    """Return the cases of which one of two answers is as asked for, each in its words, and counts.
+
+    Args:
+        pairs: of the same case, the present outcome and an earlier one.
+
+    """
+    better = [now for now, before in pairs if failed(before) and not failed(now)]
+    worse = [now for now, before in pairs if failed(now) and not failed(before)]
+    lines = [f"of {len(pairs)} cases {len(better)} are better and {len(worse)} worse than before"]
+    for words, outcomes in (("better", better), ("worse", worse)):
+        lines += [f"{words}: {line}" for o in outcomes for line in described(o)[:3]]
+    return "\n".join(lines)
+
+
 def compared(by_method: Mapping[str, Sequence[Outcome]]) -> str:
     """Return the first share of every group for several methods, on the cases all have."""
     asked = {m: found for m, found in by_method.items() if m not in CONTROLS and found}

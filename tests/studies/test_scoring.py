@@ -1,12 +1,16 @@
 """What counts as right: a wrong name is worse than a class, a class than a name."""
 
+import lzma
+from pathlib import Path
+
 import pytest
 
 from tests.studies.answer import Answer, Named, from_dict
+from tests.studies.answer_file import append, rows
 from tests.studies.generator.cases import Case, machine
 from tests.studies.scoring import judge
 from tests.studies.study import counts
-from tests.studies.tables import failed, report, share, wilson
+from tests.studies.tables import changed, failed, report, share, wilson
 
 
 def hidden(group: str, **effects: float) -> Case:
@@ -124,3 +128,25 @@ def test_a_selection_names_groups_and_numbers() -> None:
     assert counts("none:3,medium:5") == {"none": 3, "medium": 5}
     with pytest.raises(SystemExit, match="no such group: nine"):
         counts("nine:3")
+
+
+def test_a_case_that_was_right_and_is_wrong_is_listed() -> None:
+    """One that was right before and after is not."""
+    right, wrong = Answer((Named("internal_leakage"),)), Answer((Named("null_bias"),))
+    same, lost = (judge(LEAK, right), judge(LEAK, right)), (judge(LEAK, wrong), judge(LEAK, right))
+    listed = changed([same, lost])
+    assert listed.startswith("of 2 cases 0 are better and 1 worse")
+    assert listed.count("worse: medium-00: hidden internal_leakage") == 1
+    assert changed([same]) == "of 1 cases 0 are better and 0 worse than before"
+
+
+def test_compressed_answers_are_those_that_were_kept(tmp_path: Path) -> None:
+    """Row by row, and a file that does not exist has none."""
+    file = tmp_path / "study.jsonl"
+    assert rows(file) == []
+    for case in ("medium-00", "none-00"):
+        append(file, {"case": case, "answer": Answer().to_dict()})
+    compressed = tmp_path / "study.jsonl.xz"
+    compressed.write_bytes(lzma.compress(file.read_bytes()))
+    assert rows(compressed) == rows(file)
+    assert [row["case"] for row in rows(compressed)] == ["medium-00", "none-00"]

@@ -14,7 +14,6 @@ Answers are kept in the file of `--out`: the same command goes on where it was s
 """
 
 import argparse
-import json
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -29,6 +28,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import EVERYTHING, Question
 from tests.identify.rig_data import CACHE
 from tests.studies.answer import Answer, from_dict, from_result
+from tests.studies.answer_file import append, rows
 from tests.studies.generator.benches import BENCHES, FIRST, Bench
 from tests.studies.generator.cases import Case, campaign, case
 from tests.studies.rules.remembered import remembered
@@ -102,10 +102,11 @@ def drawn(
 
 def kept(file: Path) -> Kept:
     """Return what a file has already."""
-    rows = list(map(json.loads, file.read_text().splitlines())) if file.exists() else []
-    return Kept({(r["case"], r["without"]): from_dict(r["answer"]) for r in rows},
-                {r["case"]: frozenset(r["deciding"]) for r in rows if r["without"] == WITH_ALL},
-                )  # fmt: skip
+    # a row of the blind study says nothing of rules: all were there
+    answers = [(r, r.get("without", WITH_ALL)) for r in rows(file)]
+    return Kept({(r["case"], without): from_dict(r["answer"]) for r, without in answers},
+                {r["case"]: frozenset(r.get("deciding", ()))
+                 for r, without in answers if without == WITH_ALL})  # fmt: skip
 
 
 Row = TypeVar("Row")
@@ -159,8 +160,7 @@ def _without(rule: str) -> dict[str, Any]:
 
 def _keep(file: Path, which: Case, rule: str, answer: Answer, **more: Sequence[str]) -> None:
     row = {"case": which.name, "without": rule, "answer": answer.to_dict(), **more}
-    with file.open("a") as stream:
-        stream.write(json.dumps(row) + "\n")
+    append(file, row)
 
 
 def _once(work: Callable[..., Any]) -> Callable[..., Any]:
