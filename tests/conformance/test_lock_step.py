@@ -15,7 +15,7 @@ EDS_FILES = sorted(shipped("eds/hydraulic_actuator.eds").parent.glob("*.eds"))
 
 
 @pytest.mark.parametrize("eds", EDS_FILES, ids=lambda path: path.stem)
-@pytest.mark.parametrize("node_id", [1, 127])
+@pytest.mark.parametrize("node_id", [1, pytest.param(127, marks=pytest.mark.slow)])
 def test_every_shipped_device_conforms(eds: Path, node_id: int) -> None:
     """Each device whose EDS is shipped passes all cases, at either end of the node-IDs."""
     settings = own_channel()

@@ -65,6 +65,7 @@ def test_a_flow_alone_is_too_little() -> None:
     assert "flow_a without pressure_a" in result.reason
 
 
+@pytest.mark.slow
 def test_the_edge_that_is_worn_is_named() -> None:
     """A-T opens late by 0.2 mA: not P-A, not a shifted null, no lap of all edges, no gain."""
     late = {"lap_at_lap": 2e-4}
