@@ -46,6 +46,7 @@ def test_the_null_is_found_where_it_is(bench: Put) -> None:
     assert pressure_gain.find_null(bench(null_bias_bias=1e-4)) == pytest.approx(-1e-4, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_piston_leakage_is_told_from_valve_leakage(bench: Put) -> None:
     """Conductances past the piston and outwards come back beside an unchanged valve."""
     leaking = bench(internal_leakage_conductance=1.7e-13, external_leakage_conductance=2e-14)
@@ -171,6 +172,7 @@ def test_friction_is_seen_through_the_sensors(bench: Put) -> None:
     assert added == pytest.approx(0.04 * 500.0, rel=0.3)
 
 
+@pytest.mark.slow
 def test_four_times_the_mass_halves_the_natural_frequency(bench: Put) -> None:
     """The springs stay; the damping ratio halves too."""
     light, heavy = (natural_frequency.run(bench(load_mass=mass)) for mass in (50.0, 200.0))

@@ -52,7 +52,10 @@ def misread(experiment: Experiment, channel: str) -> Experiment:
     return replace(experiment, readings={**experiment.readings, channel: read})
 
 
-@pytest.mark.parametrize("channel", WAVES)
+@pytest.mark.parametrize(
+    "channel",
+    [c if c == "pressure_a" else pytest.param(c, marks=pytest.mark.slow) for c in WAVES],
+)
 def test_a_waving_calibration_shows_at_its_sensor(channel: str) -> None:
     """Of all free terms that over the sensor's own reading explains the most, with that wave."""
     data = [misread(recorded({}, kind, 3), channel) for kind in ("multisine", "steps")]

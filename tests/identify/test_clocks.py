@@ -65,8 +65,10 @@ def test_practice_data_have_one_clock(number: int) -> None:
     assert found(undriven(e)) == []
 
 
-SWINGING = [("none-509", "slow"), ("medium-500", "slow"), ("medium-501", "fast"),
-            ("medium-509", "chirp")]  # fmt: skip
+SWINGING = [
+    pytest.param("none-509", "slow", marks=pytest.mark.slow), ("medium-500", "slow"),
+    ("medium-501", "fast"), ("medium-509", "chirp"),
+]  # fmt: skip
 """A mass of eight tons that swings at 9 Hz: noise hides its acceleration, a chirp passes its
 resonance, and its speed turns against the current."""
 

@@ -89,6 +89,7 @@ def test_what_lasts_widens_no_belief(rippling: tuple[Fitter, Fit]) -> None:
         assert deviation <= told.deviations[coordinate.name] <= max(1.0, 3.0 * deviation)
 
 
+@pytest.mark.slow
 def test_without_ripple_nothing_changes() -> None:
     """None is found, or so little that the estimate stays within a fraction of its deviation."""
     fitter, fit = fitted(0.0)
@@ -113,6 +114,7 @@ def test_pieces_tell_the_same_as_the_whole(
     assert left @ left == pytest.approx(fit.residual @ fit.residual, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
     rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -41,6 +41,7 @@ def test_one_hidden_effect_is_named_with_its_value(field: str, value: float, nam
     assert result.effects[0].value == pytest.approx(value, rel=0.15)
 
 
+@pytest.mark.slow
 def test_every_experiment_says_which_size_it_wants() -> None:
     """Of a leak that is the catalogue's, the same; the file has the numbers and the page a picture.
 

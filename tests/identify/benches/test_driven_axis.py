@@ -34,6 +34,7 @@ def carriage(file: Path, kind: int, viscous: float) -> Path:
     })  # fmt: skip
 
 
+@pytest.mark.slow
 def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
     """Nothing but a mass was configured; the mass found and the friction named are the true ones.
 

@@ -40,6 +40,7 @@ def blocked_valve(file: Path, top: float, cycles: int, underlap: float) -> Path:
     })  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_valve_as_configured_agrees(tmp_path: Path) -> None:
     """The orifice equation is what remains of the model at rest: the gap is the meter's noise.
 
