@@ -86,7 +86,7 @@ class Foreman:
         except (EOFError, OSError):
             del self._open[line]
             if not self._stopped:
-                self._fail(UserError(f"the process of {self._names[i]} has ended by itself"))
+                self._fail(self._workers[i].failure(f"the process of {self._names[i]}"))
             return
         match kind:
             case "assembled":
@@ -140,9 +140,9 @@ class Messenger:
         """Show how it stands."""
         self._line.send(("status", status))
 
-    def warn(self, line: str) -> None:
-        """Tell what is to be remembered."""
-        self._line.send(("warning", line))
+    def warn(self, text: str) -> None:
+        """Warn of something."""
+        self._line.send(("warning", text))
 
     def end(self) -> None:
         """Take the status line back: the terminal's owner does."""

@@ -129,5 +129,5 @@ def test_none_outlives_the_others(pair: Path, victim: str) -> None:
     while any(map(alive, workers)):
         time.sleep(0.01)
     if victim == "a worker":
-        assert process.returncode == 2
-        assert "the process of left has ended by itself" in err
+        assert process.returncode == 3
+        assert "the process of left was ended by signal 9 (SIGKILL)" in err
