@@ -108,11 +108,9 @@ def run(
     settings_of_bus = bus_settings(config, bus, operation.port)
     with waiting(PREPARING):
         prepare(settings, cache_folder())  # before anybody can connect
-    supervisor = Supervisor(Terminal().warn)
-    taped = partial(recorded, config=config, order=recording, supervisor=supervisor)
-    with Bus(settings_of_bus) as door:
+    with Supervisor(Terminal().warn) as supervisor, Bus(settings_of_bus) as door:
+        taped = partial(recorded, config=config, order=recording, supervisor=supervisor)
         _on_bus(door, config, clock, duration, taped, broken, operation, supervisor)
-    supervisor.conclude()
 
 
 def _on_bus(

@@ -65,8 +65,7 @@ def run_part(
 
     """
     tick_ns = settings.actuators[0].config.tick_ns
-    supervisor = Supervisor(teller.warn)
-    with ExitStack() as stack:
+    with Supervisor(teller.warn) as supervisor, ExitStack() as stack:
         buses = {name: stack.enter_context(Bus(t)) for name, t in settings.buses.items()}
         machine = assemble_machine(settings, buses, cache_folder())
         for name in buses:
@@ -98,7 +97,6 @@ def run_part(
         failed = [f"{name}: {why}" for name, why in failures.items() if why]
         if failed:
             raise PlantFailedError("; ".join(failed))
-    supervisor.conclude()
 
 
 def _banner(

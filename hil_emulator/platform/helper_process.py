@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 
 from hil_emulator.errors import UserError
 
@@ -138,24 +139,25 @@ def report(failure: str) -> None:
         os.write(sys.stdout.fileno(), f"{failure}\n".encode())
 
 
-class Supervisor:
+class Supervisor(AbstractContextManager["Supervisor"]):
     """Watches the helper processes of a run; failures are said as soon as they are seen.
+
+    At the end of its context, when all helpers have been closed, it raises them.
 
     Args:
         say: shows the user a line.
 
+    Attributes:
+        failures: what has gone wrong so far.
+
     """
 
     def __init__(self, say: Callable[[str], None]) -> None:
+        self.failures: list[str] = []
         self._say = say
         self._helpers: list[HelperProcess] = []
         self._required: list[HelperProcess] = []
         self._due = 0.0
-
-    @property
-    def failures(self) -> list[str]:
-        """What has gone wrong so far."""
-        return [failure for helper in self._helpers for failure in helper.failures]
 
     def watch(self, helper: HelperProcess, *, required: bool = False) -> None:
         """Watch a helper from now on.
@@ -180,18 +182,25 @@ class Supervisor:
         if now < self._due:
             return
         self._due = now + _LOOK_S
-        for helper in self._helpers:
-            for failure in helper.look():
-                self._say(failure)
+        for failure in self._new():
+            self._say(failure)
         if any(helper.failures for helper in self._required):
-            raise HelperFailedError("\n".join([*self.failures, "the run has ended, as required"]))
+            raise HelperFailedError("the run has ended with it, as required")
 
-    def conclude(self) -> None:
-        """Raise what has gone wrong during the run.
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        """Raise what has gone wrong, unless something worse than that ends the run.
 
         Raises:
-            HelperFailedError: if anything has.
+            HelperFailedError: if a helper has failed.
 
         """
-        if self.failures:
-            raise HelperFailedError("\n".join(self.failures))
+        self._new()
+        if self.failures and (error is None or isinstance(error, HelperFailedError)):
+            last = [] if error is None else [str(error)]
+            raise HelperFailedError("\n".join([*self.failures, *last])) from None
+
+    def _new(self) -> list[str]:
+        """Return the failures since the last look."""
+        new = [failure for helper in self._helpers for failure in helper.look()]
+        self.failures += new
+        return new

@@ -30,12 +30,13 @@ def write(stream: BinaryIO, files: list[Path]) -> bool:
     A journal that is not one of the files is removed when they are written.
 
     Raises:
-        UserError: if a file cannot be written; the journal stays.
+        UserError: if the journal has no room for the first block.
+        OSError: if it cannot be created.
 
     """
     source = journal_file(files)
     whole = _journal(stream, source)
-    _export(source, [file for file in files if file != source])
+    whole &= _export(source, [file for file in files if file != source])
     if whole and source not in files:
         source.unlink()
     return whole
@@ -79,11 +80,18 @@ def _put(out: BinaryIO, chunk: bytes) -> None:
         chunk = chunk[out.write(chunk) :]
 
 
-def _export(source: Path, files: list[Path]) -> None:
+def _export(source: Path, files: Sequence[Path]) -> bool:
+    """Write the journal in other formats; return whether all are written."""
     from hil_emulator.recording.exports import export
 
+    whole = True
     for file in files:
-        export(source, file)
+        try:
+            export(source, file)
+        except UserError as error:
+            whole = False
+            report(f"recording {error}; mend that, then: hil-emulator convert {source} {file}")
+    return whole
 
 
 def main() -> int:

@@ -105,28 +105,59 @@ def until(done: object, seconds: float = 20.0) -> None:
         time.sleep(0.05)
 
 
-def test_a_full_disk_ends_the_recording_and_not_the_run(
-    journal: Path, recording: Recording, tmp_path: Path
-) -> None:
-    """What fitted is readable, and the message says why there is no more."""
-    limit = journal.stat().st_size // 2
+def on_a_small_disk(
+    journal: Path, limit: int, *files: Path
+) -> "subprocess.CompletedProcess[bytes]":
+    """Return the writer of some files that can have so many bytes."""
 
     def small() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
-    file = tmp_path / "full.rec"
-    result = subprocess.run(
-        [sys.executable, "-m", "hil_emulator.recording.writer_process", str(file)],
+    return subprocess.run(
+        [sys.executable, "-m", "hil_emulator.recording.writer_process", *map(str, files)],
         input=journal.read_bytes(),
         capture_output=True,
         preexec_fn=small,
         check=False,
     )
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_run(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """What fitted is readable, and the message says why there is no more."""
+    file = tmp_path / "full.rec"
+    result = on_a_small_disk(journal, journal.stat().st_size // 2, file)
     assert result.returncode == 1
     assert b"ends early: File too large" in result.stdout
     rows = read(file).rows
     assert 0.4 * TICKS < len(rows) < 0.6 * TICKS
     assert rows.tobytes() == recording.rows[: len(rows)].tobytes()
+
+
+def test_a_recording_has_not_begun_where_its_first_block_finds_no_room(
+    journal: Path, tmp_path: Path
+) -> None:
+    """The writer is not ready: its first line is the reason, and no file stays behind."""
+    result = on_a_small_disk(journal, 100, tmp_path / "full.csv")
+    assert result.returncode == 1
+    (line,) = result.stdout.splitlines()
+    assert line.endswith(b"full.csv.rec: cannot be written: File too large; make room")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_format_that_cannot_be_written_leaves_the_journal(journal: Path, tmp_path: Path) -> None:
+    """The other formats are written all the same, and how to write it later is said."""
+    folder, other = tmp_path / "run.csv", tmp_path / "run.npz"
+    folder.mkdir()
+    result = on_a_small_disk(journal, resource.RLIM_INFINITY, folder, other)
+    assert result.returncode == 1
+    ready, line = result.stdout.decode().splitlines()
+    assert ready == ""
+    assert "run.csv: cannot be written: Is a directory" in line
+    assert line.endswith(f"hil-emulator convert {folder}.rec {folder}")
+    assert (tmp_path / "run.csv.rec").read_bytes() == journal.read_bytes()
+    assert other.stat().st_size > 0
 
 
 def test_a_file_that_cannot_be_opened_stops_the_run_before_it_begins(tmp_path: Path) -> None:

@@ -1,0 +1,51 @@
+"""Helper processes of a run that are killed, and recordings without which it shall not go on."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.commands.run import recording
+from hil_emulator.errors import UserError
+from hil_emulator.platform.paths import shipped
+from tests.processes import child
+
+RUN = [sys.executable, "-m", "hil_emulator", "run", str(shipped("configs/hyq_knee.toml"))]
+
+
+def test_a_run_says_at_once_what_dies_and_ends_with_what_it_requires(tmp_path: Path) -> None:
+    """The remote control is missed in a line; with the recording the run ends, exit code 3.
+
+    It waits for a SYNC that never comes: it looks after its helpers all the same.
+    """
+    process = subprocess.Popen(
+        [*RUN, "--bus", "virtual:helpers", "--clock", "follow-sync", "--control", "0",
+         "--record", str(tmp_path / "run.csv"), "--require-recording"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout
+    assert process.stderr
+    next(line for line in process.stdout if "ready" in line)
+    os.kill(child(process.pid, "http_server"), signal.SIGKILL)
+    lost = "remote control: its process was ended by signal 9 (SIGKILL)"
+    assert process.stderr.readline().startswith(f"warning   {lost}")
+    os.kill(child(process.pid, "writer_process"), signal.SIGKILL)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 3
+    assert "0.000 s, 0 ticks" in out
+    assert "recorded" not in out
+    warning, first, second, last = err.splitlines()
+    assert first.startswith(f"hil-emulator: {lost}")
+    assert second == warning.removeprefix("warning   ")
+    assert second.startswith("recording ")
+    assert "run.csv.rec holds what was written before" in second
+    assert "as required" in last
+
+
+def test_a_recording_can_be_required_only_where_there_is_one() -> None:
+    """The message names both options."""
+    with pytest.raises(UserError, match=r"--require-recording: .* add --record FILE"):
+        recording([], True, None, 5.0, 1.0)
