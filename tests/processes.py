@@ -11,11 +11,11 @@ PATIENCE_S = 60.0  # a failing test ends after this; a passing one never waits f
 
 def children(number: int) -> dict[int, str]:
     """Return the command lines of the processes that each thread of a process has started."""
-    found = {}
+    commands = {}
     for file in Path(f"/proc/{number}/task").glob("*/children"):
         for child in map(int, file.read_text().split()):
-            found[child] = Path(f"/proc/{child}/cmdline").read_text()
-    return found
+            commands[child] = Path(f"/proc/{child}/cmdline").read_text()
+    return commands
 
 
 def child(number: int, program: str) -> int:

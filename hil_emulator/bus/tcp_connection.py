@@ -143,7 +143,7 @@ class Connection:
             self.flush()
 
     def refuse(self, reason: str) -> None:
-        """Let it go, for a reason that it is to be sent before."""
+        """Mark the client as refused; it is to be sent the reason before its socket is closed."""
         self.refusal = reason
         self.gone = True
 

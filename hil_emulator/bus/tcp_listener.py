@@ -55,4 +55,4 @@ def refuse(sock: socket.socket, reason: str) -> None:
         sock.setblocking(False)
         sock.send(socketcand.format_error(reason))
         sock.shutdown(socket.SHUT_WR)
-        sock.recv(_UNREAD_BYTES)  # what is unread at the end makes a reset of it
+        sock.recv(_UNREAD_BYTES)  # closing with unread bytes would reset the connection

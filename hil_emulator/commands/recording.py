@@ -48,7 +48,7 @@ def recorded(
         rig: what is recorded.
         config: what it is.
         order: how it is recorded.
-        supervisor: watches the process that writes, and knows at the end whether all is written.
+        supervisor: watches the process that writes; has its failures at the end.
 
     """
     files, capture = order.files, order.capture

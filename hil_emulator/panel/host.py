@@ -24,7 +24,7 @@ PORT = 29538
 _PROGRAM = "hil_emulator.panel.serve"
 _ROLE = (
     "panel",
-    "its page is dead, a recording begun there has ended; start the run again with --panel",
+    "its page works no longer, a recording begun there has ended; start the run again with --panel",
 )
 """Name of the process, and what is lost with it."""
 
@@ -83,7 +83,7 @@ class Panel:
             rig: what is shown.
             config: what it is.
             bus: what it is on.
-            supervisor: of the run: watches the process, and the page shows what it sees fail.
+            supervisor: watches the process; the page shows its failures.
 
         """
         token = secrets.token_urlsafe(16)

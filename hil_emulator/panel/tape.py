@@ -51,7 +51,7 @@ class Tape:
 
     @property
     def failed(self) -> bool:
-        """Whether it has ended before it was stopped."""
+        """Whether the recording has ended, or has lost ticks, before it was stopped."""
         return bool(self._writer.failures)
 
     def close(self) -> None:
@@ -60,7 +60,7 @@ class Tape:
         self._carrier.join()
 
     def _carry(self) -> None:
-        """Hand entries to the writer, until an empty one comes, and look at it meanwhile."""
+        """Hand entries to the writer until an empty one comes; report the writer's failures."""
         supervisor = Supervisor(report)
         supervisor.watch(self._writer)
         while (entry := self._next()) != b"":
@@ -72,7 +72,7 @@ class Tape:
             report(failure)
 
     def _next(self) -> bytes | None:
-        """Return the next entry; None if none comes for a moment."""
+        """Return the next entry; None if no entry comes for a while."""
         try:
             return self._waiting.get(timeout=_PAUSE_S)
         except queue.Empty:

@@ -1,7 +1,7 @@
-"""Processes that serve a run beside its loop: started, watched without waiting, ended.
+"""Helper processes of a run: how they are started, watched without waiting, and closed.
 
-Every helper process follows one rule: what goes wrong while it works it writes on its standard
-output, one line each, whole sentences for the user. Its standard input is a pipe from the loop.
+A helper process writes each failure that it survives as a line on its standard output, in words for
+the user (`report`). Its standard input is a pipe from the process that started it.
 """
 
 import contextlib
@@ -26,19 +26,19 @@ class HelperFailedError(UserError):
 
 
 class HelperProcess:
-    """A process that works for the loop.
+    """A helper process, from its start to its end.
 
-    Ctrl-C in the terminal does not reach it: it ends when it is closed, or when this process does.
+    It has a session of its own: Ctrl-C in the terminal does not reach it.
 
     Args:
-        command: its words.
-        name: what it is, as a failure begins: "panel".
-        loss: what is lost if it ends by itself, and the way out.
-        pass_fds: descriptors that it inherits.
+        command: program and arguments.
+        name: begins the message if the process ends by itself, such as "panel".
+        loss: ends that message: what is lost, and the way out.
+        pass_fds: descriptors that the process inherits.
 
     Attributes:
         name: as given.
-        failures: what has gone wrong so far, see `look`.
+        failures: all failures so far, in words; `look` and `close` add to them.
         input: descriptor of its standard input.
 
     """
@@ -64,22 +64,22 @@ class HelperProcess:
         os.set_blocking(self._stdout.fileno(), False)
         self._unfinished = b""
         self._ended = False
-        self._seen = 0  # of its failures
+        self._returned = 0  # failures that `look` has returned
 
     @property
     def pid(self) -> int:
-        """Its number."""
+        """Process identifier."""
         return self._process.pid
 
     def first_line(self) -> str | None:
-        """Wait for its first line and return it; None if it has ended without any."""
+        """Wait for the first line of its output; return None if it ended without a line."""
         os.set_blocking(self._stdout.fileno(), True)
         line = self._stdout.readline()
         os.set_blocking(self._stdout.fileno(), False)
         return line.decode(errors="replace").rstrip("\n") if line else None
 
     def write(self, data: bytes) -> None:
-        """Write to its standard input, and wait until all is taken; one that has gone takes all."""
+        """Write to its standard input, waiting for room; do nothing if the process has ended."""
         with contextlib.suppress(BrokenPipeError):
             while data:
                 data = data[os.write(self.input, data) :]
@@ -87,15 +87,15 @@ class HelperProcess:
     def look(self) -> list[str]:
         """Return the failures since the last look; never wait."""
         if not self._ended:
-            code = self._process.poll()  # first: what it has written until then can be read below
+            code = self._process.poll()  # before reading: its last lines are in the pipe then
             self.failures += self._lines()
             if code is not None:
                 self._end(code)
-        seen, self._seen = self._seen, len(self.failures)
-        return self.failures[seen:]
+        begin, self._returned = self._returned, len(self.failures)
+        return self.failures[begin:]
 
     def close(self) -> None:
-        """Close its input, and wait until it has ended; `failures` is complete then."""
+        """Close its input and wait for its end; harmless when repeated."""
         self._stdin.close()
         if not self._ended:
             os.set_blocking(self._stdout.fileno(), True)
@@ -107,12 +107,12 @@ class HelperProcess:
         self._stdout.close()
 
     def _end(self, code: int) -> None:
-        """Take down that it has ended by itself."""
+        """Add the failure that the process has ended by itself."""
         self._ended = True
         self.failures.append(f"{self.name}: its process {ending(code)}; {self._loss}")
 
     def _lines(self) -> list[str]:
-        """Return the whole lines that can be read; where reading waits, all up to the end."""
+        """Return the complete lines that can be read now; all up to the end if reading blocks."""
         while part := self._stdout.read(_CHUNK):
             self._unfinished += part
         *lines, self._unfinished = self._unfinished.split(b"\n")
@@ -120,7 +120,12 @@ class HelperProcess:
 
 
 def ending(code: int) -> str:
-    """Return in words how a process has ended whose exit code Python gives."""
+    """Return in words how a process ended.
+
+    Args:
+        code: as `subprocess.Popen.returncode`, negative for a signal.
+
+    """
     if code >= 0:
         return f"ended by itself with exit code {code}"
     try:
@@ -131,30 +136,28 @@ def ending(code: int) -> str:
 
 
 def report(failure: str) -> None:
-    """Report a failure of this process, which is a helper, to the one that started it.
-
-    Where that has gone, nothing happens.
-    """
+    """Report a failure of this process, a helper, to the process that started it."""
     with contextlib.suppress(OSError):
         os.write(sys.stdout.fileno(), f"{failure}\n".encode())
 
 
 class Supervisor(AbstractContextManager["Supervisor"]):
-    """Watches the helper processes of a run; failures are said as soon as they are seen.
+    """Watches the helper processes of a run.
 
-    At the end of its context, when all helpers have been closed, it raises them.
+    Their failures are shown to the user as soon as `look` meets them, and raised at the end of the
+    context, when all helpers have been closed.
 
     Args:
-        say: shows the user a line.
+        warn: shows the user a line.
 
     Attributes:
-        failures: what has gone wrong so far.
+        failures: all so far, in words, oldest first.
 
     """
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, warn: Callable[[str], None]) -> None:
         self.failures: list[str] = []
-        self._say = say
+        self._warn = warn
         self._helpers: list[HelperProcess] = []
         self._required: list[HelperProcess] = []
         self._due = 0.0
@@ -163,8 +166,8 @@ class Supervisor(AbstractContextManager["Supervisor"]):
         """Watch a helper from now on.
 
         Args:
-            helper: which.
-            required: whether `look` ends the run once it has failed.
+            helper: the process.
+            required: whether `look` raises once it has failed.
 
         """
         self._helpers.append(helper)
@@ -172,7 +175,7 @@ class Supervisor(AbstractContextManager["Supervisor"]):
             self._required.append(helper)
 
     def look(self) -> None:
-        """Look at all helpers, a few times a second however often it is called.
+        """Look for failures, at most a few times a second however often it is called.
 
         Raises:
             HelperFailedError: if a required one has failed.
@@ -183,12 +186,13 @@ class Supervisor(AbstractContextManager["Supervisor"]):
             return
         self._due = now + _LOOK_S
         for failure in self._new():
-            self._say(failure)
-        if any(helper.failures for helper in self._required):
-            raise HelperFailedError("the run has ended with it, as required")
+            self._warn(failure)
+        for helper in self._required:
+            if helper.failures:
+                raise HelperFailedError(f"the run was ended because it requires {helper.name}")
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        """Raise what has gone wrong, unless something worse than that ends the run.
+        """Raise the failures, unless an error of another kind ends the run.
 
         Raises:
             HelperFailedError: if a helper has failed.
@@ -200,7 +204,7 @@ class Supervisor(AbstractContextManager["Supervisor"]):
             raise HelperFailedError("\n".join([*self.failures, *last])) from None
 
     def _new(self) -> list[str]:
-        """Return the failures since the last look."""
+        """Return the failures since the last look of all helpers."""
         new = [failure for helper in self._helpers for failure in helper.look()]
         self.failures += new
         return new

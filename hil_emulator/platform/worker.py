@@ -48,10 +48,10 @@ class Worker:
         self._process.terminate()
 
     def failure(self, name: str) -> HelperFailedError:
-        """Return what to raise once it has gone by itself; a name says whose process it was."""
+        """Return the error for a worker that ended by itself, which its name begins."""
         self._process.join()
         how = ending(self._process.exitcode or 0)
-        return HelperFailedError(f"{name} {how}, and so the run has ended; start it again")
+        return HelperFailedError(f"{name} {how}, which ends the run; start it again")
 
     def join(self) -> None:
         """Wait until it has ended."""

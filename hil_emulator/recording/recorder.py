@@ -108,7 +108,7 @@ class FileRecorder:
         except BlockingIOError:
             pass
         except BrokenPipeError:
-            self._unsent.clear()  # the writer is gone; it is seen to have failed elsewhere
+            self._unsent.clear()  # the writer is gone; its process is watched elsewhere
 
 
 def _widen(pipe: int) -> None:

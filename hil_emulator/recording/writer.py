@@ -1,4 +1,4 @@
-"""Starts the process that writes a recording."""
+"""The start of the process that writes a recording."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -14,16 +14,16 @@ _PROGRAM = "hil_emulator.recording.writer_process"
 
 
 def start_writer(files: Sequence[Path], header: Mapping[str, Any]) -> HelperProcess:
-    """Return a process that writes the entries of its standard input into files.
+    """Start a process that writes the entries of its standard input into files.
 
-    Its journal is there, and the header is in it.
+    When this returns, the journal exists and its first block is written.
 
     Args:
         files: what to write; see `exports`.
         header: of the recording.
 
     Raises:
-        UserError: if the journal cannot be created, or has no room for the header.
+        UserError: if the journal cannot be created, or the disk has no room for the first block.
 
     """
     kept = journal_file(files)
@@ -34,8 +34,8 @@ def start_writer(files: Sequence[Path], header: Mapping[str, Any]) -> HelperProc
         "record",
     )
     writer.write(journal.header_entry(header))
-    trouble = writer.first_line()
-    if trouble == "":
+    reason = writer.first_line()
+    if reason == "":
         return writer
     writer.close()
-    raise UserError(f"recording: {trouble or ', '.join(writer.failures)}")
+    raise UserError(f"recording: {reason}" if reason else "\n".join(writer.failures))

@@ -20,7 +20,7 @@ _START_S = 20.0  # for a Python process to begin (assumed limit)
 
 CONTROL = (
     "remote control",
-    "ctl and requests over HTTP get no answer any more; start the run again with --control",
+    "ctl and requests over HTTP get no answer; start the run again with --control",
 )
 """Name of the process that speaks HTTP, and what is lost with it."""
 

@@ -1,4 +1,4 @@
-"""Helper processes of a run that are killed, and recordings without which it shall not go on."""
+"""Runs whose helper processes are killed, and recordings that a run requires."""
 
 import os
 import signal
@@ -16,10 +16,10 @@ from tests.processes import child
 RUN = [sys.executable, "-m", "hil_emulator", "run", str(shipped("configs/hyq_knee.toml"))]
 
 
-def test_a_run_says_at_once_what_dies_and_ends_with_what_it_requires(tmp_path: Path) -> None:
-    """The remote control is missed in a line; with the recording the run ends, exit code 3.
+def test_a_run_warns_of_a_killed_helper_and_ends_with_a_required_one(tmp_path: Path) -> None:
+    """A warning names the remote control; with the recording the run ends, exit code 3.
 
-    It waits for a SYNC that never comes: it looks after its helpers all the same.
+    The run waits for a SYNC that never comes: helpers are watched then, too.
     """
     process = subprocess.Popen(
         [*RUN, "--bus", "virtual:helpers", "--clock", "follow-sync", "--control", "0",
@@ -42,7 +42,7 @@ def test_a_run_says_at_once_what_dies_and_ends_with_what_it_requires(tmp_path: P
     assert second == warning.removeprefix("warning   ")
     assert second.startswith("recording ")
     assert "run.csv.rec holds what was written before" in second
-    assert "as required" in last
+    assert last.startswith("the run was ended because it requires recording")
 
 
 def test_a_recording_can_be_required_only_where_there_is_one() -> None:

@@ -1,4 +1,4 @@
-"""Helper processes that fail, as a page sees it."""
+"""Failures of helper processes on the panel's page."""
 
 import os
 import resource
@@ -16,10 +16,10 @@ ROOM = (1 << 16, MEMORY)
 
 
 def test_a_page_shows_what_has_failed(tmp_path: Path) -> None:
-    """The remote control, a recording that finds no room or is cut, a scenario that is killed.
+    """A killed remote control, a recording that the disk has no room for, a killed scenario.
 
-    *Record* is refused with the reason where not even its header can be written; where the disk is
-    full later, the page says it, and another one can be begun. The run ends with exit code 3.
+    *Record* answers with the reason if the first block cannot be written. If the disk is full
+    later, the page shows it and the next recording can begin. The run ends with exit code 3.
     """
     with running("--panel", "--control", "0", folder=tmp_path, code=3) as bench:
         emulator = bench.process.pid
@@ -27,8 +27,8 @@ def test_a_page_shows_what_has_failed(tmp_path: Path) -> None:
         os.kill(child(emulator, "http_server"), signal.SIGKILL)
 
         async def act(page: Page) -> None:
-            said = await page.word(lambda m: m.get("status", {}).get("failures"))
-            assert "remote control: its process was ended by signal 9" in str(said)
+            message = await page.word(lambda m: m.get("status", {}).get("failures"))
+            assert "remote control: its process was ended by signal 9" in str(message)
             resource.prlimit(panel, resource.RLIMIT_FSIZE, FULL)
             refused = await page.ask(do="record", file="full.rec")
             assert refused["error"] == (
@@ -36,9 +36,9 @@ def test_a_page_shows_what_has_failed(tmp_path: Path) -> None:
             )
             resource.prlimit(panel, resource.RLIMIT_FSIZE, ROOM)
             assert "error" not in await page.ask(do="record", file="cut.rec")
-            said = await page.word(lambda m: len(m.get("status", {}).get("failures", ())) == 2)
-            assert "cut.rec ends early: File too large" in said["status"]["failures"][1]
-            assert said["status"]["recording"] is None
+            message = await page.word(lambda m: len(m.get("status", {}).get("failures", ())) == 2)
+            assert "cut.rec ends early: File too large" in message["status"]["failures"][1]
+            assert message["status"]["recording"] is None
             resource.prlimit(panel, resource.RLIMIT_FSIZE, (MEMORY, MEMORY))
             assert "error" not in await page.ask(do="record", file="next.rec")
             await page.word(lambda m: m.get("status", {}).get("recording") == "next.rec")

@@ -1,4 +1,4 @@
-"""What a run learns of its helper processes: that they fail, how, and what is lost with them."""
+"""How a run notices that a helper process has failed, and what its message contains."""
 
 import os
 import signal
@@ -36,8 +36,8 @@ def failures(helper: HelperProcess) -> list[str]:
     return failed
 
 
-def test_a_helper_that_is_killed_is_missed_once(counter: HelperProcess) -> None:
-    """What died, of which signal, what is lost, what to do; looking again says nothing new."""
+def test_a_helper_that_is_killed_is_one_failure(counter: HelperProcess) -> None:
+    """The message has its name, the signal, the loss and the way out; it comes once."""
     assert counter.look() == []
     os.kill(counter.pid, signal.SIGKILL)
     words = f"counter: its process was ended by signal 9 (SIGKILL); {LOSS}"
@@ -57,7 +57,7 @@ def test_a_helper_reports_what_fails_while_it_works(counter: HelperProcess) -> N
 
 
 def test_a_helper_that_is_closed_has_not_failed(counter: HelperProcess) -> None:
-    """Its end was wanted; what it says on the way is kept."""
+    """Its end was wanted."""
     counter.close()
     assert counter.failures == []
 
@@ -70,15 +70,15 @@ def test_a_helper_that_is_closed_has_not_failed(counter: HelperProcess) -> None:
         ("read x; echo no paper", ["no paper"]),
     ],
 )
-def test_the_last_words_of_a_helper_count(script: str, failed: list[str]) -> None:
+def test_failures_at_the_end_of_a_helper_count(script: str, failed: list[str]) -> None:
     """One that ends badly when it is closed has failed, for the reason that it gives."""
     helper = HelperProcess(["sh", "-c", script], "counter", LOSS)
     helper.close()
     assert helper.failures == failed
 
 
-def test_a_helper_that_leaves_early_has_failed_though_it_says_all_is_well() -> None:
-    """Exit code 0 is no excuse before it has been closed."""
+def test_a_helper_that_ends_early_with_exit_code_0_has_failed() -> None:
+    """Only the end of a helper that was closed is in order."""
     helper = HelperProcess(["true"], "counter", LOSS)
     assert "ended by itself with exit code 0" in failures(helper)[0]
     helper.close()
@@ -87,16 +87,16 @@ def test_a_helper_that_leaves_early_has_failed_though_it_says_all_is_well() -> N
 def supervised(
     helper: HelperProcess, act: Callable[[Supervisor], None], *, required: bool = False
 ) -> list[str]:
-    """Do something as a run does that a helper works for; return what it says meanwhile."""
-    said: list[str] = []
-    with Supervisor(said.append) as supervisor:
+    """Do something as a run does that a helper works for; return its warnings."""
+    warnings: list[str] = []
+    with Supervisor(warnings.append) as supervisor:
         supervisor.watch(helper, required=required)
         act(supervisor)
-    return said
+    return warnings
 
 
 def test_the_run_goes_on_and_says_at_its_end_what_has_failed(counter: HelperProcess) -> None:
-    """At once in a line, at the end by an error with an exit code of its own."""
+    """A warning comes at once, an error with exit code 3 at the end."""
 
     def act(supervisor: Supervisor) -> None:
         os.kill(counter.pid, signal.SIGTERM)
@@ -110,12 +110,12 @@ def test_the_run_goes_on_and_says_at_its_end_what_has_failed(counter: HelperProc
 
 
 def test_a_run_whose_helpers_do_well_ends_well(counter: HelperProcess) -> None:
-    """Nothing is said, nothing raised."""
+    """There is no warning and no error."""
     assert supervised(counter, lambda supervisor: supervisor.look()) == []
 
 
 def test_the_run_ends_with_a_helper_that_it_requires(counter: HelperProcess) -> None:
-    """The look that misses it raises; what fails later is in the error, too."""
+    """The next look raises; failures until the end of the run are in the error, too."""
 
     def act(supervisor: Supervisor) -> None:
         counter.write(b"no paper\n")
@@ -128,12 +128,12 @@ def test_the_run_ends_with_a_helper_that_it_requires(counter: HelperProcess) -> 
             counter.write(b"no ink\n")
             counter.close()
 
-    with pytest.raises(HelperFailedError, match=r"^no paper\nno ink\n.* as required$"):
+    with pytest.raises(HelperFailedError, match=r"^no paper\nno ink\n.* requires counter$"):
         supervised(counter, act, required=True)
 
 
 def test_what_ends_a_run_is_not_hidden_by_what_has_failed_before(counter: HelperProcess) -> None:
-    """An error that is no helper's passes."""
+    """An error of another kind passes unchanged."""
 
     def act(supervisor: Supervisor) -> None:
         counter.write(b"no paper\n")
@@ -153,5 +153,5 @@ def test_what_ends_a_run_is_not_hidden_by_what_has_failed_before(counter: Helper
     ],
 )
 def test_an_end_has_words(code: int, words: str) -> None:
-    """A signal is told from an exit code; one without a name has its number."""
+    """A signal has its number, and its name if it has one; an exit code has its number."""
     assert ending(code) == words
