@@ -18,6 +18,14 @@ def children(number: int) -> dict[int, str]:
     return commands
 
 
+def descendants(number: int) -> dict[int, str]:
+    """Return the command lines of those processes, and of all that they have started."""
+    all_of_them = {}
+    for child_number, command in children(number).items():
+        all_of_them |= {child_number: command, **descendants(child_number)}
+    return all_of_them
+
+
 def child(number: int, program: str) -> int:
     """Return the number of the process of a program, once there is one."""
     if not Path(f"/proc/{number}/task/{number}/children").exists():

@@ -25,6 +25,10 @@ class HelperFailedError(UserError):
     exit_code = 3
 
 
+class RequiredHelperFailedError(HelperFailedError):
+    """A helper process without which the run does not go on has failed, and ended it."""
+
+
 class HelperProcess:
     """A helper process, from its start to its end.
 
@@ -178,7 +182,7 @@ class Supervisor(AbstractContextManager["Supervisor"]):
         """Look for failures, at most a few times a second however often it is called.
 
         Raises:
-            HelperFailedError: if a required one has failed.
+            RequiredHelperFailedError: if a required helper has failed.
 
         """
         now = time.monotonic()
@@ -189,7 +193,9 @@ class Supervisor(AbstractContextManager["Supervisor"]):
             self._warn(failure)
         for helper in self._required:
             if helper.failures:
-                raise HelperFailedError(f"the run was ended because it requires {helper.name}")
+                raise RequiredHelperFailedError(
+                    f"the run was ended because it requires {helper.name}"
+                )
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         """Raise the failures, unless an error of another kind ends the run.
@@ -200,8 +206,9 @@ class Supervisor(AbstractContextManager["Supervisor"]):
         """
         self._new()
         if self.failures and (error is None or isinstance(error, HelperFailedError)):
-            last = [] if error is None else [str(error)]
-            raise HelperFailedError("\n".join([*self.failures, *last])) from None
+            if error is None:
+                raise HelperFailedError("\n".join(self.failures))
+            raise type(error)("\n".join([*self.failures, str(error)])) from None
 
     def _new(self) -> list[str]:
         """Return the failures since the last look of all helpers."""
