@@ -50,10 +50,11 @@ def run(
 
     lean_start()
     from hil_emulator.commands import run as command
+    from hil_emulator.commands.recording import ordered
 
     opened = [said.pop(name) for name in ("port", "control", "panel", "processes")]
     operation = command.operation(*opened)
-    recording = command.recording(record, **said)
+    recording = ordered(record, **said)
     command.run(files, bus, clock, duration, recording, faults, operation)
 
 

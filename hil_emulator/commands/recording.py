@@ -12,11 +12,13 @@ import click
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
-from hil_emulator.platform.helper_process import HelperFailedError, Supervisor
+from hil_emulator.platform.helper_process import HelperFailedError
 from hil_emulator.platform.paths import near
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.header import header
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.recorder import FileRecorder
+from hil_emulator.signals import condition
 from hil_emulator.simulation.machine import Machine
 from hil_emulator.simulation.rig import Rig
 
@@ -36,6 +38,30 @@ class RecordingOrder:
     files: Sequence[Path] = ()
     capture: Capture | None = None
     required: bool = False
+
+
+def ordered(
+    files: Sequence[Path], required: bool, trigger: str | None, before: float, after: float
+) -> RecordingOrder:
+    """Return what the command line records.
+
+    Args:
+        files: where to.
+        required: whether the run ends when the recording does.
+        trigger: condition around which ticks are recorded; all are without.
+        before: time before it [s].
+        after: time after it [s].
+
+    Raises:
+        UserError: for a required recording without a file.
+
+    """
+    if required and not files:
+        raise UserError("--require-recording: there is no recording; add --record FILE")
+    if trigger is None:
+        return RecordingOrder(files, None, required)
+    capture = Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
+    return RecordingOrder(files, capture, required)
 
 
 @contextmanager

@@ -30,13 +30,11 @@ from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.panel.host import Panel, PanelOptions, require_server
-from hil_emulator.platform.helper_process import Supervisor
 from hil_emulator.platform.paths import cache_folder, near
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.exports import check_file
-from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.several import Recorders
 from hil_emulator.remote.control_server import ControlServer
-from hil_emulator.signals import condition
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
@@ -231,30 +229,6 @@ def operation(
         require_server()
     opened = PanelOptions(panel == "view only") if panel else None
     return Operation(port, control, opened, processes)
-
-
-def recording(
-    files: Sequence[Path], required: bool, trigger: str | None, before: float, after: float
-) -> RecordingOrder:
-    """Return what the command line records.
-
-    Args:
-        files: where to.
-        required: whether the run ends when the recording does.
-        trigger: condition around which ticks are recorded; all are without.
-        before: time before it [s].
-        after: time after it [s].
-
-    Raises:
-        UserError: for a required recording without a file.
-
-    """
-    if required and not files:
-        raise UserError("--require-recording: there is no recording; add --record FILE")
-    if trigger is None:
-        return RecordingOrder(files, None, required)
-    capture = Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
-    return RecordingOrder(files, capture, required)
 
 
 def bus_settings(

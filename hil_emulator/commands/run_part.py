@@ -20,8 +20,8 @@ from hil_emulator.commands.live import (
 from hil_emulator.commands.recording import RecordingOrder, machine_recorded
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.faults.fault import Fault
-from hil_emulator.platform.helper_process import Supervisor
 from hil_emulator.platform.paths import cache_folder, near
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.clock import Clock, LockStep, WallClock
 from hil_emulator.simulation.loop import Timing

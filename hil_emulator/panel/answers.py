@@ -6,7 +6,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.panel.hand import MasterByHand
-from hil_emulator.platform.helper_process import Supervisor
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.messages import as_json, messages
 from hil_emulator.remote.control_server import ANSWERS, Answers
 from hil_emulator.signals.inputs import SETTINGS

@@ -13,7 +13,7 @@ from hil_emulator.panel.answers import answers
 from hil_emulator.panel.hand import MasterByHand
 from hil_emulator.panel.ring import RingWriter
 from hil_emulator.panel.tap import PanelTap, WatchedTiming, watched_columns
-from hil_emulator.platform.helper_process import Supervisor
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.header import header
 from hil_emulator.remote.control_server import ControlServer
 from hil_emulator.simulation.rig import Rig

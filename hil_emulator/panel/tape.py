@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from hil_emulator.errors import UserError, brief
-from hil_emulator.platform.helper_process import Supervisor, report
+from hil_emulator.platform.helper_process import report
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording import journal
 from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.journal import EntryKind

@@ -30,8 +30,7 @@ def start_writer(files: Sequence[Path], header: Mapping[str, Any]) -> HelperProc
     writer = HelperProcess(
         [sys.executable, "-m", _PROGRAM, *map(str, files)],
         f"recording {', '.join(map(str, files))}",
-        f"nothing more is recorded, {kept} holds what was written before; start the run again to "
-        "record",
+        f"nothing more is recorded, {kept} holds what was written before; start another recording",
     )
     writer.write(journal.header_entry(header))
     reason = writer.first_line()

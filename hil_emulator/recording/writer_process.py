@@ -55,7 +55,7 @@ def _journal(stream: BinaryIO, source: Path) -> bool:
                 whole = False
                 report(
                     f"recording {source} ends early: {error.strerror}; nothing more is recorded, "
-                    "what was written before can be read; make room and start the run again"
+                    "what was written before can be read; make room and start another recording"
                 )
     return whole
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hil_emulator.commands.run import recording
+from hil_emulator.commands.recording import ordered
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import shipped
 from tests.processes import child
@@ -48,4 +48,4 @@ def test_a_run_warns_of_a_killed_helper_and_ends_with_a_required_one(tmp_path: P
 def test_a_recording_can_be_required_only_where_there_is_one() -> None:
     """The message names both options."""
     with pytest.raises(UserError, match=r"--require-recording: .* add --record FILE"):
-        recording([], True, None, 5.0, 1.0)
+        ordered([], True, None, 5.0, 1.0)

@@ -11,9 +11,9 @@ from hil_emulator.errors import UserError
 from hil_emulator.platform.helper_process import (
     HelperFailedError,
     HelperProcess,
-    Supervisor,
     ending,
 )
+from hil_emulator.platform.supervisor import Supervisor
 
 PATIENCE_S = 30.0  # a failing test ends after this; a passing one never waits for it
 LOSS = "nothing is counted any more; count by hand"
