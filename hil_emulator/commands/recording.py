@@ -24,8 +24,8 @@ from hil_emulator.simulation.rig import Rig
 
 
 @dataclass(frozen=True)
-class RecordingOrder:
-    """What of a run is recorded.
+class RecordOptions:
+    """How a run is recorded.
 
     Attributes:
         files: for signals and frames, see `recording.exports`; of several actuators each has its
@@ -42,7 +42,7 @@ class RecordingOrder:
 
 def ordered(
     files: Sequence[Path], required: bool, trigger: str | None, before: float, after: float
-) -> RecordingOrder:
+) -> RecordOptions:
     """Return what the command line records.
 
     Args:
@@ -59,31 +59,31 @@ def ordered(
     if required and not files:
         raise UserError("--require-recording: there is no recording; add --record FILE")
     if trigger is None:
-        return RecordingOrder(files, None, required)
+        return RecordOptions(files, None, required)
     capture = Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
-    return RecordingOrder(files, capture, required)
+    return RecordOptions(files, capture, required)
 
 
 @contextmanager
 def recorded(
-    rig: Rig, config: Configuration, order: RecordingOrder, supervisor: Supervisor
+    rig: Rig, config: Configuration, options: RecordOptions, supervisor: Supervisor
 ) -> Iterator[None]:
     """Record what happens meanwhile, where there are files to record into.
 
     Args:
         rig: what is recorded.
         config: what it is.
-        order: how it is recorded.
+        options: how it is recorded.
         supervisor: watches the process that writes; has its failures at the end.
 
     """
-    files, capture = order.files, order.capture
+    files, capture = options.files, options.capture
     if not files:
         yield
         return
     text = capture.text if capture else ""
     recorder = FileRecorder(files, header(config, rig.nodes, text), capture)
-    supervisor.watch(recorder.writer, required=order.required)
+    supervisor.watch(recorder.writer, required=options.required)
     rig.recorder = recorder
     try:
         yield
@@ -98,13 +98,13 @@ def recorded(
 
 @contextmanager
 def machine_recorded(
-    machine: Machine, settings: MachineSettings, order: RecordingOrder, supervisor: Supervisor
+    machine: Machine, settings: MachineSettings, options: RecordOptions, supervisor: Supervisor
 ) -> Iterator[None]:
     """Record every actuator of a machine; a capture waits for the signals of each by itself."""
     with ExitStack() as stack:
         for actuator in settings.actuators:
-            files = [of_actuator(file, actuator.name) for file in order.files]
-            single = replace(order, files=files, capture=copy.deepcopy(order.capture))
+            files = [of_actuator(file, actuator.name) for file in options.files]
+            single = replace(options, files=files, capture=copy.deepcopy(options.capture))
             rig = machine.rigs[actuator.name]
             stack.enter_context(recorded(rig, actuator.config, single, supervisor))
         yield

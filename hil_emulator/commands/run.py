@@ -21,7 +21,7 @@ from hil_emulator.commands.live import (
     summary,
     traffic,
 )
-from hil_emulator.commands.recording import RecordingOrder, recorded
+from hil_emulator.commands.recording import RecordOptions, recorded
 from hil_emulator.commands.run_machine import run_machine
 from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.bus import DEFAULT_BUS
@@ -68,7 +68,7 @@ def run(
     bus: str | None,
     clock: str,
     duration: float | None,
-    recording: RecordingOrder,
+    recording: RecordOptions,
     faults: Sequence[str] = (),
     operation: Operation = Operation(),
 ) -> None:
@@ -79,7 +79,7 @@ def run(
         bus: "interface:channel" in place of what the configuration says.
         clock: "wall", "lockstep" or "follow-sync".
         duration: emulator time to run [s]; None runs until interrupted.
-        recording: what of it is recorded.
+        recording: how it is recorded; of several actuators each has its own files.
         faults: what breaks, a line each; see `faults.fault.spoken` and `run_machine.placed`.
         operation: how it is operated.
 
@@ -107,7 +107,7 @@ def run(
     with waiting(PREPARING):
         prepare(settings, cache_folder())  # before anybody can connect
     with Supervisor(Terminal().warn) as supervisor, Bus(settings_of_bus) as door:
-        taped = partial(recorded, config=config, order=recording, supervisor=supervisor)
+        taped = partial(recorded, config=config, options=recording, supervisor=supervisor)
         _on_bus(door, config, clock, duration, taped, broken, operation, supervisor)
 
 

@@ -6,7 +6,7 @@ import click
 
 from hil_emulator import __version__
 from hil_emulator.commands.live import Terminal
-from hil_emulator.commands.recording import RecordingOrder, refuse_one_file_for_two
+from hil_emulator.commands.recording import RecordOptions, refuse_one_file_for_two
 from hil_emulator.commands.run_part import MachineRun, run_part
 from hil_emulator.commands.run_parts import run_parts
 from hil_emulator.commands.waiting import PREPARING, waiting
@@ -23,7 +23,7 @@ def run_machine(
     settings: MachineSettings,
     clock: str,
     duration: float | None,
-    recording: RecordingOrder,
+    recording: RecordOptions,
     faults: Sequence[str],
     processes: int | None,
 ) -> None:

@@ -17,7 +17,7 @@ from hil_emulator.commands.live import (
     summary,
     traffic,
 )
-from hil_emulator.commands.recording import RecordingOrder, machine_recorded
+from hil_emulator.commands.recording import RecordOptions, machine_recorded
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.faults.fault import Fault
 from hil_emulator.platform.paths import cache_folder, near
@@ -36,14 +36,14 @@ class MachineRun:
     Attributes:
         clock: "wall" or "lockstep".
         duration: emulator time to run [s]; None runs until interrupted.
-        recording: what of it is recorded.
+        recording: how they are recorded.
         faults: what breaks, each with the name of the actuator that it befalls.
 
     """
 
     clock: str
     duration: float | None
-    recording: RecordingOrder
+    recording: RecordOptions
     faults: Sequence[tuple[str, Fault]]
 
 
