@@ -20,7 +20,7 @@ from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.writer import start_writer
 from hil_emulator.signals.columns import Readings, columns, fill_row
 
-_TICKS_PER_WRITE = 32  # one system call for as many ticks; 32 ms at 1 kHz (assumed)
+_TICKS_PER_WRITE = 25  # one system call for as many ticks; 25 ms at 1 kHz (assumed)
 _PIPE_BYTES = 1 << 20  # what Linux grants without privileges
 _SET_PIPE_SIZE = 1031  # F_SETPIPE_SZ of <linux/fcntl.h>
 

@@ -199,11 +199,11 @@ def test_a_capture_keeps_what_was_before_the_trigger(tmp_path: Path) -> None:
     assert capture.triggered_ns == round(table["time"][at] * 1e9)
 
 
-def test_the_loop_makes_one_system_call_in_thirty_two_ticks(
+def test_the_loop_makes_one_system_call_in_twenty_five_ticks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Frames and rows in between stay in memory; closing hands over the rest, and none is lost."""
-    config, calls, ticks = reference(), [], 100
+    config, calls, ticks = reference(), [], 110
     write = os.write
 
     def counted(pipe: int, data: bytes) -> int:
@@ -216,9 +216,9 @@ def test_the_loop_makes_one_system_call_in_thirty_two_ticks(
         for k in range(ticks):
             recorder.bus(k, [set_point(0.1), START], sent=False)
             recorder.row(k * 1_000_000, b.rig.plant, list(b.rig.sensors.reading))
-        assert len(calls) == ticks // 32
+        assert len(calls) == ticks // 25
         recorder.close()
-    assert len(calls) == ticks // 32 + 1
+    assert len(calls) == ticks // 25 + 1
     kept = read(tmp_path / "run.rec")
     assert len(kept.rows) == ticks
     assert len(kept.frames) == 2 * ticks
