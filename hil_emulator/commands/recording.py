@@ -4,6 +4,7 @@ import copy
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
@@ -12,6 +13,7 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import near
+from hil_emulator.recording.exports import check_recording
 from hil_emulator.recording.header import header
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.recorder import FileRecorder
@@ -19,50 +21,86 @@ from hil_emulator.simulation.machine import Machine
 from hil_emulator.simulation.rig import Rig
 
 
+@dataclass(frozen=True)
+class RecordOptions:
+    """How a run is recorded.
+
+    Attributes:
+        files: what is written, see `recording.exports`; nothing without any.
+        capture: records only what is around a condition, where there is one.
+        overwrite: whether existing files are replaced.
+
+    """
+
+    files: Sequence[Path] = ()
+    capture: Capture | None = None
+    overwrite: bool = False
+
+    def check(self) -> None:
+        """Refuse files that exist or cannot be written.
+
+        Raises:
+            UserError: names the file, the reason and the way out.
+
+        """
+        if self.files:
+            check_recording(self.files, overwrite=self.overwrite)
+
+    def of_actuator(self, name: str) -> "RecordOptions":
+        """Return how one actuator of several is recorded."""
+        files = [of_actuator(file, name) for file in self.files]
+        return replace(self, files=files, capture=copy.deepcopy(self.capture))
+
+
+NOT_RECORDED = RecordOptions()
+
+
 @contextmanager
-def recorded(
-    rig: Rig, config: Configuration, files: Sequence[Path], capture: Capture | None
-) -> Iterator[None]:
+def recorded(rig: Rig, config: Configuration, options: RecordOptions) -> Iterator[None]:
     """Record what happens meanwhile, where there are files to record into."""
+    files, capture = options.files, options.capture
     if not files:
         yield
         return
     text = capture.text if capture else ""
-    recorder = FileRecorder(files, header(config, rig.nodes, text), capture)
+    head = header(config, rig.nodes, text)
+    recorder = FileRecorder(files, head, capture, overwrite=options.overwrite)
     rig.recorder = recorder
     try:
         yield
     finally:
         recorder.close()
         fired = capture is None or capture.triggered_ns is not None
-        for file in files:
+        for file in files if recorder.ticks else ():
             empty = "" if fired else f', without a tick: "{text}" never held'
             click.echo(f"recorded  {near(file)}{empty}")
 
 
 @contextmanager
 def machine_recorded(
-    machine: Machine, settings: MachineSettings, files: Sequence[Path], capture: Capture | None
+    machine: Machine, settings: MachineSettings, options: RecordOptions
 ) -> Iterator[None]:
     """Record every actuator of a machine; a capture waits for the signals of each by itself."""
     with ExitStack() as stack:
         for actuator in settings.actuators:
-            own = [of_actuator(file, actuator.name) for file in files]
             rig = machine.rigs[actuator.name]
-            stack.enter_context(recorded(rig, actuator.config, own, copy.deepcopy(capture)))
+            its_own = options.of_actuator(actuator.name)
+            stack.enter_context(recorded(rig, actuator.config, its_own))
         yield
 
 
-def refuse_one_file_for_two(settings: MachineSettings, files: Sequence[Path]) -> None:
-    """Make sure that no two actuators would be recorded in the same file.
+def check_machine(settings: MachineSettings, options: RecordOptions) -> None:
+    """Refuse files of any actuator that exist or cannot be written, or are those of another.
 
     Raises:
-        UserError: if two would.
+        UserError: names the file, the reason and the way out.
 
     """
     names = [of_actuator(Path("run.rec"), a.name) for a in settings.actuators]
-    if files and len(set(names)) < len(names):
+    if options.files and len(set(names)) < len(names):
         raise UserError("two actuators have names too alike for files of their own; rename one")
+    for actuator in settings.actuators:
+        options.of_actuator(actuator.name).check()
 
 
 def of_actuator(file: Path, name: str) -> Path:

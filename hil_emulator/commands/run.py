@@ -13,7 +13,7 @@ from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import FOREVER, departures, keep_running, load, summary, traffic
-from hil_emulator.commands.recording import recorded
+from hil_emulator.commands.recording import NOT_RECORDED, RecordOptions, recorded
 from hil_emulator.commands.run_machine import run_machine
 from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.bus import DEFAULT_BUS
@@ -23,7 +23,6 @@ from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.panel.host import Panel, PanelOptions, require_server
 from hil_emulator.platform.paths import cache_folder, near
-from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.several import Recorders
 from hil_emulator.remote.control_server import ControlServer
@@ -61,8 +60,7 @@ def run(
     bus: str | None,
     clock: str,
     duration: float | None,
-    record: Sequence[Path] = (),
-    capture: Capture | None = None,
+    recording: RecordOptions = NOT_RECORDED,
     faults: Sequence[str] = (),
     operation: Operation = Operation(),
 ) -> None:
@@ -73,9 +71,7 @@ def run(
         bus: "interface:channel" in place of what the configuration says.
         clock: "wall", "lockstep" or "follow-sync".
         duration: emulator time to run [s]; None runs until interrupted.
-        record: files for signals and frames, see `recording.exports`; of several actuators
-            each has its own, see `taping.of_actuator`.
-        capture: records only what is around a condition, where there is one.
+        recording: how it is recorded; of several actuators each has its own files.
         faults: what breaks, a line each; see `faults.fault.spoken` and `run_machine.placed`.
         operation: how it is operated.
 
@@ -85,22 +81,21 @@ def run(
     """
     if clock == "lockstep" and duration is None:
         raise UserError("the lock-step clock waits for nobody: give it a --duration")
-    for file in record:
-        check_file(file)
     settings = load_machine(files)
     if len(settings.actuators) > 1:
         if bus or operation != Operation(processes=operation.processes):
             raise UserError(
                 "--bus, --port, --control and --panel are for one actuator; run its own files"
             )
-        run_machine(settings, clock, duration, record, capture, faults, operation.processes)
+        run_machine(settings, clock, duration, recording, faults, operation.processes)
         return
+    recording.check()
     broken = [spoken(line) for line in faults]
     config = settings.actuators[0].config
     settings_of_bus = bus_settings(config, bus, operation.port)
     with waiting(PREPARING):
         prepare(settings, cache_folder())  # before anybody can connect
-    taped = partial(recorded, config=config, files=record, capture=capture)
+    taped = partial(recorded, config=config, options=recording)
     with Bus(settings_of_bus) as door:
         _on_bus(door, config, clock, duration, taped, broken, operation)
 

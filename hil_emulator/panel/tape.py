@@ -11,7 +11,7 @@ from typing import Any
 
 from hil_emulator.errors import UserError, brief
 from hil_emulator.recording import journal
-from hil_emulator.recording.exports import check_file
+from hil_emulator.recording.exports import check_recording
 from hil_emulator.recording.journal import EntryKind
 from hil_emulator.recording.writer_process import READY
 
@@ -26,16 +26,14 @@ class Tape:
         header: of a recording.
 
     Raises:
-        UserError: for another place, a file that is there already, or one that cannot be written.
+        UserError: for another place, a file that exists, or one that cannot be written.
 
     """
 
     def __init__(self, file: Path, header: Mapping[str, Any]) -> None:
         if file.name != str(file) or file.name.startswith("."):
             raise UserError(f"{brief(str(file))}: name a file, without a folder")
-        if file.exists():
-            raise UserError(f"{file} is there already; choose another name")
-        check_file(file)
+        check_recording([file], way_out="choose another name")
         self.file = file
         self._width = 8 * len(header["columns"])
         command = [sys.executable, "-m", "hil_emulator.recording.writer_process", str(file)]

@@ -20,6 +20,9 @@ WAY_OUT = "choose another name, or add --overwrite to replace it"
 FROM_PYTHON = "choose another name, or pass overwrite=True to replace it"
 """What the Python interface offers there."""
 
+_WRITABLE = 0o222
+"""Bits of a file's mode of which a read-only file has none."""
+
 _PREFIX = ".hil-emulator-"
 """Begin of the name of the folder that holds incomplete files."""
 
@@ -29,12 +32,12 @@ def refuse_existing(
 ) -> None:
     """Refuse output files that exist, and two output files of one name.
 
-    A symbolic link exists even if its target does not. Links, folders and devices are never
-    replaced.
+    A symbolic link exists even if its target does not. Links, folders, devices and read-only files
+    are never replaced.
 
     Args:
         files: what is going to be written.
-        overwrite: whether regular files may be replaced.
+        overwrite: whether regular, writable files may be replaced.
         way_out: what the user can do about a regular file.
 
     Raises:
@@ -50,6 +53,8 @@ def refuse_existing(
             )
         if file.exists() and not file.is_file():
             raise UserError(f"{file}: exists and is not a regular file; choose another name")
+        if file.exists() and not file.stat().st_mode & _WRITABLE:
+            raise UserError(f"{file}: exists and is read-only; choose another name")
         if file.exists() and not overwrite:
             raise UserError(f"{file}: exists already; {way_out}")
 

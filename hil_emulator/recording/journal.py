@@ -217,14 +217,14 @@ def read(file: Path) -> Recording:
 
 
 def write(recording: Recording, file: Path) -> None:
-    """Write a recording as a journal.
+    """Write a recording as a journal, into a new file.
 
     Raises:
-        UserError: if the file cannot be written.
+        UserError: if the file exists or cannot be written.
 
     """
     try:
-        with file.open("wb") as stream:
+        with file.open("xb") as stream:
             stream.write(header_entry(recording.header))
             for now_ns, what in recording.events:
                 stream.write(event_entry(now_ns, what))

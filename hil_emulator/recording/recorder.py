@@ -16,10 +16,10 @@ from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
 from hil_emulator.recording import journal
-from hil_emulator.recording.exports import check_file
+from hil_emulator.recording.exports import check_recording
 from hil_emulator.recording.journal import EntryKind
 from hil_emulator.recording.pre_trigger import Capture
-from hil_emulator.recording.writer_process import READY
+from hil_emulator.recording.writer_process import OVERWRITE, READY
 from hil_emulator.signals.columns import Readings, columns, fill_row
 
 _TICKS_PER_WRITE = 32  # one system call for as many ticks; 32 ms at 1 kHz (assumed)
@@ -36,27 +36,31 @@ class FileRecorder:
         files: what to write; see `exports`.
         header: see `header.header`.
         capture: holds ticks back until its condition holds, where there is one.
+        overwrite: whether existing files are replaced, at the end.
+
+    Attributes:
+        ticks: how many have passed.
 
     Raises:
-        UserError: for a file that cannot be written.
+        UserError: for a file that exists or cannot be written.
 
     """
 
     def __init__(
-        self, files: Sequence[Path], header: Mapping[str, Any], capture: Capture | None = None
-    ) -> None:
-        for file in files:
-            check_file(file)
+        self, files: Sequence[Path], header: Mapping[str, Any], capture: Capture | None = None, *,
+        overwrite: bool = False,
+    ) -> None:  # fmt: skip
+        check_recording(files, overwrite=overwrite)
         self._row = np.empty(len(columns()))
         self._capture = capture
         self._tick = bytearray()  # this tick so far
         self._buffer = bytearray(journal.header_entry(header))
         self._unsent: deque[bytes] = deque()
-        self._ticks = 0
+        self.ticks = 0
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by close()
-        command = [sys.executable, "-m", "hil_emulator.recording.writer_process", *map(str, files)]
+        command = [sys.executable, "-m", "hil_emulator.recording.writer_process"]
         self._writer = subprocess.Popen(
-            command,
+            [*command, *[OVERWRITE] * overwrite, *map(str, files)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
@@ -80,8 +84,8 @@ class FileRecorder:
         else:
             self._buffer += self._capture.passed(now_ns, self._row, bytes(self._tick))
         self._tick.clear()
-        self._ticks += 1
-        if self._ticks % _TICKS_PER_WRITE == 0:
+        self.ticks += 1
+        if self.ticks % _TICKS_PER_WRITE == 0:
             self._hand_over()
 
     def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
@@ -93,13 +97,15 @@ class FileRecorder:
         self._tick += journal.event_entry(now_ns, what)
 
     def close(self) -> None:
-        """Hand over the rest and wait until all files are written.
+        """Hand over the rest and wait until all files are written; without a tick, none is.
 
         Raises:
             UserError: if one could not be written, or not to its end.
 
         """
         os.set_blocking(self._pipe, True)
+        if not self.ticks:
+            self._buffer.clear()
         self._hand_over()
         assert self._writer.stdin is not None
         with contextlib.suppress(BrokenPipeError):

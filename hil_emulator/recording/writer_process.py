@@ -10,37 +10,43 @@ from pathlib import Path
 from typing import BinaryIO
 
 from hil_emulator.errors import UserError
-from hil_emulator.recording import SUFFIX
+from hil_emulator.recording import journal_of
 
 READY = b"\n"
 """Said on standard output once the journal is open."""
 
+OVERWRITE = "--overwrite"
+"""First argument where the files may replace existing ones."""
+
 _CHUNK = 1 << 20
 
 
-def write(stream: BinaryIO, files: list[Path], ready: BinaryIO) -> None:
-    """Write a stream of entries into files.
+def write(stream: BinaryIO, files: list[Path], ready: BinaryIO, *, overwrite: bool = False) -> None:
+    """Write a stream of entries into files; into none where nothing comes.
 
-    The journal stands beside the first file and is removed when all files are written.
+    The journal grows in a file of its own (`journal_of`), which is removed when all files are
+    written.
 
     Raises:
         UserError: if a file could not be written to its end; the journal stays.
+        OSError: if the journal cannot be made; one that exists is left alone.
 
     """
-    kept = next((f for f in files if f.suffix == SUFFIX), None)
-    source = kept or files[0].with_name(files[0].name + SUFFIX)
+    source = journal_of(files)
     trouble = _journal(stream, source, ready)
-    _export(source, [file for file in files if file != source])
     if trouble:
-        raise UserError(f"{source} ends early: {trouble}")
-    if kept is None:
+        raise UserError(f"{source} ends early: {trouble}; no other file was written")
+    empty = not source.stat().st_size
+    if not empty:
+        _export(source, [file for file in files if file != source], overwrite=overwrite)
+    if empty or source not in files:
         source.unlink()
 
 
 def _journal(stream: BinaryIO, source: Path, ready: BinaryIO) -> str:
-    """Append the stream to the journal; return what ended that early, or ""."""
+    """Write the stream into the journal; return what ended that early, or ""."""
     trouble = ""
-    with source.open("wb", buffering=0) as out:
+    with source.open("xb", buffering=0) as out:
         ready.write(READY)
         ready.close()
         while chunk := stream.read1(_CHUNK):  # type: ignore[attr-defined]
@@ -52,18 +58,19 @@ def _journal(stream: BinaryIO, source: Path, ready: BinaryIO) -> str:
     return trouble
 
 
-def _export(source: Path, files: list[Path]) -> None:
+def _export(source: Path, files: list[Path], *, overwrite: bool) -> None:
     from hil_emulator.recording.exports import export
 
-    for file in files:
-        export(source, file)
+    export(source, *files, overwrite=overwrite)
 
 
 def main() -> int:
-    """Write standard input to the files named as arguments."""
+    """Write standard input to the files named as arguments, `OVERWRITE` first where it is so."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    overwrite = sys.argv[1] == OVERWRITE
+    files = [Path(name) for name in sys.argv[1 + overwrite :]]
     try:
-        write(sys.stdin.buffer, [Path(name) for name in sys.argv[1:]], sys.stdout.buffer)
+        write(sys.stdin.buffer, files, sys.stdout.buffer, overwrite=overwrite)
     except UserError as error:
         print(error, file=sys.stderr)
         return 1

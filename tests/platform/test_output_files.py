@@ -104,6 +104,16 @@ def test_folders_and_devices_are_never_replaced(tmp_path: Path) -> None:
             refuse_existing([file], overwrite=True)
 
 
+def test_a_read_only_file_is_never_replaced(tmp_path: Path) -> None:
+    """Its owner has protected it; that a file can be replaced in its folder is no permission."""
+    file = tmp_path / "a.txt"
+    file.write_text("mine")
+    file.chmod(0o444)
+    with pytest.raises(UserError, match="is read-only"):
+        write_texts({file: "new"}, overwrite=True)
+    assert content(tmp_path) == {"a.txt": "mine"}
+
+
 def test_the_same_content_is_no_conflict(tmp_path: Path) -> None:
     """A file that several commands write alike, such as a schema, is left as it is."""
     file = tmp_path / "a.txt"
