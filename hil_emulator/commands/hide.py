@@ -76,12 +76,7 @@ def hide(
                 pairs = zip(effects, each, strict=True)
                 hidden = [practice.hide(model, e, s) for e, s in pairs if e != NOTHING]
             ground = practice.ground(model, hidden, chosen)
-            first = 0
-            for part, names in PARTS.items():
-                played = practice.campaign(ground, names, duration, first)
-                for file, e in zip(_logs(out, part), played, strict=True):
-                    _write(e, staged(file))
-                first += len(names)
+            _write_logs(ground, duration, out, staged)
         truth = sealed.seal(ground)
         staged(out / sealed.NAME).write_text(truth, encoding="ascii")
     if not surprise:
@@ -199,6 +194,16 @@ def _with_companions(file: Path, out: Path) -> tuple[str, dict[Path, Path]]:
             sources[out / source.name] = source
             text = text.replace(f'"{path}"', f'"{source.name}"')
     return text, sources
+
+
+def _write_logs(ground: Ground, duration: float | None, out: Path, staged: Staging) -> None:
+    """Write the experiments of a practice ground."""
+    first = 0
+    for part, names in PARTS.items():
+        played = practice.campaign(ground, names, duration, first)
+        for file, e in zip(_logs(out, part), played, strict=True):
+            _write(e, staged(file))
+        first += len(names)
 
 
 def _write(e: Experiment, file: Path) -> None:

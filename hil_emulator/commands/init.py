@@ -50,7 +50,7 @@ def init(file: Path, given: Mapping[str, str], *, ask: bool, overwrite: bool = F
         overwrite: whether files that exist are replaced.
 
     Raises:
-        UserError: for an answer that is none, a file that exists or cannot be written, or a
+        UserError: for a wrong answer, a file that exists or cannot be written, or a
             machine that is too stiff to be integrated; nothing is written then.
 
     """

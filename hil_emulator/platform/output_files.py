@@ -7,6 +7,7 @@ of them are complete. A command that fails half way therefore leaves the files t
 import filecmp
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -14,10 +15,12 @@ from pathlib import Path
 
 from hil_emulator.errors import UserError
 
-WAY_OUT = "choose another name, or add --overwrite to replace it"
+_ANOTHER = "choose another name"
+
+WAY_OUT = f"{_ANOTHER}, or add --overwrite to replace it"
 """What the command line offers where an output file exists."""
 
-FROM_PYTHON = "choose another name, or pass overwrite=True to replace it"
+FROM_PYTHON = f"{_ANOTHER}, or pass overwrite=True to replace it"
 """What the Python interface offers there."""
 
 _WRITABLE = 0o222
@@ -47,15 +50,19 @@ def refuse_existing(
     names: set[Path] = set()
     for file in files:
         _add(file, names)
-        if file.is_symlink():
-            raise UserError(
-                f"{file}: is a symbolic link, which is not followed; choose another name"
-            )
-        if file.exists() and not file.is_file():
-            raise UserError(f"{file}: exists and is not a regular file; choose another name")
-        if file.exists() and not file.stat().st_mode & _WRITABLE:
-            raise UserError(f"{file}: exists and is read-only; choose another name")
-        if file.exists() and not overwrite:
+        try:
+            mode = file.lstat().st_mode
+        except (FileNotFoundError, NotADirectoryError):
+            continue
+        except OSError as error:
+            raise UserError(f"{file}: cannot be written: {error.strerror}; {_ANOTHER}") from None
+        if stat.S_ISLNK(mode):
+            raise UserError(f"{file}: is a symbolic link, which is not followed; {_ANOTHER}")
+        if not stat.S_ISREG(mode):
+            raise UserError(f"{file}: exists and is not a regular file; {_ANOTHER}")
+        if not mode & _WRITABLE:
+            raise UserError(f"{file}: exists and is read-only; {_ANOTHER}")
+        if not overwrite:
             raise UserError(f"{file}: exists already; {way_out}")
 
 

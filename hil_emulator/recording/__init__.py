@@ -10,8 +10,8 @@ SUFFIX = ".rec"
 def journal_of(files: Sequence[Path]) -> Path:
     """Return the file of the journal while a recording into some files is made.
 
-    It is the first journal among these files or, where there is none or it is a file to replace at
-    the end, one named after the first file.
+    It is the first `.rec` among these files. Where no such file is asked for, or it exists and is
+    replaced at the end only, the journal is named after the first file.
     """
     kept = next((file for file in files if file.suffix == SUFFIX), None)
     if kept is not None and not kept.exists():

@@ -56,8 +56,8 @@ def check_files(files: Sequence[Path], *, overwrite: bool = False, way_out: str 
     for file in files:
         check_file(file)
     refuse_existing(files, overwrite=overwrite, way_out=way_out)
-    besides = [c for f in files if f.suffix != SUFFIX for c in known()[f.suffix].companions(f)]
-    refuse_existing(dict.fromkeys(besides), overwrite=overwrite, way_out=way_out)
+    companions = [c for f in files if f.suffix != SUFFIX for c in known()[f.suffix].companions(f)]
+    refuse_existing(dict.fromkeys(companions), overwrite=overwrite, way_out=way_out)
 
 
 def check_recording(

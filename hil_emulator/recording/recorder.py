@@ -97,7 +97,7 @@ class FileRecorder:
         self._tick += journal.event_entry(now_ns, what)
 
     def close(self) -> None:
-        """Hand over the rest and wait until all files are written; without a tick, none is.
+        """Hand over the rest and wait until all files are written; without a tick, no file is.
 
         Raises:
             UserError: if one could not be written, or not to its end.

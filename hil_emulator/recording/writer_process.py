@@ -22,10 +22,9 @@ _CHUNK = 1 << 20
 
 
 def write(stream: BinaryIO, files: list[Path], ready: BinaryIO, *, overwrite: bool = False) -> None:
-    """Write a stream of entries into files; into none where nothing comes.
+    """Write a stream of entries into files; an empty stream leaves no file.
 
-    The journal grows in a file of its own (`journal_of`), which is removed when all files are
-    written.
+    The journal (`journal_of`) is removed at the end unless it is one of the files.
 
     Raises:
         UserError: if a file could not be written to its end; the journal stays.

@@ -114,7 +114,7 @@ def test_every_command_that_writes_can_overwrite() -> None:
 
 
 def test_every_path_that_is_written_is_declared_so() -> None:
-    """An option of these names is never a mere path, whose file nobody would protect."""
+    """An option of these names is never a plain path, which would not be protected."""
     written = {"out", "picture", "record", "junit", "page", "html", "targets", "file"}
     for name, command in main.commands.items():
         for p in command.params:

@@ -104,6 +104,14 @@ def test_folders_and_devices_are_never_replaced(tmp_path: Path) -> None:
             refuse_existing([file], overwrite=True)
 
 
+def test_a_name_that_cannot_be_is_one_message(tmp_path: Path) -> None:
+    """Longer than a file's name may be: a message, not a traceback."""
+    with pytest.raises(UserError, match=r"cannot be written: File name too long"):
+        write_texts({tmp_path / ("a" * 300): "new"})
+    with pytest.raises(UserError, match=r"cannot be written: File name too long"):
+        refuse_existing([tmp_path / ("a" * 300)])
+
+
 def test_a_read_only_file_is_never_replaced(tmp_path: Path) -> None:
     """Its owner has protected it; that a file can be replaced in its folder is no permission."""
     file = tmp_path / "a.txt"
