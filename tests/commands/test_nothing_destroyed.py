@@ -61,7 +61,7 @@ WRITTEN = [
 
 
 def precious(file: Path) -> Callable[[], bool]:
-    """Make a file that was here before; return what tells whether it still is as it was."""
+    """Make a file that was here before; return a check that it is unchanged."""
     file.write_text("mine")
     return lambda: file.read_text() == "mine"
 
