@@ -85,7 +85,7 @@ def test_a_folder_that_vanishes_does_not_end_the_run(tmp_path: Path) -> None:
     code, said = ended(process)
     assert code == 3
     assert "ticks" in said
-    assert "recording: " in said
+    assert "run.csv.rec: cannot be read: No such file or directory" in said
 
 
 @pytest.mark.full(sibling="test_a_folder_that_is_not_writable_is_told_before_the_run")
