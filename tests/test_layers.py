@@ -85,10 +85,11 @@ IDENTIFY = [room for room in ROOMS if room.startswith("identify")]
 
 NARROW = {
     ("conformance", "device"): {"device.eds", "device.entry", "device.datatype"},
-    ("model", "platform"): {"platform.file_lock"},
+    ("model", "platform"): {"platform.file_lock", "platform.supported_numba"},
 }
 """Where a room needs little of another, all that it may take: the suite reads an EDS as a node
-does, and knows nothing of how a node works; what compiles the physics does so once."""
+does, and knows nothing of how a node works; what compiles the physics does so once, with a numba
+that it knows."""
 
 OUTERMOST = {"command_line", "commands", "__main__.py", "__init__.py"}
 
