@@ -59,7 +59,7 @@ class CheckedCache(_Cache):  # type: ignore[misc]
         try:
             super().save_overload(sig, data)
             write_whole(self._checksum, self._digest())
-        except OSError:
+        except Exception:  # a full disk, or a damaged index that could not be deleted
             self._discard()
 
     def _files(self) -> list[Path]:
