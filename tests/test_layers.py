@@ -42,7 +42,7 @@ ROOMS = {
     "identify/prediction/free_terms": {"numpy", "model"},
     "identify/prediction/observer": {"numpy", "model"},
     "identify/prediction/parallel": {"numpy", "model", "config", "platform"},
-    "identify/prediction/benches": {"numpy", "numba", "scipy", "model", "config"},
+    "identify/prediction/benches": {"numpy", "scipy", "model", "config"},
     "identify/prediction": {"model"},
     "identify/estimation": {"numpy", "scipy"},
     "identify/selection": {"numpy", "scipy"},
