@@ -44,7 +44,7 @@ ROOMS = {
     "identify/prediction/free_terms": {"numpy", "model"},
     "identify/prediction/observer": {"numpy", "model"},
     "identify/prediction/parallel": {"numpy", "model", "config", "platform"},
-    "identify/prediction/benches": {"numpy", "numba", "scipy", "model", "config"},
+    "identify/prediction/benches": {"numpy", "scipy", "model", "config"},
     "identify/prediction": {"model"},
     "identify/estimation": {"numpy", "scipy"},
     "identify/selection": {"numpy", "scipy"},
@@ -95,10 +95,11 @@ IDENTIFY = [room for room in ROOMS if room.startswith("identify")]
 
 NARROW = {
     ("conformance", "device"): {"device.eds", "device.entry", "device.datatype"},
-    ("model", "platform"): {"platform.file_lock"},
+    ("model", "platform"): {"platform.file_lock", "platform.supported_numba"},
 }
 """Where a room needs little of another, all that it may take: the suite reads an EDS as a node
-does, and knows nothing of how a node works; what compiles the physics does so once."""
+does, and knows nothing of how a node works; what compiles the physics does so once, with a numba
+that it knows."""
 
 OUTERMOST = {"command_line", "commands", "__main__.py", "__init__.py"}
 

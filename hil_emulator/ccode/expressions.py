@@ -236,8 +236,8 @@ class Expressions(ast.NodeVisitor):
             return Expression(f"(int){arguments[0].within(_UNARY)}", INT, _UNARY)
         if name == "len":
             return _length(arguments[0])
-        if name == "numbers":
-            return self._numbers(arguments[0])
+        if name == "as_floats":
+            return self._as_floats(arguments[0])
         return self.program.call(name, self.scope, arguments)
 
     def _math(self, name: str) -> str:
@@ -251,7 +251,7 @@ class Expressions(ast.NodeVisitor):
             raise TranslationError(f"math.{name}")
         return Expression(f"{self._math(name)}({given})", REAL)
 
-    def _numbers(self, records: Expression) -> Expression:
+    def _as_floats(self, records: Expression) -> Expression:
         """See the memory of records as numbers."""
         real = "float" if self.program.single else "double"
         return Expression(f"({real} *){records.within(_UNARY)}", Numbers((None,)), _UNARY)

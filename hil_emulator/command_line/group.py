@@ -12,6 +12,9 @@ from hil_emulator.errors import UserError
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as a shell gives it: 128 and the signal's number."""
 
+_CUT_OFF = "data ended too early; a file was cut off or is empty, or a process ended that sent data"
+"""Message for an end of data that the reader of a file did not expect."""
+
 
 class Commands(click.Group):
     """A group that shows a `UserError` as one message and ends with its exit code.
@@ -44,6 +47,9 @@ class Commands(click.Group):
         except KeyboardInterrupt:
             click.echo("hil-emulator: interrupted", err=True)
             ctx.exit(INTERRUPTED)
+        except EOFError as error:  # click would print "Aborted!", as if the user had ended it
+            click.echo(f"hil-emulator: {_CUT_OFF}{f': {error}' if str(error) else ''}", err=True)
+            ctx.exit(UserError.exit_code)
         except Exception as error:
             if not type(error).__module__.startswith("numba."):
                 raise

@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import ModuleType
 
-from hil_emulator.model.compile_once import entry
+from hil_emulator.model.compiling import entry_point
 from hil_emulator.model.declare import Effect
-from hil_emulator.model.kernel import OPTIONS, Kernel, keep, sources_digest
+from hil_emulator.model.kernel import Kernel, keep, sources_digest
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED
 
@@ -39,17 +39,17 @@ def show_seen(y, signals):
 {signals}
 
 
-@apart
+@noinline
 def pass_acting(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick: see `pass_given`."""
-    parameters, y = room(ACTUATORS, PARAMETERS), room(ACTUATORS, SIGNALS)
+    parameters, y = stack_array(ACTUATORS, PARAMETERS), stack_array(ACTUATORS, SIGNALS)
     fill_acting(parameters, par)
     sound = pass_given(memory, past, parameters, inputs, y, path, step, steps)
     show_seen(y, signals)
     return sound
 
 
-@entry
+@entry_point
 def tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick: see `pass_given`."""
     return pass_acting(memory, past, par, inputs, signals, path, step, steps)
@@ -82,7 +82,7 @@ def acting_source(whole: Kernel, acting: Iterable[Effect]) -> str:
 
 def has_parts(whole: Kernel) -> bool:
     """Tell whether this process has compiled what such integrations are made of."""
-    return bool(whole.parts["pass_given"].signatures)
+    return bool(whole.parts["sum_slopes"].signatures)
 
 
 def build_acting(
@@ -104,7 +104,7 @@ def build_acting(
     module = ModuleType(file.stem if file else "hil_emulator_acting")
     sys.modules[module.__name__] = module
     module.__dict__.update(whole.parts)
-    module.__dict__["entry"] = entry(file, **OPTIONS)
+    module.__dict__["entry_point"] = entry_point(file)
     exec(compile(source, str(file or "<acting>"), "exec"), module.__dict__)
     tick: Callable[..., bool] = module.tick
     return tick

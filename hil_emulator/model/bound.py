@@ -12,7 +12,7 @@ import numba
 
 
 def bound(
-    function: Any, *held: Any, left: Sequence[Any] = (), lent: Sequence[Any] = ()
+    function: Any, *held: Any, left: Sequence[Any] = (), kept_alive: Sequence[Any] = ()
 ) -> Callable[..., Any]:
     """Return a function of the arguments that are left.
 
@@ -20,11 +20,11 @@ def bound(
         function: a compiled function, or a plain one.
         held: its first arguments, for all calls.
         left: one example for the type of each of the others.
-        lent: what the arguments only tell the address of: it lives as long as the result.
+        kept_alive: arrays whose addresses the arguments hold; they live as long as the result.
 
     """
     if hasattr(function, "compile"):
         function = function.compile(tuple(map(numba.typeof, (*held, *left))))
     call = functools.partial(function, *held)
-    vars(call)["lent"] = lent
+    vars(call)["kept_alive"] = kept_alive
     return call

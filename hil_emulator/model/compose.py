@@ -15,6 +15,9 @@ BALANCES = (
     *digits.DIGITS,
 )  # fmt: skip
 
+SINGLE_CALLER = (integrator.integrate, set_points.pass_set_points)
+"""Those of them that only one other function calls, see `compiling.merged`."""
+
 _HEADER = '''"""Stages, balances and sensor chain, composed by hil_emulator.model.compose."""
 
 
@@ -27,17 +30,17 @@ from hil_emulator.model.constants import (
 )
 from hil_emulator.model.digits import COUNT, NOT_FINITE, WORD_LENGTH
 from hil_emulator.model.integrator import Work
-from hil_emulator.model.lent_memory import BYTE, FLOAT, WHOLE
+from hil_emulator.model.array_memory import BYTE, FLOAT, WHOLE
 from hil_emulator.model.sensors import Transducers
 '''
 
 # Plain float arrays cross the border from Python: records would cost microseconds to unpack there.
 # They hold one record for each of the actuators on a supply. What an integration works on is copied
-# to the stack and back, see `stack_records`.
+# to the stack and back, see `array_memory`.
 _ENTRIES = '''@compiled
 def fill_all(parameters, par):
     """Copy the parameters of all actuators."""
-    own = numbers(parameters)
+    own = as_floats(parameters)
     for i in range(len(own)):
         own[i] = par[i]
 
@@ -58,15 +61,15 @@ def delay_all(parameters, past, held, step, steps):
         await_set_point(parameters[i], held[i], before[i], step, steps)
 
 
-@compiled
+@merged
 def pass_given(memory, past, parameters, inputs, y, path, step, steps):
     """Integrate one tick, the set points delayed; tell whether the states are finite."""
-    held = room(ACTUATORS, HELD)
+    held = stack_array(ACTUATORS, HELD)
     work = Work(
-        room(ACTUATORS, STATE), room(ACTUATORS, STATE), room(ACTUATORS, STATE),
-        room(ACTUATORS, STATE), room(ACTUATORS, STATE),
+        stack_array(ACTUATORS, STATE), stack_array(ACTUATORS, STATE), stack_array(ACTUATORS, STATE),
+        stack_array(ACTUATORS, STATE), stack_array(ACTUATORS, STATE),
     )
-    state = numbers(work.states)
+    state = as_floats(work.states)
     for i in range(STATE_LENGTH * ACTUATORS):
         state[i] = memory[i]
     hold_all(work.states, parameters, inputs, held)
@@ -77,11 +80,11 @@ def pass_given(memory, past, parameters, inputs, y, path, step, steps):
     return finite(state)
 
 
-@apart
+@noinline
 def pass_tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick: see `pass_given`."""
-    parameters, y = room(ACTUATORS, PARAMETERS), room(ACTUATORS, SIGNALS)
-    found = numbers(y)
+    parameters, y = stack_array(ACTUATORS, PARAMETERS), stack_array(ACTUATORS, SIGNALS)
+    found = as_floats(y)
     fill_all(parameters, par)
     sound = pass_given(memory, past, parameters, inputs, y, path, step, steps)
     for i in range(SIGNALS_LENGTH * ACTUATORS):
@@ -89,21 +92,22 @@ def pass_tick(memory, past, par, inputs, signals, path, step, steps):
     return sound
 
 
-@entry
+@entry_point
 def tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick: see `pass_tick`."""
     return pass_tick(memory, past, par, inputs, signals, path, step, steps)
 
 
-@entry
+@entry_point
 def rate(state, rates, par, inputs, signals):
     """Evaluate every balance and every signal of all actuators on a supply."""
-    states, parameters, held = view(state, STATE), view(par, PARAMETERS), room(ACTUATORS, HELD)
+    states, parameters = view(state, STATE), view(par, PARAMETERS)
+    held = stack_array(ACTUATORS, HELD)
     hold_all(states, parameters, inputs, held)
     evaluate(states, view(rates, STATE), parameters, held, view(signals, SIGNALS))
 
 
-@entry
+@entry_point
 def sense(signals, path, par, memory, past, normal, period, reading, overrange):
     """Sample: `sensors.sample` on views of flat memory."""
     chain = Transducers(view(par, CHANNEL), view(memory, MEMORY), view(past, CHANNEL_PAST))
@@ -121,7 +125,7 @@ def read_all(
     return range_code(overrange)
 
 
-@entry
+@entry_point
 def report(
     par, memory, past, normals, period, reading, overrange, words, record, signals, path, row,
     count, time
@@ -133,42 +137,42 @@ def report(
     )
 
 
-@making
-def lent_numbers(places, k):
+@allocating
+def floats_at(places, k):
     """Return the numbers whose address and count are given in a row of places."""
-    return lent(places[k, 0], (places[k, 1],), FLOAT)
+    return array_at_address(places[k, 0], (places[k, 1],), FLOAT)
 
 
-@entry
+@entry_point
 def tick_and_report(plant, instruments, step, steps, period, row, count, time):
     """Integrate one tick, and sample the only actuator with a row of the normal numbers."""
-    signals = lent_numbers(plant, 4)
-    path = lent(plant[5, 0], (steps, ACTUATORS * CHANNEL_COUNT), FLOAT)
+    signals = floats_at(plant, 4)
+    path = array_at_address(plant[5, 0], (steps, ACTUATORS * CHANNEL_COUNT), FLOAT)
     sound = pass_tick(
-        lent_numbers(plant, 0), lent_numbers(plant, 1), lent_numbers(plant, 2),
-        lent_numbers(plant, 3), signals, path, step, steps,
+        floats_at(plant, 0), floats_at(plant, 1), floats_at(plant, 2),
+        floats_at(plant, 3), signals, path, step, steps,
     )
     if not sound:
         return NOT_FINITE
     if row < 0:
         return 0
-    return report_lent(instruments, signals, path, period, row, count, time)
+    return report_at(instruments, signals, path, period, row, count, time)
 '''
 
-_REPORT_LENT = '''@compiled
-def report_lent(instruments, signals, path, period, row, count, time):
+_REPORT_AT = '''@compiled
+def report_at(instruments, signals, path, period, row, count, time):
     """Sample as `report`."""
     return read_all(
-        lent_numbers(instruments, 0), lent_numbers(instruments, 1), lent_numbers(instruments, 2),
-        lent(instruments[3, 0], (instruments[3, 1], CHANNEL_COUNT), FLOAT)[row], period,
-        lent_numbers(instruments, 4), lent(instruments[5, 0], (CHANNEL_COUNT,), WHOLE),
-        lent(instruments[6, 0], (instruments[6, 1], WORD_LENGTH), FLOAT),
-        lent(instruments[7, 0], (instruments[7, 1],), BYTE), signals, path, count, time,
+        floats_at(instruments, 0), floats_at(instruments, 1), floats_at(instruments, 2),
+        array_at_address(instruments[3, 0], (instruments[3, 1], CHANNEL_COUNT), FLOAT)[row], period,
+        floats_at(instruments, 4), array_at_address(instruments[5, 0], (CHANNEL_COUNT,), WHOLE),
+        array_at_address(instruments[6, 0], (instruments[6, 1], WORD_LENGTH), FLOAT),
+        array_at_address(instruments[7, 0], (instruments[7, 1],), BYTE), signals, path, count, time,
     )
 '''
 
 _NO_REPORT = '''@compiled
-def report_lent(instruments, signals, path, period, row, count, time):
+def report_at(instruments, signals, path, period, row, count, time):
     """Sample nothing: among the effects are none that sensors need."""
     return 0
 '''
@@ -303,6 +307,8 @@ def module_source(effects: Sequence[Effect], constants: Mapping[str, float] | No
     parts += stage_sources(stages, effects, base)
     parts += [f"@compiled\n{acts_source(a.stage, effects)}" for a in ACTS]
     parts += [f"@compiled\n{observe_source()}"]
-    parts += [f"@compiled\n{inspect.getsource(f)}" for f in BALANCES]
+    for function in BALANCES:
+        decorator = "merged" if function in SINGLE_CALLER else "compiled"
+        parts += [f"@{decorator}\n{inspect.getsource(function)}"]
     senses = any(effect.name == "measuring_range" for effect in effects)
-    return "\n\n".join([*parts, _ENTRIES, _REPORT_LENT if senses else _NO_REPORT])
+    return "\n\n".join([*parts, _ENTRIES, _REPORT_AT if senses else _NO_REPORT])

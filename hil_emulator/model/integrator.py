@@ -37,9 +37,9 @@ class Work(NamedTuple):
     bend: Any
 
 
-def numbers(records: Any) -> Any:
-    """Stand for the compiled function that shows the memory of records, see `stack_records`."""
-    raise TypeError("'numbers' runs only in the module that kernel.build makes")
+def as_floats(records: Any) -> Any:
+    """Stand for the compiled function that shows the memory of records, see `array_memory`."""
+    raise TypeError("'as_floats' runs only in the module that kernel.build makes")
 
 
 def sum_slopes(
@@ -59,8 +59,8 @@ def sum_slopes(
         step: width of this one [s].
 
     """
-    state, trial, slope = numbers(work.states), numbers(work.trial), numbers(work.slopes)
-    mean, bend = numbers(work.mean), numbers(work.bend)
+    state, trial, slope = as_floats(work.states), as_floats(work.trial), as_floats(work.slopes)
+    mean, bend = as_floats(work.mean), as_floats(work.bend)
     for i in range(STATE_LENGTH * ACTUATORS):
         trial[i] = state[i]
         mean[i] = 0.0
@@ -81,7 +81,7 @@ def sum_slopes(
 
 def advance(work: Work, step: float) -> None:
     """Move the states by the mean of the four slopes."""
-    state, mean = numbers(work.states), numbers(work.mean)
+    state, mean = as_floats(work.states), as_floats(work.mean)
     for i in range(STATE_LENGTH * ACTUATORS):
         state[i] += step / 6.0 * mean[i]
 

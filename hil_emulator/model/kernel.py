@@ -7,9 +7,7 @@ computing the old physics after an edit elsewhere.
 
 import hashlib
 import inspect
-import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -20,16 +18,20 @@ from typing import Any
 import numba
 import numpy as np
 
-from hil_emulator.model.compile_once import entry
+from hil_emulator.model.array_memory import (
+    array_at_address,
+    as_floats,
+    python_array_at_address,
+    stack_array,
+    view,
+)
+from hil_emulator.model.checked_cache import write_whole
+from hil_emulator.model.compiling import allocating, entry_point, inlined, merged, noinline
 from hil_emulator.model.compose import function_name, module_source, record_name
 from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
-from hil_emulator.model.inlined import CALLED_WITHIN, inlined
 from hil_emulator.model.layout import Vector, layouts, length, named, zeros
-from hil_emulator.model.lent_memory import lent, lent_in_python
-from hil_emulator.model.record_view import view
 from hil_emulator.model.sensors import CHANNELS, wiring
-from hil_emulator.model.stack_records import numbers, room
 from hil_emulator.model.stages import element
 
 __all__ = ["Kernel", "Vector", "build", "keep", "named", "sources_digest", "zeros"]
@@ -54,7 +56,7 @@ class Kernel:
             `digits.range_code`.
         tick_and_report: `tick_and_report(plant, instruments, step, steps, period, row, count,
             time)`: both in one call, where the arrays of `tick`, and those of `report` up to
-            `record`, are given as `lent_memory.addresses`. There is no report, and 0 is returned,
+            `record`, are given as `array_memory.addresses`. There is no report, and 0 is returned,
             where `row` is negative, and none where a state is not finite: `digits.NOT_FINITE`.
         parameters: the plant's parameters.
         state: what the plant integrates.
@@ -110,35 +112,22 @@ def sources_digest(effects: Iterable[Effect]) -> str:
 
 def keep(source: str, folder: Path, stem: str = "hil_emulator_kernel") -> Path | None:
     """Write a module into the cache; None where that is not possible."""
-    name = f"{stem}_{hashlib.sha256(source.encode()).hexdigest()[:8]}.py"
+    file = folder / f"{stem}_{hashlib.sha256(source.encode()).hexdigest()[:8]}.py"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        if not (folder / name).exists():
-            with tempfile.NamedTemporaryFile("w", dir=folder, delete=False) as file:
-                file.write(source)
-            os.replace(file.name, folder / name)
+        if not file.exists() or file.read_bytes() != source.encode():
+            write_whole(file, source)
     except OSError:
         return None
-    return folder / name
+    return file
 
 
-def _as_it_is(function: Any) -> Any:
+def _unchanged(function: Any) -> Any:
     return function
 
 
-def _as_numbers(records: np.ndarray[Any, Any]) -> Vector:
+def _as_floats(records: np.ndarray[Any, Any]) -> Vector:
     return records.view(np.float64)
-
-
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
-"""For `numba.njit`: numpy's error model, where a division by zero gives inf as in C, without a
-branch; and no runtime, which would count references to arrays."""
-
-_MAKING = {**OPTIONS, "_nrt": True}
-"""The same for what makes arrays."""
-
-# a fifth of a step is saved
-_compiled = inlined(**OPTIONS)
 
 
 @cache
@@ -147,32 +136,33 @@ def _compiled_law(function: Callable[..., Any]) -> Any:
 
     One of a user's own may look into a table, for which numba makes arrays.
     """
-    return inlined(**_MAKING)(function)
+    return allocating()(function)
 
 
 def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any]]:
     """Return the decorators of inner and entry functions, and what makes records of memory."""
     if not compiled:
         return {
-            "compiled": _as_it_is,
-            "making": _as_it_is,
-            "apart": _as_it_is,
-            "entry": _as_it_is,
+            "compiled": _unchanged,
+            "merged": _unchanged,
+            "allocating": _unchanged,
+            "noinline": _unchanged,
+            "entry_point": _unchanged,
             "view": np.ndarray.view,
-            "room": np.zeros,
-            "numbers": _as_numbers,
-            "lent": lent_in_python,
+            "stack_array": np.zeros,
+            "as_floats": _as_floats,
+            "array_at_address": python_array_at_address,
         }
     return {
-        "compiled": _compiled,
-        "making": inlined(**_MAKING),
-        # what keeps its own registers
-        "apart": numba.njit(**OPTIONS, **CALLED_WITHIN),
-        "entry": entry(file, **OPTIONS),
+        "compiled": inlined(),
+        "merged": merged(),
+        "allocating": allocating(),
+        "noinline": noinline(),
+        "entry_point": entry_point(file),
         "view": view,
-        "room": room,
-        "numbers": numbers,
-        "lent": lent,
+        "stack_array": stack_array,
+        "as_floats": as_floats,
+        "array_at_address": array_at_address,
     }
 
 
@@ -201,7 +191,7 @@ def build(
     module = ModuleType(file.stem if file else "hil_emulator_kernel")
     sys.modules[module.__name__] = module
     decorators = _compilers(compiled, file)
-    law_of = _compiled_law if compiled else _as_it_is
+    law_of = _compiled_law if compiled else _unchanged
     types = layouts(effects)
     module.__dict__.update(decorators)
     for effect in effects:

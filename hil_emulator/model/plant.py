@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from hil_emulator.model.array_memory import addresses
 from hil_emulator.model.bound import bound
 from hil_emulator.model.digits import NOT_FINITE
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import Vector, fill, length, named, zeros
-from hil_emulator.model.lent_memory import addresses
 from hil_emulator.model.rest import STRETCHING, bearing_pressures, stretch_under, without_gas
 from hil_emulator.model.sensors import CHANNELS
 
@@ -112,7 +112,7 @@ class Supply:
         )  # fmt: skip
         return bound(
             self.kernel.tick_and_report, addresses(*memory), addresses(*instruments),
-            self.step_width, steps, period, left=(0, 0, 0), lent=(*memory, *instruments),
+            self.step_width, steps, period, left=(0, 0, 0), kept_alive=(*memory, *instruments),
         )  # fmt: skip
 
     def close(self) -> None:

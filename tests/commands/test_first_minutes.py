@@ -151,6 +151,19 @@ def test_ctrl_c_ends_with_the_code_of_a_shell(monkeypatch: pytest.MonkeyPatch) -
     assert said == "hil-emulator: interrupted\n"
 
 
+def test_an_unexpected_end_of_data_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not "Aborted!", which click prints for it as for Ctrl-C."""
+
+    def cut_off(*given: object) -> None:
+        raise EOFError("Ran out of input")
+
+    monkeypatch.setattr("hil_emulator.commands.bench.bench", cut_off)
+    code, said = answer("bench")
+    assert code == 2
+    assert said.startswith("hil-emulator: data ended too early; a file was cut off")
+    assert said.endswith("Ran out of input\n")
+
+
 def test_effects_of_a_configuration_are_listed(tmp_path: Path) -> None:
     """The catalogue, and what the configuration's own files add."""
     (tmp_path / "own.py").write_text(

@@ -121,6 +121,17 @@ def test_code_is_loaded_only_for_many_steps(
     assert again.at(model.par, ticks.WORTH_LOADING) not in (again.whole, leaks)
 
 
+def test_a_damaged_list_of_effects_is_passed_over(model: PlantModel, tmp_path: Path) -> None:
+    """Code is looked for only where the names of its effects are as they were written."""
+    folder = Ticks(model.kernel, tmp_path)._folder()
+    assert folder
+    for k, content in enumerate((b"", b"viscous_fric", b"\xff\x00")):
+        (folder / f"{k}.acting").write_bytes(content)
+    (folder / "folder.acting").mkdir()
+    kept = Ticks(model.kernel, tmp_path)
+    assert kept.at(model.par, ticks.WORTH_LOADING) is kept.whole
+
+
 def test_an_effect_that_acts_is_known(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

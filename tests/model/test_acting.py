@@ -12,6 +12,7 @@ from hil_emulator.model.acting import build_acting, has_parts
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sensors import CHANNELS, wiring
+from hil_emulator.platform.paths import cache_folder
 
 ON = ("viscous_friction", "coulomb_friction", "end_stops", "external_leakage", "transport_delay")
 """Friction, stops, flow, and what remembers set points."""
@@ -22,8 +23,13 @@ OFF = ("spool_rate_limit", "current_saturation", "entrained_air", "accumulator",
 
 @pytest.fixture(scope="module")
 def small() -> kernel.Kernel:
-    """Return a model of these effects alone, compiled here."""
-    return kernel.build([e for e in CATALOGUE if e.name in (*ON, *OFF)])
+    """Return a model of these effects alone; its machine code outlives the session."""
+    return kernel.build([e for e in CATALOGUE if e.name in (*ON, *OFF)], cache_folder())
+
+
+def acting(small: kernel.Kernel, names: Sequence[str]) -> Callable[..., bool]:
+    """Return the integration in which only some effects act."""
+    return build_acting(small, [e for e in small.effects if e.name in names], cache_folder())
 
 
 def course(
@@ -49,7 +55,7 @@ def course(
 
 def test_code_for_what_acts_computes_what_all_code_does(small: kernel.Kernel) -> None:
     """To the last bit, along a run in which everything that acts has something to do."""
-    tick = build_acting(small, [e for e in CATALOGUE if e.name in ON])
+    tick = acting(small, ON)
     run = course(small, tick)
     np.testing.assert_array_equal(run, course(small, small.tick))
     assert len(np.unique(run[:, 0])) > 300
@@ -58,20 +64,22 @@ def test_code_for_what_acts_computes_what_all_code_does(small: kernel.Kernel) ->
 def test_all_effects_may_act(small: kernel.Kernel) -> None:
     """Then nothing is off, and the run is the same."""
     np.testing.assert_array_equal(
-        course(small, build_acting(small, small.effects)), course(small, small.tick)
+        course(small, acting(small, (*ON, *OFF))), course(small, small.tick)
     )
 
 
 def test_other_effects_are_off_in_it(small: kernel.Kernel) -> None:
     """Code that knows no leak computes a tight machine from the parameters of one that leaks."""
-    ignorant = build_acting(small, [e for e in CATALOGUE if e.name in ON[:3]])
+    ignorant = acting(small, ON[:3])
     run = course(small, ignorant)
     np.testing.assert_array_equal(run, course(small, small.tick, on=ON[:3]))
     assert not np.array_equal(run, course(small, small.tick))
 
 
+@pytest.mark.slow
 def test_whether_a_process_has_what_it_is_made_of(small: kernel.Kernel) -> None:
     """It has after the whole model was compiled here, not where nothing was."""
-    course(small, small.tick)
-    assert has_parts(small)
-    assert not has_parts(kernel.build(small.effects))
+    compiled_here = kernel.build(small.effects)
+    assert not has_parts(compiled_here)
+    course(compiled_here, compiled_here.tick)
+    assert has_parts(compiled_here)

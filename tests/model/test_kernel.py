@@ -19,6 +19,7 @@ from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import friction as friction_stage
 from hil_emulator.model.stages import metering
 from hil_emulator.model.stages import set_point as set_point_stage
+from hil_emulator.platform.paths import cache_folder
 
 
 def everything() -> dict[str, float]:
@@ -119,17 +120,18 @@ TABLE = np.array([0.0, 0.1, 1.0]), np.array([0.0, 5.0, 100.0])
 """Velocities, and a force at each."""
 
 
+@effect(friction_stage, knob=knob(), source="none", signature="none")
+def measured_friction(velocity: float, strength: float) -> float:
+    """F = f(v)."""
+    return strength * math.copysign(np.interp(abs(velocity), *TABLE), velocity)
+
+
 def test_a_law_may_look_into_a_table() -> None:
     """For that numba makes arrays; code for what acts may hold such a law as well."""
-
-    @effect(friction_stage, knob=knob(), source="none", signature="none")
-    def measured_friction(velocity: float, strength: float) -> float:
-        """F = f(v)."""
-        return strength * math.copysign(np.interp(abs(velocity), *TABLE), velocity)
-
-    own = kernel.build([measured_friction])
+    cache = cache_folder()
+    own = kernel.build([measured_friction], cache)
     plants = []
-    for tick in (own.tick, build_acting(own, [measured_friction])):
+    for tick in (own.tick, build_acting(own, [measured_friction], cache)):
         plant = Plant(own, bare(measured_friction_strength=2.0), STEP)
         supply, path = plant.supply, np.zeros((4, len(CHANNELS)))
         plant.state.velocity = 0.55

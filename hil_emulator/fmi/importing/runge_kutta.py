@@ -10,6 +10,7 @@ They are called by their addresses, on rows of numbers:
 """
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
@@ -18,6 +19,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from hil_emulator.model.compiling import entry_point
+
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _inner = numba.njit(error_model="numpy")
@@ -25,7 +28,13 @@ _inner = numba.njit(error_model="numpy")
 
 def _entry(signature: Any) -> Callable[[_Function], _Function]:
     """Compile a function ahead of its first call, once and for all."""
-    return numba.njit(signature, error_model="numpy", cache=True)  # type: ignore[no-any-return]
+
+    def compiled(function: _Function) -> _Function:
+        dispatcher = entry_point(Path(__file__), _nrt=True)(function)
+        dispatcher.compile(signature)
+        return dispatcher  # type: ignore[no-any-return]
+
+    return compiled
 
 
 _types: Any = types

@@ -6,12 +6,15 @@ that reverses within ten samples has an acceleration that white jerk would smear
 2001, section 6.2, to one order more).
 """
 
+from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
-compiled = numba.njit(cache=True, error_model="numpy", nogil=True)
+from hil_emulator.model.compiling import allocating, entry_point
+
+_compiled = allocating(nogil=True)
+_entry_point = entry_point(Path(__file__), nogil=True, _nrt=True)
 
 ORDER = 4
 """Derivatives in the state, that of order zero included."""
@@ -28,7 +31,7 @@ VAGUE = 1e8
 """Variance of the derivatives before anything was read."""
 
 
-@compiled
+@_entry_point
 def forwards(readings: Any, snap: Any, states: Any, covariances: Any) -> tuple[float, float, int]:
     """Filter readings; return the two sums of the likelihood, and how many readings counted.
 
@@ -74,7 +77,7 @@ def forwards(readings: Any, snap: Any, states: Any, covariances: Any) -> tuple[f
     return logarithms, squares, max(seen - ORDER, 0)
 
 
-@compiled
+@_entry_point
 def backwards(readings: Any, snap: Any, states: Any, covariances: Any, found: Any) -> float:
     """Smooth what `forwards` predicted (Bryson and Frazier 1963).
 
@@ -125,7 +128,7 @@ def backwards(readings: Any, snap: Any, states: Any, covariances: Any, found: An
     return squares / max(seen, 1)
 
 
-@compiled
+@_compiled
 def proceed(x: Any) -> None:
     """Move a state on by one sample."""
     x[0] += x[1] + 0.5 * x[2] + x[3] / 6.0
@@ -133,7 +136,7 @@ def proceed(x: Any) -> None:
     x[2] += x[3]
 
 
-@compiled
+@_compiled
 def recede(slope: Any) -> None:
     """Move a derivative by the state back by one sample."""
     slope[3] += slope[2] + 0.5 * slope[1] + slope[0] / 6.0
@@ -141,7 +144,7 @@ def recede(slope: Any) -> None:
     slope[1] += slope[0]
 
 
-@compiled
+@_compiled
 def carry(p: Any) -> None:
     """Move a covariance on by one sample."""
     for i in range(ORDER):
@@ -151,7 +154,7 @@ def carry(p: Any) -> None:
     even(p)
 
 
-@compiled
+@_compiled
 def even(p: Any) -> None:
     """Make a matrix symmetric: what rounding adds to the other part would grow."""
     for i in range(ORDER):
@@ -159,7 +162,7 @@ def even(p: Any) -> None:
             p[i, j] = p[j, i] = 0.5 * (p[i, j] + p[j, i])
 
 
-@compiled
+@_compiled
 def multiply(a: Any, x: Any) -> Any:
     """Return the product of a matrix and a vector."""
     y = np.zeros(ORDER)
@@ -168,7 +171,7 @@ def multiply(a: Any, x: Any) -> Any:
     return y
 
 
-@compiled
+@_compiled
 def dot(x: Any, y: Any) -> Any:
     """Return the scalar product of two vectors."""
     return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3]

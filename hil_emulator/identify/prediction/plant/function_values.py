@@ -3,11 +3,11 @@
 from typing import Any
 
 from numba.core import types
-from numba.experimental import function_type
+
+from hil_emulator.model.compiling import address
 
 _types: Any = types
-_functions: Any = function_type
-"""Numba tells no types of what makes types, and of addresses of functions."""
+"""Numba has no types for what makes types."""
 
 _VECTOR = _types.Array(types.float64, 1, "C")
 _PATH = _types.Array(types.float64, 2, "C")
@@ -35,8 +35,7 @@ class FunctionValue(_types.WrapperAddressProtocol):  # type: ignore[misc]
 
     def __init__(self, compiled: Any, signature: Any) -> None:
         self._compiled, self._signature = compiled, signature
-        compiled.compile(signature.args)
-        self._address = _functions._get_wrapper_address(compiled, signature)
+        self._address = address(compiled, signature)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it."""
@@ -44,7 +43,7 @@ class FunctionValue(_types.WrapperAddressProtocol):  # type: ignore[misc]
 
     def __wrapper_address__(self) -> int:
         """Return where the machine code is."""
-        return int(self._address)
+        return self._address
 
     def signature(self) -> Any:
         """Return what it takes and gives."""

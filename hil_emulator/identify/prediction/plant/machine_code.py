@@ -54,9 +54,8 @@ from hil_emulator.identify.prediction.model_run.records import (
 )
 from hil_emulator.identify.prediction.plant.function_values import RATE, SENSE, FunctionValue
 from hil_emulator.identify.prediction.plant.ticks import Ticks
-from hil_emulator.model.compile_once import entry
+from hil_emulator.model.compiling import allocating, entry_point, inlined
 from hil_emulator.model.constants import SLIDING_BEND
-from hil_emulator.model.inlined import inlined
 from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MAKERS: tuple[Callable[..., object], ...] = (
@@ -181,7 +180,7 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
 @lru_cache(maxsize=4)
 def _compiled(cache: Path | None) -> dict[str, Any]:
     """Return the loops by name."""
-    chapters = (("lean", _PARTS), ("compiled", _MAKERS), ("entry", _LOOPS))
+    chapters = (("compiled", _PARTS), ("allocating", _MAKERS), ("entry_point", _LOOPS))
     parts = [f"@{name}\n{inspect.getsource(f)}" for name, functions in chapters for f in functions]
     source = "\n\n".join(["from __future__ import annotations\n", *parts])
     folder = cache and cache / _digest(sources_digest(()))
@@ -190,16 +189,13 @@ def _compiled(cache: Path | None) -> dict[str, Any]:
     module = ModuleType(file.stem if file else "hil_emulator_identify")
     sys.modules[module.__name__] = module
     module.__dict__.update({record.__name__: record for record in _RECORDS})
-    # inlined, a seventh of a prediction is saved, and a sixth more without numba's runtime, where
-    # nothing is made: it is the counting of references to arrays
-    options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
     module.__dict__.update(
         np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND, SLID=sample_jacobian.SLID,
         CREEPING=sample_jacobian.CREEPING, NEARLY_EMPTY=sample_jacobian.NEARLY_EMPTY,
         FAINTEST=propagation.FAINTEST,
-        compiled=inlined(**options),
-        lean=inlined(**options, _nrt=False),
-        entry=entry(file, rolled=True, error_model="numpy", nogil=True),
+        compiled=inlined(nogil=True),
+        allocating=allocating(nogil=True),
+        entry_point=entry_point(file, rolled=True, nogil=True, _nrt=True),
     )  # fmt: skip
     exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
     return {loop.__name__: getattr(module, loop.__name__) for loop in _LOOPS}

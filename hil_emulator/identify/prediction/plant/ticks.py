@@ -15,6 +15,7 @@ from hil_emulator.identify.prediction.model_run.records import Tick
 from hil_emulator.identify.prediction.plant.function_values import TICK, FunctionValue
 from hil_emulator.identify.prediction.plant.probes import DRIFT
 from hil_emulator.model.acting import build_acting, has_parts
+from hil_emulator.model.checked_cache import write_whole
 from hil_emulator.model.kernel import Kernel, sources_digest
 from hil_emulator.model.stages import SAMPLED
 
@@ -98,15 +99,17 @@ class Ticks:
         if folder := self._folder():
             names = " ".join(sorted(known))
             with suppress(OSError):
-                file = folder / f"{hashlib.sha256(names.encode()).hexdigest()[:16]}.acting"
-                file.write_text(names)
+                write_whole(folder / _file_name(names), names)
         return tick
 
     def _kept(self) -> Iterator[frozenset[str]]:
         """Yield the effects of which there is code in the cache."""
         if folder := self._folder():
             for file in folder.glob("*.acting"):
-                yield frozenset(file.read_text().split())
+                with suppress(OSError, UnicodeError):
+                    names = file.read_text()
+                    if file.name == _file_name(names):
+                        yield frozenset(names.split())
 
     def _folder(self) -> Path | None:
         """Return the folder that tells what was compiled for this model."""
@@ -117,3 +120,8 @@ class Ticks:
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
         return folder
+
+
+def _file_name(names: str) -> str:
+    """Return the name of the file that holds the names of effects, so that damage shows."""
+    return f"{hashlib.sha256(names.encode()).hexdigest()[:16]}.acting"

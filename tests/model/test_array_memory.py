@@ -1,9 +1,9 @@
-"""Flat memory as records, in machine code as in numpy."""
+"""Memory as records and arrays, in machine code as in numpy."""
 
 import numba
 import numpy as np
 
-from hil_emulator.model.record_view import view
+from hil_emulator.model.array_memory import view
 
 PAIR = np.dtype([("flow", np.float64), ("pressures", np.float64, (3,))])
 
@@ -32,9 +32,9 @@ def test_the_memory_stays_as_long_as_its_records() -> None:
     def total(size: int) -> float:
         records = view(np.ones(4 * size), PAIR)
         other = np.zeros(4 * size)
-        found = other[0]
+        sum_of_flows = other[0]
         for i in range(len(records)):
-            found += records[i].flow
-        return found
+            sum_of_flows += records[i].flow
+        return sum_of_flows
 
     assert [total(n) for n in (1, 1000)] == [1.0, 1000.0]
