@@ -50,15 +50,14 @@ def _course(said: dict[str, Any]) -> Any:
 )
 def identify(
     files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],
-    exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, overwrite: bool,
-    **said: Any,
+    exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, **said: Any,
 ) -> None:  # fmt: skip
     """Name the physical effects that a recording shows and the configuration lacks."""
     _lean(*files, *validate)
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 
-    plain_fit = said.pop("method") == "least-squares"
+    plain_fit, overwrite = said.pop("method") == "least-squares", said.pop("overwrite")
     question = Question(only, exclude, plain_fit=plain_fit, set_points=_course(said))
     meaning = _meaning(said)
     command.identify(files, validate, question, out, jobs, meaning, cluster, overwrite=overwrite)
@@ -95,8 +94,7 @@ def gap(
 @OVERWRITE
 def experiment(
     name: str | None, amplitude: float | None, duration: float | None, seed: int,
-    configs: tuple[Path, ...], out: Path | None, picture: Path | None, scenario: Path | None,
-    *, overwrite: bool,
+    configs: tuple[Path, ...], **outputs: Any,
 ) -> None:  # fmt: skip
     """Write the stimulus file of an experiment; without NAME, list what there is."""
     from hil_emulator.commands import experiment as command
@@ -104,9 +102,7 @@ def experiment(
     if name is None:
         command.catalogue(configs)
         return
-    command.write(
-        name, configs, amplitude, duration, seed, out, picture, scenario, overwrite=overwrite
-    )
+    command.write(name, configs, amplitude, duration, seed, command.Outputs(**outputs))
 
 
 @click.command()

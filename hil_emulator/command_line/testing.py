@@ -1,6 +1,7 @@
 """The commands that test: controllers by scenarios and faults, devices by their standard."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -77,7 +78,7 @@ def scenario(
 @OVERWRITE
 def conformance(
     can: str, can_options: tuple[str, ...], node: int, eds: Path,
-    cases: tuple[str, ...], storm: int, html: Path | None, *, self_starting: bool, overwrite: bool,
+    cases: tuple[str, ...], storm: int, *, self_starting: bool, **page: Any,
 ) -> None:  # fmt: skip
     """Ask a CANopen device whether it conforms to CiA 301; exit code 1 if a case fails.
 
@@ -93,9 +94,8 @@ def conformance(
         eds,
         cases,
         storm,
-        html,
+        command.Page(page["html"], page["overwrite"]),
         self_starting=self_starting,
-        overwrite=overwrite,
     )
     raise SystemExit(not passed)
 

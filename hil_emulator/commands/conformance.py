@@ -1,12 +1,27 @@
 """`hil-emulator conformance`: put the cases to a device, and report."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from hil_emulator.conformance.expectation import Expectation
 from hil_emulator.errors import UserError
 
 _PACKAGE = "hil_emulator.conformance"
+
+
+@dataclass(frozen=True)
+class Page:
+    """Where the results are written as a page.
+
+    Attributes:
+        file: the page; no page without it.
+        overwrite: whether a file that exists is replaced.
+
+    """
+
+    file: Path | None = None
+    overwrite: bool = False
 
 
 def conformance(
@@ -16,10 +31,9 @@ def conformance(
     eds: Path,
     cases: Sequence[str],
     storm: int,
-    html: Path | None,
+    page: Page,
     *,
     self_starting: bool,
-    overwrite: bool = False,
 ) -> bool:
     """Run the suite; return whether no case failed.
 
@@ -39,8 +53,8 @@ def conformance(
     options = ["--can", can, "--node", str(node), "--eds", str(eds), "--storm", str(storm)]
     options += [word for option in can_options for word in ("--can-option", option)]
     options += [word for case in cases for word in ("--case", case)]
-    options += ["--conformance-html", str(html)] if html is not None else []
-    options += ["--conformance-overwrite"] if overwrite else []
+    options += ["--conformance-html", str(page.file)] if page.file is not None else []
+    options += ["--conformance-overwrite"] if page.overwrite else []
     options += ["--self-starting"] if self_starting else []
     quiet = ["-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", "-p", "no:warnings"]
     code = pytest.main(["--pyargs", _PACKAGE, "-p", plugin, *quiet, *options])

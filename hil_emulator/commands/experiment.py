@@ -3,6 +3,7 @@
 import os
 import zlib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -38,9 +39,27 @@ def catalogue(configs: Sequence[Path]) -> None:
     click.echo(text_table(("experiment", "amplitude", "lasts", "the rod", "shows well"), rows))
 
 
+@dataclass(frozen=True)
+class Outputs:
+    """The files of a stimulus.
+
+    Attributes:
+        out: the stimulus itself; NAME.csv without it.
+        picture: of its course over time.
+        scenario: plays it.
+        overwrite: whether files that exist are replaced.
+
+    """
+
+    out: Path | None = None
+    picture: Path | None = None
+    scenario: Path | None = None
+    overwrite: bool = False
+
+
 def write(
     name: str, configs: Sequence[Path], amplitude: float | None, duration: float | None, seed: int,
-    out: Path | None, picture: Path | None, scenario: Path | None, *, overwrite: bool = False,
+    outputs: Outputs,
 ) -> None:  # fmt: skip
     """Write a stimulus file.
 
@@ -50,10 +69,7 @@ def write(
         amplitude: largest deviation from the centre [m].
         duration: [s].
         seed: of levels and phases.
-        out: the file; NAME.csv without it.
-        picture: file of a picture.
-        scenario: file of a scenario that plays it.
-        overwrite: whether files that exist are replaced.
+        outputs: what is written.
 
     Raises:
         UserError: for an unknown experiment, one that the machine cannot do, a file that exists or
@@ -61,11 +77,12 @@ def write(
 
     """
     files = list(configs) or [shipped("configs/hyq_knee.toml")]
+    picture, scenario = outputs.picture, outputs.scenario
     config = load_whole(files) if scenario is None else load_rig(files)
     made = target(stimulus(name), limits(config.plant), amplitude, duration, seed)
-    file = out or Path(f"{name}.csv")
-    refuse_existing(filter(None, (file, picture, scenario)), overwrite=overwrite)
-    with new_files(overwrite=overwrite) as staged:
+    file = outputs.out or Path(f"{name}.csv")
+    refuse_existing(filter(None, (file, picture, scenario)), overwrite=outputs.overwrite)
+    with new_files(overwrite=outputs.overwrite) as staged:
         staged(file).write_text(stimulus_file(made), encoding="utf-8")
         if picture is not None:
             _draw(made, staged(picture))

@@ -117,7 +117,7 @@ def seeds(folder: Path) -> dict[str, list[bytes]]:
         store.save({(0x1017, 0): b"\x01\x00", (0x2000, 0): bytes(4)})
     found = {}
     for ending in ("csv", "npz", "parquet", "mf4", "blf", "asc", "log"):
-        exports.export(folder / "run.rec", folder / f"run.{ending}")
+        exports.export(folder / "run.rec", folder / f"run.{ending}", overwrite=True)
         found[ending] = [(folder / f"run.{ending}").read_bytes()]
     sheets = [file.read_bytes() for file in sorted(SHEET.parent.glob("*.eds"))]
     configs = KNEE.parent

@@ -36,7 +36,8 @@ def read(recording: Recording, file: Path) -> Experiment:
     """Write the recording in the format of a file's ending, and read that."""
     source = file.with_suffix(".rec")
     journal.write(recording, source)
-    export(source, file)
+    if file != source:
+        export(source, file)
     (found,) = experiments([file], reference(), Meaning())
     return found
 

@@ -16,6 +16,7 @@ from hil_emulator.api import identification
 from hil_emulator.api.actuator import ActuatorModel
 from hil_emulator.identify.measured.experiment import UNITS, Experiment
 from hil_emulator.identify.session import Question
+from hil_emulator.platform.output_files import write_texts
 from tests.identify.rig_data import KNEE, knee, recorded
 
 ROOM = Path(hil_emulator.__file__).parent / "identify"
@@ -78,7 +79,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], dict[str, 
 
     def identify() -> None:
         found = identification.examined(ActuatorModel("knee", knee()), logs, [held], ASKED)
-        identification.write(folder, identification.findings(found.result, [KNEE]))
+        texts = identification.findings(found.result, [KNEE])
+        write_texts({folder / name: text for name, text in texts.items()})
 
     files = entered(identify)
     return files, json.loads((folder / "result.json").read_text())

@@ -32,7 +32,7 @@ def asked(
     command: str, config: Path, learn: Sequence[Path], check: Sequence[Path], out: Path
 ) -> tuple[dict[str, Any], str]:
     """Return what `gap` or `identify` writes into result.json, and what the terminal shows."""
-    words = [command, str(config), *map(str, learn), f"--out={out}"]
+    words = [command, str(config), *map(str, learn), f"--out={out}", "--overwrite"]
     done = CliRunner().invoke(main, [*words, *(f"--validate={f}" for f in check)])
     assert done.exit_code in (0, CANNOT_EXAMINE), done.output
     found = json.loads((out / "result.json").read_text())
