@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hil_emulator.panel.host import require_server
+from hil_emulator.panel.server_process import require_server
 
 
 def panel(path: Path) -> None:

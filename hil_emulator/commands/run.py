@@ -21,7 +21,7 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
-from hil_emulator.panel.host import Panel, PanelOptions, require_server
+from hil_emulator.panel.server_process import Panel, PanelOptions, require_server
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.pre_trigger import Capture
@@ -176,7 +176,7 @@ def _live(
 @contextmanager
 def _open(panel: Panel, rig: Rig, config: Configuration, bus: Bus) -> Iterator[None]:
     """Show the run in a browser meanwhile."""
-    rig.recorder = Recorders(rig.recorder, panel.tap) if rig.recorder else panel.tap
+    rig.recorder = Recorders(rig.recorder, panel.publisher) if rig.recorder else panel.publisher
     try:
         click.echo(f"panel     {panel.open(rig, config, bus)}")
         yield

@@ -12,9 +12,9 @@ from hil_emulator.config.bus import FASTEST
 from hil_emulator.config.load import Configuration, load_texts
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import UNITS
-from hil_emulator.panel import briefing
+from hil_emulator.panel import session_info
+from hil_emulator.panel.live_state import LiveState, of_recording
 from hil_emulator.panel.source import FRAMES_PER_S
-from hil_emulator.panel.watched import Watched, of_recording
 from hil_emulator.recording import SUFFIX, journal
 
 RESULT, TRACES = "result.json", "traces.npz"
@@ -29,14 +29,14 @@ class Afterwards:
         hello: what a page is told besides.
 
     Attributes:
-        logs, watched, hello, stamp_ns, status, ended: see `source.Source`.
+        logs, state, hello, stamp_ns, status, ended: see `source.Source`.
 
     """
 
-    def __init__(self, logs: Mapping[str, Watched], hello: Mapping[str, Any]) -> None:
+    def __init__(self, logs: Mapping[str, LiveState], hello: Mapping[str, Any]) -> None:
         self.logs = dict(logs)
-        self.watched = next(iter(logs.values()))
-        told = {name: _told(watched) for name, watched in logs.items()}
+        self.state = next(iter(logs.values()))
+        told = {name: _told(state) for name, state in logs.items()}
         self.hello = {"logs": told, **hello}
         self.stamp_ns = 0
         self.status: dict[str, Any] = {}
@@ -74,16 +74,16 @@ def opened(path: Path) -> Afterwards:
             "title": path.name,
             "provenance": recording.provenance,
             "tick": recording.header["tick_ns"] * 1e-9,
-            "machine": briefing.machine(config) if config else None,
+            "machine": session_info.machine(config) if config else None,
             "bit_rate": bit_rate,
         },
     )
 
 
-def _told(watched: Watched) -> dict[str, Any]:
-    history = watched.history
+def _told(state: LiveState) -> dict[str, Any]:
+    history = state.history
     span = [history.begin * history.tick, history.end * history.tick]
-    return {"columns": briefing.units(watched.columns), "span": span}
+    return {"columns": session_info.units(state.columns), "span": span}
 
 
 def _configuration(header: Mapping[str, Any]) -> Configuration | None:
@@ -125,7 +125,7 @@ def _identification(folder: Path) -> Afterwards:
     )
 
 
-def _logs(traces: Mapping[str, Any]) -> dict[str, Watched]:
+def _logs(traces: Mapping[str, Any]) -> dict[str, LiveState]:
     """Return each log with what was measured and what both models say, by channel.
 
     `traces` holds `LOG/CHANNEL|PART`, see `identify.disagreement.gap.traces`.
@@ -140,20 +140,20 @@ def _logs(traces: Mapping[str, Any]) -> dict[str, Watched]:
         for word, part in _MODELS.items():
             error = free[part] if np.isfinite(free[part]).any() else parts[part]
             table[f"{channel}.{word}"] = parts["measured"] - error
-    return {log: _watched(found[log]) for log in sorted(found)}
+    return {log: _state(found[log]) for log in sorted(found)}
 
 
 _MODELS = {"configured": "before", "found": "after"}
 """What a model is called here, by what its errors are called in the file."""
 
 
-def _watched(table: Mapping[str, Any]) -> Watched:
+def _state(table: Mapping[str, Any]) -> LiveState:
     time = table["time"]
     if len(time) < 2:
         raise ValueError("a log of less than two samples")
     header = {"tick_ns": round(float(time[1] - time[0]) * 1e9), "messages": []}
     names = ["time", *sorted(set(table) - {"time"})]
     units = {name: UNITS.get(name.partition(".")[0], "1") for name in names} | {"time": "s"}
-    watched = Watched(header, units, FASTEST, len(time))
-    watched.history.append(np.column_stack([table[name] for name in names]))
-    return watched
+    state = LiveState(header, units, FASTEST, len(time))
+    state.history.append(np.column_stack([table[name] for name in names]))
+    return state

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from hil_emulator.errors import UserError, brief
-from hil_emulator.panel import briefing
-from hil_emulator.panel.hands import Hands
+from hil_emulator.panel import session_info
+from hil_emulator.panel.live_state import LiveState
+from hil_emulator.panel.operator_commands import OperatorCommands
 from hil_emulator.panel.ring import RingReader
 from hil_emulator.panel.source import FRAMES_PER_S
-from hil_emulator.panel.watched import Watched
 from hil_emulator.remote.http_server import LoopLine
 
 LOOP = {"fault", "end", "set"}
@@ -27,34 +27,34 @@ class LiveBench:
         line: to the loop.
 
     Attributes:
-        watched, logs, hello, stamp_ns, status, ended: see `source.Source`.
+        state, logs, hello, stamp_ns, status, ended: see `source.Source`.
 
     """
 
     def __init__(self, told: Mapping[str, Any], ring: RingReader, line: LoopLine) -> None:
         header = told["header"]
-        self.watched = Watched(header, told["columns"], told["bit_rate"])
+        self.state = LiveState(header, told["columns"], told["bit_rate"])
         self.view_only = bool(told["view_only"])
         self.hello = {
             "mode": "view" if self.view_only else "live",
             "title": " + ".join(Path(file).stem for file in header["files"]),
             "provenance": header["provenance"],
             "tick": header["tick_ns"] * 1e-9,
-            "columns": briefing.units(told["columns"]),
+            "columns": session_info.units(told["columns"]),
             "machine": told["machine"],
             "bit_rate": told["bit_rate"],
-            "settings": briefing.settings(told["machine"]),
-            "faults": briefing.faults(),
+            "settings": session_info.settings(told["machine"]),
+            "faults": session_info.faults(),
         }
-        self.logs: dict[str, Watched] = {}
+        self.logs: dict[str, LiveState] = {}
         self.stamp_ns = 0
         self.status: dict[str, Any] = {}
         self.ended = asyncio.Event()
         self._ring = ring
         self._line = line
         self._fresh = asyncio.Event()
-        self._hands = Hands(told, self.watched, line)
-        self.hello["scenarios"] = list(self._hands.scenarios.files)
+        self._commands = OperatorCommands(told, self.state, line)
+        self.hello["scenarios"] = list(self._commands.scenarios.files)
 
     async def next_frame(self) -> None:
         """Return when there is something new to show."""
@@ -65,7 +65,7 @@ class LiveBench:
         clock = asyncio.get_running_loop()
         due = clock.time()
         while not self.ended.is_set():
-            self.watched.take(self._ring.read())
+            self.state.take(self._ring.read())
             self.stamp_ns = self._ring.stamp_ns
             waiting, self._fresh = self._fresh, asyncio.Event()
             waiting.set()
@@ -76,7 +76,7 @@ class LiveBench:
     async def look(self) -> None:
         """Ask the loop how it is, again and again."""
         while not self.ended.is_set():
-            self.status = self._hands.status | await self._of_loop({"do": "look"})
+            self.status = self._commands.status | await self._of_loop({"do": "look"})
             await asyncio.sleep(1.0 / _LOOKS_PER_S)
 
     async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
@@ -89,7 +89,7 @@ class LiveBench:
             return await self._of_loop(
                 {"do": do, **given} if do == "end" else {"do": do, str(do): given}
             )
-        act = self._hands.acts.get(str(do))
+        act = self._commands.acts.get(str(do))
         if act is None:
             return {"error": f"cannot do {brief(do)}"}
         try:
@@ -99,7 +99,7 @@ class LiveBench:
 
     async def close(self) -> None:
         """End what was begun by hand."""
-        await self._hands.close()
+        await self._commands.close()
 
     async def _of_loop(self, request: dict[str, Any]) -> dict[str, Any]:
         return await asyncio.to_thread(self._line.ask, request)

@@ -1,4 +1,4 @@
-"""The process beside the loop that serves the panel; started by `host.Panel`.
+"""The process beside the loop that serves the panel; started by `server_process.Panel`.
 
 It runs at a lower priority than everything else, reads shared memory and asks the loop over a
 socket, whose end is its own.
@@ -12,9 +12,9 @@ import signal
 import socket
 import sys
 
-from hil_emulator.panel.door import PanelDoor
 from hil_emulator.panel.live import LiveBench
 from hil_emulator.panel.ring import RingReader
+from hil_emulator.panel.web_server import WebServer
 from hil_emulator.remote.http_server import LoopLine
 
 _FAREWELL_S = 2.0  # for pages to leave (assumed)
@@ -34,7 +34,7 @@ async def serve(port: int, loop: socket.socket, ring: RingReader) -> None:
     line = LoopLine(loop, over)
     bench = LiveBench(told, ring, line)
     bench.ended = ended
-    door = PanelDoor(bench, told["token"])
+    door = WebServer(bench, told["token"])
     server = await door.listen(port)
     loop.sendall(json.dumps({"port": door.port}).encode() + b"\n")
     looking = asyncio.create_task(bench.look())

@@ -11,9 +11,9 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from hil_emulator.panel.live_state import EXECUTION, LATENESS, LiveState
 from hil_emulator.panel.source import FRAMES_PER_S, Source
 from hil_emulator.panel.strips import Strips
-from hil_emulator.panel.watched import EXECUTION, LATENESS, Watched
 from hil_emulator.remote.http_server import request_of
 
 ENDED = 4001
@@ -38,8 +38,8 @@ class Session:
     def __init__(self, source: Source, connection: ServerConnection) -> None:
         self._source = source
         self._connection = connection
-        self._watched = source.watched
-        self._strips = Strips(source.watched.history)
+        self._state = source.state
+        self._strips = Strips(source.state.history)
         self._watching: Any = None
         self._wanted, self._after = "", 0  # of the trace: its filter, the last frame told
         self._told_events = 0
@@ -92,7 +92,7 @@ class Session:
                     self._look_at(str(request["name"]))
                     return
                 case "row":
-                    row = self._watched.row(float(request["time"]))
+                    row = self._state.row(float(request["time"]))
                     await self._say({"answer": request.get("id"), "row": row})
                     return
                 case "painted":
@@ -105,7 +105,7 @@ class Session:
 
     async def _view(self, request: Mapping[str, Any]) -> None:
         """Follow signals, or show a window of time, whose message comes at once."""
-        names = list(self._watched.columns)
+        names = list(self._state.columns)
         columns = [names.index(name) for name in str(request["columns"]).split() if name in names]
         pixels = max(1, int(request["pixels"]))
         generation = int(request["generation"]) & 0xFFFF_FFFF
@@ -119,8 +119,8 @@ class Session:
 
     def _look_at(self, name: str) -> None:
         """Turn to another log."""
-        self._watched = self._source.logs.get(name, self._watched)
-        self._strips = Strips(self._watched.history)
+        self._state = self._source.logs.get(name, self._state)
+        self._strips = Strips(self._state.history)
         self._told_events = 0
 
     def _painted(self, number: int) -> None:
@@ -135,20 +135,20 @@ class Session:
 
     def _words(self) -> dict[str, Any]:
         """Return what changes slowly, as far as the browser looks at it."""
-        watched = self._watched
-        events = [e for e in watched.events if e[0] > self._told_events]
+        state = self._state
+        events = [e for e in state.events if e[0] > self._told_events]
         self._told_events = events[-1][0] if events else self._told_events
-        traffic = watched.traffic
+        traffic = state.traffic
         said: dict[str, Any] = {
             "status": self._source.status, "events": events, "latency": self._latency(),
             "bus": {"rate": traffic.rate, "load": traffic.load},
-            "oldest": watched.history.oldest * watched.history.tick, "now": watched.now,
+            "oldest": state.history.oldest * state.history.tick, "now": state.now,
         }  # fmt: skip
         match self._watching:
             case "nodes":
-                said["nodes"] = nodes(watched)
+                said["nodes"] = nodes(state)
             case "loop":
-                said["loop"] = {name.partition(".")[2]: watched.spread(name) for name in PUNCTUAL}
+                said["loop"] = {name.partition(".")[2]: state.spread(name) for name in PUNCTUAL}
             case "identifiers":
                 said["identifiers"] = traffic.table()
             case "trace":
@@ -159,9 +159,9 @@ class Session:
         await self._connection.send(json.dumps(what))
 
 
-def nodes(watched: Watched) -> list[dict[str, Any]]:
+def nodes(state: LiveState) -> list[dict[str, Any]]:
     """Return what each node's messages say: its PDOs with their values, its last emergency."""
-    traffic = watched.traffic
+    traffic = state.traffic
     found: dict[str, dict[str, Any]] = {}
     for message in traffic.pdos.values():
         node = found.setdefault(message.node, {"name": message.node, "pdos": []})

@@ -3,7 +3,7 @@
 import asyncio
 from typing import Any, Protocol
 
-from hil_emulator.panel.watched import Watched
+from hil_emulator.panel.live_state import LiveState
 
 FRAMES_PER_S = 30
 """How often a page gets what is new."""
@@ -13,7 +13,7 @@ class Source(Protocol):
     """A bench.
 
     Attributes:
-        watched: what has come of it.
+        state: what has come of it.
         logs: further ones, by name, that a page may look at instead.
         hello: what a page is told first.
         stamp_ns: when its last tick was written, by the monotonic clock [ns].
@@ -22,8 +22,8 @@ class Source(Protocol):
 
     """
 
-    watched: Watched
-    logs: dict[str, Watched]
+    state: LiveState
+    logs: dict[str, LiveState]
     hello: dict[str, Any]
     stamp_ns: int
     status: dict[str, Any]

@@ -36,9 +36,9 @@ def test_a_recording_shows_its_rows_and_what_was_done(recording: Recording, tmp_
     file = tmp_path / "run.rec"
     journal.write(recording, file)
     source = opened(file)
-    assert [words for _, _, words in source.watched.events] == ["pressure_a stuck"]
+    assert [words for _, _, words in source.state.events] == ["pressure_a stuck"]
     assert source.hello["machine"]["stroke"] == pytest.approx(0.08)
-    row = source.watched.row(0.15)
+    row = source.state.row(0.15)
     np.testing.assert_array_equal(np.float32(row), recording.rows[150].astype(np.float32))
 
 
@@ -54,8 +54,8 @@ def test_an_identification_shows_both_models_by_log(tmp_path: Path) -> None:
     (tmp_path / "result.json").write_text(json.dumps(result))
     source = opened(tmp_path)
     assert list(source.logs) == ["a.csv", "b.csv"]
-    columns = list(source.watched.columns)
-    row = dict(zip(columns, source.watched.row(0.49), strict=True))
+    columns = list(source.state.columns)
+    row = dict(zip(columns, source.state.row(0.49), strict=True))
     assert row == pytest.approx(
         {"time": 0.49, "load_force": 1.0, "load_force.configured": 0.5, "load_force.found": 0.75}
     )

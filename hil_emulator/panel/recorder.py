@@ -16,7 +16,7 @@ from hil_emulator.recording.journal import EntryKind
 from hil_emulator.recording.writer_process import READY
 
 
-class Tape:
+class PanelRecorder:
     """One recording, from now until it is stopped.
 
     The loop has no part in it: rows and frames come out of the shared memory.

@@ -13,7 +13,7 @@ from hil_emulator.simulation.loop import Timing
 from hil_emulator.simulation.rig import Rig
 
 
-def answers(hand: MasterByHand, bus: Bus, timing: Timing) -> Answers:
+def loop_requests(hand: MasterByHand, bus: Bus, timing: Timing) -> Answers:
     """Return what can be asked of a rig: everything that HTTP requests ask for, and these.
 
     | request | answers |
