@@ -23,6 +23,7 @@ ROOMS = {
     "fmi/exporting": {"ccode", "model"},
     "pages": {"jinja2", "matplotlib"},
     "signals": {"numpy", "model"},
+    "protocol": {"pydantic"},
     "config": {"pydantic", "model"},
     "machines": {"config", "model"},
     "fmi/importing": {"fmpy", "llvmlite", "numba", "numpy", "config", "model"},
@@ -32,7 +33,7 @@ ROOMS = {
     "export": {"cantools", "device"},
     "faults": {"signals", "device", "model"},
     "recording": {"numpy", "scipy", "bus", "config", "device", "export", "model", "signals"},
-    "remote": {"faults", "signals", "wire"},
+    "remote": {"device", "faults", "model", "protocol", "signals", "wire"},
     "identify/measured": {"numpy", "scipy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},
     "identify/prediction": {"numpy", "numba", "scipy", "model", "config", "platform"},
@@ -68,7 +69,8 @@ ROOMS = {
     },
     "panel": {
         "numpy", "canopen", "websockets", "bus", "config", "device", "faults", "identify/measured",
-        "model", "platform", "recording", "remote", "scenario", "signals", "simulation",
+        "model", "platform", "protocol", "recording", "remote", "scenario", "signals",
+        "simulation",
     },
     "api": {
         "gymnasium", "matplotlib", "numpy", "pandas", "xarray", "bus", "captures", "config",

@@ -27,6 +27,7 @@ from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.several import Recorders
 from hil_emulator.remote.control_server import ControlServer
+from hil_emulator.remote.rig_requests import Handlers, rig_requests
 from hil_emulator.signals import condition
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.assembly import assemble
@@ -119,14 +120,15 @@ def _on_bus(
         stack.enter_context(taped(rig))
         if panel:
             stack.enter_context(_open(panel, rig, config, door))
-        control_server = stack.enter_context(_control_server(operation.control))
+        timing = panel.timing if panel else Timing()
+        handlers = rig_requests(door, timing)
+        control_server = stack.enter_context(_control_server(operation.control, handlers))
         for fault in broken:
             rig.inject(fault)
         measures = [] if clock == "lockstep" else realtime.apply()
         click.echo(_banner(config, rig, door, clock, measures))
         for fault in broken:
             click.echo(f"fault     {fault.words}")
-        timing = panel.timing if panel else Timing()
         served = [server.serve for server in (control_server, panel) if server]
         pace = _clock(clock, config, follow, rig)
         ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
@@ -185,12 +187,12 @@ def _open(panel: Panel, rig: Rig, config: Configuration, bus: Bus) -> Iterator[N
 
 
 @contextmanager
-def _control_server(port: int | None) -> Iterator[ControlServer | None]:
+def _control_server(port: int | None, handlers: Handlers) -> Iterator[ControlServer | None]:
     """Serve the remote control meanwhile, where there is a port for it."""
     if port is None:
         yield None
         return
-    control_server = ControlServer(port)
+    control_server = ControlServer(port, handlers=handlers)
     try:
         click.echo(f"control   http://127.0.0.1:{control_server.port}")
         yield control_server

@@ -15,6 +15,7 @@ from hil_emulator.identify.measured.experiment import UNITS
 from hil_emulator.panel import session_info
 from hil_emulator.panel.live_state import LiveState, of_recording
 from hil_emulator.panel.source import FRAMES_PER_S
+from hil_emulator.protocol.base import Answer, Request
 from hil_emulator.recording import SUFFIX, journal
 
 RESULT, TRACES = "result.json", "traces.npz"
@@ -46,9 +47,9 @@ class Afterwards:
         """Return after a while."""
         await asyncio.sleep(1.0 / FRAMES_PER_S)
 
-    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Say that nothing can be done."""
-        return {"error": "this is over: nothing can be done to it"}
+    async def ask(self, request: Request) -> Answer:
+        """Refuse: nothing can be done."""
+        raise UserError("this is over: nothing can be done to it")
 
 
 def opened(path: Path) -> Afterwards:

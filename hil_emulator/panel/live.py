@@ -5,16 +5,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError
 from hil_emulator.panel import session_info
 from hil_emulator.panel.live_state import LiveState
 from hil_emulator.panel.operator_commands import OperatorCommands
 from hil_emulator.panel.ring import RingReader
 from hil_emulator.panel.source import FRAMES_PER_S
-from hil_emulator.remote.http_server import LoopLine
+from hil_emulator.protocol.base import Answer, Request
+from hil_emulator.protocol.dispatch import answering
+from hil_emulator.protocol.offered import READING
+from hil_emulator.protocol.rig import StatusRequest
+from hil_emulator.remote.loop_line import LoopLine
 
-LOOP = {"fault", "end", "set"}
-"""What is done by the loop as the remote control does it."""
 _LOOKS_PER_S = 5
 
 
@@ -76,30 +78,20 @@ class LiveBench:
     async def look(self) -> None:
         """Ask the loop how it is, again and again."""
         while not self.ended.is_set():
-            self.status = self._commands.status | await self._of_loop({"do": "look"})
+            with answering() as reply:
+                reply.content = (await self._of_loop(StatusRequest())).fields()
+            self.status = self._commands.status | dict(reply.content)
             await asyncio.sleep(1.0 / _LOOKS_PER_S)
 
-    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def ask(self, request: Request) -> Answer:
         """Do what a page asks for."""
-        if self.view_only:
-            return {"error": "this panel only shows: it was started with --panel-view-only"}
-        do = request.get("do")
-        if do in LOOP:
-            given = {k: v for k, v in request.items() if k not in ("do", "id")}
-            return await self._of_loop(
-                {"do": do, **given} if do == "end" else {"do": do, str(do): given}
-            )
-        act = self._commands.acts.get(str(do))
-        if act is None:
-            return {"error": f"cannot do {brief(do)}"}
-        try:
-            return await act(request)
-        except UserError as error:
-            return {"error": str(error)}
+        if self.view_only and not isinstance(request, READING):
+            raise UserError("this panel only shows: it was started with --panel-view-only")
+        return await self._commands.acts.get(type(request), self._of_loop)(request)
 
     async def close(self) -> None:
         """End what was begun by hand."""
         await self._commands.close()
 
-    async def _of_loop(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def _of_loop(self, request: Request) -> Answer:
         return await asyncio.to_thread(self._line.ask, request)

@@ -1,55 +1,35 @@
-"""What the panel asks of the loop beside what the remote control does: a look, frames by hand."""
+"""How the loop answers its panel: requests on the rig, frames to send, the meaning of PDOs."""
 
-from typing import Any
-
-from hil_emulator.bus.bus import Bus
-from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.panel.hand import MasterByHand
+from hil_emulator.protocol.line import MessagesRequest, SendRequest
 from hil_emulator.recording.messages import as_json, messages
-from hil_emulator.remote.control_server import ANSWERS, Answers
-from hil_emulator.signals.inputs import SETTINGS
-from hil_emulator.simulation.loop import Timing
+from hil_emulator.remote.rig_requests import (
+    Counters,
+    Handlers,
+    Plain,
+    Punctuality,
+    rig_requests,
+)
 from hil_emulator.simulation.rig import Rig
 
 
-def loop_requests(hand: MasterByHand, bus: Bus, timing: Timing) -> Answers:
-    """Return what can be asked of a rig: everything that HTTP requests ask for, and these.
+def loop_requests(hand: MasterByHand, bus: Counters, timing: Punctuality) -> Handlers:
+    """Return the handlers of `protocol.offered.TO_LOOP`.
 
-    | request | answers |
-    |---|---|
-    | look | time, faults, nodes, settings, bus, timing |
-    | messages | what PDOs mean now |
-    | send | sends frames as a master does |
+    Args:
+        hand: sends frames.
+        bus: whose frames the status counts.
+        timing: whose ticks it counts.
 
     """
 
-    def look(request: dict[str, Any], rig: Rig) -> dict[str, Any]:
-        status = ANSWERS["status"](request, rig)
-        return status | {
-            "nodes": [{"id": n.node_id, "state": n.state.name.lower()} for n in rig.nodes],
-            "settings": {name: _present(name, rig) for name in SETTINGS},
-            "bus": {"received": bus.received, "sent": bus.sent, "dropped": bus.dropped},
-            "timing": {"ticks": timing.ticks, "late": timing.overruns},
-        }
-
-    def send(request: dict[str, Any], rig: Rig) -> dict[str, Any]:
-        hand.say(Frame(can_id, bytes.fromhex(data)) for can_id, data in request["frames"])
+    def send(request: SendRequest, rig: Rig) -> Plain:
+        hand.say(Frame(f.can_id, bytes.fromhex(f.data)) for f in request.frames)
         return {}
 
-    return {**ANSWERS, "look": look, "messages": _messages, "send": send}
+    return {**rig_requests(bus, timing), SendRequest: send, MessagesRequest: _messages}
 
 
-def _messages(request: dict[str, Any], rig: Rig) -> dict[str, Any]:
+def _messages(request: MessagesRequest, rig: Rig) -> Plain:
     return {"messages": as_json(messages(rig.nodes))}
-
-
-def _present(name: str, rig: Rig) -> float | None:
-    """Return the present value of a setting, SI; None where it acts on nothing."""
-    if name in (rig.plant.kernel.inputs.names or ()):
-        return rig.value(name)
-    try:
-        rig.faults.parameters.require(name)
-    except UserError:
-        return None
-    return rig.faults.parameters.sound(name)

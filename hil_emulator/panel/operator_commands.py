@@ -1,4 +1,4 @@
-"""What a person does to a live bench beside faults and settings: NMT, SDO, recording, scenarios."""
+"""What an operator does to a live bench besides faults and settings: `protocol.operation`."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
@@ -6,21 +6,27 @@ from pathlib import Path
 from typing import Any
 
 from hil_emulator.device.nmt import NMT_COB_ID
-from hil_emulator.errors import UserError, brief
 from hil_emulator.panel.live_state import LiveState
 from hil_emulator.panel.objects import ObjectsByHand
 from hil_emulator.panel.recorder import PanelRecorder
 from hil_emulator.panel.scenario_player import ScenarioPlayer
+from hil_emulator.protocol.base import Answer, Request
+from hil_emulator.protocol.line import FrameToSend, MessagesRequest, SendRequest
+from hil_emulator.protocol.operation import (
+    MarkerRequest,
+    NmtRequest,
+    PlayRequest,
+    RecordRequest,
+    SdoAnswer,
+    SdoRequest,
+)
 from hil_emulator.recording.journal import EntryKind, event_entry, frames_of
-from hil_emulator.remote.http_server import LoopLine
+from hil_emulator.remote.loop_line import LoopLine
 from hil_emulator.scenario.schema import NMT
-
-Request = Mapping[str, Any]
-Answer = dict[str, Any]
 
 
 class OperatorCommands:
-    """Acts on a bench; each act answers a request of a page.
+    """Acts on a bench.
 
     Args:
         told: the briefing by the loop.
@@ -28,17 +34,20 @@ class OperatorCommands:
         line: to it.
 
     Attributes:
-        acts: by what a request wants done; each raises `UserError` for what it refuses.
+        acts: by request, the function that answers it; each raises `UserError` for what it refuses.
         scenarios: plays them.
 
     """
 
     def __init__(self, told: Mapping[str, Any], state: LiveState, line: LoopLine) -> None:
         self.scenarios = ScenarioPlayer({Path(file).parent for file in told["header"]["files"]})
-        self.acts: dict[str, Callable[[Request], Awaitable[Answer]]] = {
-            "play": self._play, "nmt": self._nmt, "sdo": self._sdo, "record": self._record,
-            "marker": self._marker,
-        }  # fmt: skip
+        self.acts: dict[type[Request], Callable[[Any], Awaitable[Answer]]] = {
+            PlayRequest: self._play,
+            NmtRequest: self._nmt,
+            SdoRequest: self._sdo,
+            RecordRequest: self._record,
+            MarkerRequest: self._marker,
+        }
         self._header = told["header"]
         self._state = state
         self._line = line
@@ -48,7 +57,7 @@ class OperatorCommands:
         state.listeners.append(self._hear)
 
     @property
-    def status(self) -> Answer:
+    def status(self) -> dict[str, Any]:
         """Which recording runs, and how the last scenario goes."""
         recorder = self._recorder.file.name if self._recorder else None
         return {"recording": recorder, "scenario": self.scenarios.progress}
@@ -59,33 +68,27 @@ class OperatorCommands:
         async with self._changing:
             await self._stop_recorder()
 
-    async def _nmt(self, request: Request) -> Answer:
-        command = NMT.get(str(request["command"]))
-        if command is None:
-            wrong = brief(request["command"])
-            raise UserError(f"no NMT command {wrong}; there are {', '.join(NMT)}")
-        data = bytes([command, int(request["node"])])
-        frames = [[NMT_COB_ID, data.hex()]]
-        return await asyncio.to_thread(self._line.ask, {"do": "send", "frames": frames})
+    async def _nmt(self, request: NmtRequest) -> Answer:
+        data = bytes([NMT[request.command], request.node])
+        return await asyncio.to_thread(self._line.ask, _send(NMT_COB_ID, data))
 
-    async def _sdo(self, request: Request) -> Answer:
-        answer = await self._objects.access(request)
-        if "value" in request:  # it may have changed what a PDO means
-            learnt = await asyncio.to_thread(self._line.ask, {"do": "messages"})
-            if "messages" in learnt:
-                self._state.traffic.learn(learnt["messages"])
-        return answer
+    async def _sdo(self, request: SdoRequest) -> Answer:
+        text = await self._objects.access(request)
+        if request.value is not None:  # it may have changed what a PDO means
+            answer = await asyncio.to_thread(self._line.ask, MessagesRequest())
+            self._state.traffic.learn(answer.fields()["messages"])
+        return SdoAnswer(text=text)
 
-    async def _record(self, request: Request) -> Answer:
+    async def _record(self, request: RecordRequest) -> Answer:
         """Begin a recording, or end that which runs."""
         async with self._changing:
             if self._recorder is not None:
                 await self._stop_recorder()
-            elif request.get("file"):
-                file = Path(str(request["file"]))
+            elif request.file:
+                file = Path(request.file)
                 self._recorder = await asyncio.to_thread(PanelRecorder, file, self._header)
                 self._state.listeners.append(self._recorder.take)
-        return {}
+        return Answer()
 
     async def _stop_recorder(self) -> None:
         recorder, self._recorder = self._recorder, None
@@ -93,23 +96,27 @@ class OperatorCommands:
             self._state.listeners.remove(recorder.take)
             await asyncio.to_thread(recorder.close)
 
-    async def _play(self, request: Request) -> Answer:
+    async def _play(self, request: PlayRequest) -> Answer:
         """Play a scenario, or end that which is played."""
-        if request.get("name"):
-            await self.scenarios.start(str(request["name"]))
+        if request.name:
+            await self.scenarios.start(request.name)
         else:
             await self.scenarios.stop()
-        return {}
+        return Answer()
 
-    async def _marker(self, request: Request) -> Answer:
+    async def _marker(self, request: MarkerRequest) -> Answer:
         """Put a word at this moment into the strips, and into the recording that runs."""
-        what = {"marker": brief(str(request.get("text") or "marker"))}
+        what = {"marker": request.text}
         self._state.take(event_entry(round(self._state.now * 1e9), what))
-        return {}
+        return Answer()
 
     def _say(self, can_id: int, data: bytes) -> None:
-        self._line.ask({"do": "send", "frames": [[can_id, data.hex()]]})
+        self._line.ask(_send(can_id, data))
 
     def _hear(self, kind: int, payload: bytes) -> None:
         if kind == EntryKind.BUS:
             self._objects.hear(frames_of(payload))
+
+
+def _send(can_id: int, data: bytes) -> SendRequest:
+    return SendRequest(frames=[FrameToSend(can_id=can_id, data=data.hex())])

@@ -15,7 +15,7 @@ import sys
 from hil_emulator.panel.live import LiveBench
 from hil_emulator.panel.ring import RingReader
 from hil_emulator.panel.web_server import WebServer
-from hil_emulator.remote.http_server import LoopLine
+from hil_emulator.remote.loop_line import LoopLine
 
 _FAREWELL_S = 2.0  # for pages to leave (assumed)
 _NICENESS = 10  # below ordinary work (assumed)

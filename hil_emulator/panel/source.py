@@ -4,6 +4,7 @@ import asyncio
 from typing import Any, Protocol
 
 from hil_emulator.panel.live_state import LiveState
+from hil_emulator.protocol.base import Answer, Request
 
 FRAMES_PER_S = 30
 """How often a page gets what is new."""
@@ -33,6 +34,11 @@ class Source(Protocol):
         """Return when there is something new to show."""
         ...
 
-    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Do what a page asks for; return the answer, or what is wrong with it as "error"."""
+    async def ask(self, request: Request) -> Answer:
+        """Do what a page asks for.
+
+        Raises:
+            UserError: with the reason why it is refused.
+
+        """
         ...

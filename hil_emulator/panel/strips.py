@@ -17,8 +17,6 @@ from hil_emulator.panel.history import History
 
 LIVE, STILL = 1, 2
 """Kinds of a message: what has come since the last one, or a window that was asked for."""
-MOST_PIXELS = 4096
-"""Widest strip (assumed)."""
 _HEAD = struct.Struct("<HHIIIdddd")
 
 
@@ -51,7 +49,7 @@ class Strips:
         ticks = span / history.tick
         self._columns, self._generation = list(columns), generation
         begin = max(history.oldest, history.end - round(ticks))
-        self._width = history.width_for(ticks, min(pixels, MOST_PIXELS), begin)
+        self._width = history.width_for(ticks, pixels, begin)
         self._count = round(ticks / self._width) + 1
         self._next = begin // self._width
 
@@ -71,7 +69,7 @@ class Strips:
         low, high = (round(t / history.tick) for t in span)
         low, high = max(low, history.oldest), min(high, history.end)
         high = max(low + 1, high)
-        width = history.width_for(high - low, min(pixels, MOST_PIXELS), low)
+        width = history.width_for(high - low, pixels, low)
         self._generation = generation
         place = (low // width, -(-high // width) - low // width, width)
         return self._message(STILL, list(columns), place, 0)
