@@ -57,7 +57,7 @@ ROOMS = {
     "bench": {
         "numpy", "websockets", "bus", "ccode", "config", "identify",
         "identify/conclusion", "identify/estimation", "identify/prediction", "identify/selection",
-        "model", "platform", "recording", "simulation",
+        "model", "platform", "protocol", "recording", "simulation",
     },
     "scenario": {
         "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",

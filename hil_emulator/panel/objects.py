@@ -83,7 +83,7 @@ class ObjectsByHand:
         if number not in self._network:
             node = self._network.add_node(number, self._sheets.get(str(number)))
             node.sdo.RESPONSE_TIMEOUT = _PATIENCE_S
-            node.sdo.MAX_RETRIES = 0
+            node.sdo.MAX_RETRIES = 1  # attempts in all; 0 would repeat the request for ever
         return self._network[number]
 
 

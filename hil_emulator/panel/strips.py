@@ -1,23 +1,14 @@
-"""What a browser's strips get: binary messages of buckets, and the present value of every signal.
-
-    message   kind and columns (2 bytes each), buckets, generation, number (4 bytes each), then
-              float64: begin of the first bucket, width of one, present emulator time [s], when the
-              last tick was written by the monotonic clock [s]; then float32: the present values
-              (LIVE only), the least values of column after column, the greatest ones; little-endian
+"""What a page's strips get: messages of buckets, see `protocol.stream`.
 
 A live message repeats the last bucket of the one before, which was not whole yet.
 """
 
-import struct
 from collections.abc import Sequence
 
 import numpy as np
 
 from hil_emulator.panel.history import History
-
-LIVE, STILL = 1, 2
-"""Kinds of a message: what has come since the last one, or a window that was asked for."""
-_HEAD = struct.Struct("<HHIIIdddd")
+from hil_emulator.protocol.stream import HEAD, LIVE, PAST
 
 
 class Strips:
@@ -72,7 +63,7 @@ class Strips:
         width = history.width_for(high - low, pixels, low)
         self._generation = generation
         place = (low // width, -(-high // width) - low // width, width)
-        return self._message(STILL, list(columns), place, 0)
+        return self._message(PAST, list(columns), place, 0)
 
     def _message(
         self, kind: int, columns: list[int], place: tuple[int, int, int], stamp_ns: int
@@ -81,7 +72,7 @@ class Strips:
         first, count, width = place
         low, high = history.buckets(columns, first, count, width)
         self.number += 1
-        head = _HEAD.pack(
+        head = HEAD.pack(
             kind, len(columns), count, self._generation, self.number, first * width * history.tick,
             width * history.tick, (history.end - 1) * history.tick, stamp_ns * 1e-9,
         )  # fmt: skip

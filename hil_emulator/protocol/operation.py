@@ -46,10 +46,11 @@ class SdoRequest(Request):
     def place(self) -> tuple[int, int]:
         """Index and sub-index as numbers."""
         index, subindex = self.index, self.subindex
-        return (
-            index if isinstance(index, int) else int(index, 16),
-            subindex if isinstance(subindex, int) else int(subindex, 0 if "x" in subindex else 10),
-        )
+        if isinstance(index, str):
+            index = int(index, 16)
+        if isinstance(subindex, str):
+            subindex = int(subindex, 16 if subindex[:2] in ("0x", "0X") else 10)
+        return index, subindex
 
 
 class RecordRequest(Request):

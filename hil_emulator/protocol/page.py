@@ -6,10 +6,12 @@ from pydantic import Field, model_validator
 
 from hil_emulator.protocol.base import Answer, Request, Time, Word32
 
-MOST_COLUMNS = 64
-"""Signals of a view: more than a page shows at a time (assumed)."""
+MOST_COLUMNS = 128
+"""Signals of a view: more than a bench has (assumed)."""
 MOST_PIXELS = 4096
 """Width of a view (assumed)."""
+LONGEST_S = 600.0
+"""How far back a live bench is kept [s] (assumed)."""
 LONGEST_WORDS = 400
 """Characters of a fault in an answer; of a longer one only the beginning is given (assumed)."""
 
@@ -21,7 +23,7 @@ class ViewRequest(Request):
     columns: str = Field(max_length=4096, description=f"names of up to {MOST_COLUMNS} signals")
     pixels: int = Field(ge=1, le=MOST_PIXELS, description="buckets at most")
     generation: Word32 = Field(description="comes back in every message of this view")
-    span: Annotated[float, Field(ge=0.01, le=86_400.0)] | None = Field(
+    span: Annotated[float, Field(ge=0.01, le=LONGEST_S)] | None = Field(
         default=None, description="live: how much time is shown [s]"
     )
     begin: Time | None = Field(
