@@ -15,6 +15,8 @@ from hil_emulator.protocol.operation import SdoRequest
 Say = Callable[[int, bytes], None]
 """Sends a frame: COB-ID and data."""
 
+_SDO_ANSWERS = range(0x581, 0x600)
+"""COB-IDs from a default SDO server (CiA 301 7.3.5)."""
 _REFUSALS = (SdoError, KeyError, ValueError, OverflowError, OSError, struct.error)
 """What `canopen` raises: an abort, no answer, an EDS that cannot be read, a value out of range."""
 _PATIENCE_S = 2.0  # for an answer, which comes by way of the ring (assumed)
@@ -52,9 +54,9 @@ class ObjectsByHand:
         self._busy = asyncio.Lock()
 
     def hear(self, frames: Iterable[tuple[int, bool, Frame]]) -> None:
-        """Take what went over the bus, answers among it."""
+        """Take the answers of SDO servers; `canopen` fails at faulty frames of other services."""
         for now_ns, sent, frame in frames:
-            if sent and not frame.extended:
+            if sent and frame.identifier in _SDO_ANSWERS:
                 self._network.notify(frame.can_id, bytearray(frame.data), now_ns * 1e-9)
 
     async def access(self, request: SdoRequest) -> str:

@@ -13,6 +13,7 @@ from hil_emulator.panel.scenario_player import ScenarioPlayer
 from hil_emulator.protocol.base import Answer, Request
 from hil_emulator.protocol.line import FrameToSend, MessagesRequest, SendRequest
 from hil_emulator.protocol.operation import (
+    LONGEST_OBJECT,
     MarkerRequest,
     NmtRequest,
     PlayRequest,
@@ -77,7 +78,7 @@ class OperatorCommands:
         if request.value is not None:  # it may have changed what a PDO means
             answer = await asyncio.to_thread(self._line.ask, MessagesRequest())
             self._state.traffic.learn(answer.fields()["messages"])
-        return SdoAnswer(text=text)
+        return SdoAnswer(text=text[:LONGEST_OBJECT])
 
     async def _record(self, request: RecordRequest) -> Answer:
         """Begin a recording, or end that which runs."""

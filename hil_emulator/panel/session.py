@@ -87,7 +87,7 @@ class Session:
             number = None
             with answering() as reply:
                 content = json_object(message)
-                number = content.get("id")
+                number = content.get("id") if isinstance(content.get("id"), int) else None
                 reply.content = (await self._answer(parsed(content, OF_PANEL))).fields()
             await self._say({"answer": number, **reply.content})
 

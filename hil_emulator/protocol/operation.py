@@ -6,6 +6,9 @@ from pydantic import Field
 
 from hil_emulator.protocol.base import Answer, Request, Text
 
+LONGEST_OBJECT = 10_000
+"""Characters of an object in an answer; of a longer one only the beginning is given (assumed)."""
+
 
 class NmtRequest(Request):
     """Send an NMT command, as another master (CiA 301 7.2.8.2.1)."""
@@ -18,7 +21,7 @@ class NmtRequest(Request):
 class SdoAnswer(Answer):
     """The object's name, and its value if it was read."""
 
-    text: str = Field(max_length=10_000)
+    text: str = Field(max_length=LONGEST_OBJECT)
 
 
 class SdoRequest(Request):

@@ -12,8 +12,6 @@ MOST_PIXELS = 4096
 """Width of a view (assumed)."""
 LONGEST_S = 600.0
 """How far back a live bench is kept [s] (assumed)."""
-LONGEST_WORDS = 400
-"""Characters of a fault in an answer; of a longer one only the beginning is given (assumed)."""
 
 
 class ViewRequest(Request):
@@ -29,7 +27,7 @@ class ViewRequest(Request):
     begin: Time | None = Field(
         default=None, alias="from", description="begin of a time in the past [s]"
     )
-    end: Time | None = Field(default=None, alias="to", description="in the past [s]")
+    end: Time | None = Field(default=None, alias="to", description="end of that time [s]")
 
     @property
     def names(self) -> list[str]:
@@ -59,7 +57,7 @@ class LogRequest(Request):
     """Turn to another log of an identification."""
 
     do: Literal["log"] = "log"
-    name: str = Field(max_length=300)
+    name: str = Field(max_length=300, description="of `logs` in `hello`")
 
 
 class RowAnswer(Answer):

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hil_emulator.protocol.base import Answer, Count, Declared, Name, Request, Text, WithOptions
+from hil_emulator.protocol.base import Answer, Count, Declared, Name, Request, WithOptions
 
 LONGEST_WORDS = 400
 """Characters of a fault in an answer; of a longer one only the beginning is given (assumed)."""
@@ -117,9 +117,7 @@ class SetAnswer(Answer):
     """Settings in force."""
 
     set: dict[Name, float] = Field(description="SI")
-    waits: list[Text] = Field(
-        default=[], description="what set points wait for before they are in force"
-    )
+    waits: list[str] = Field(description="what set points wait for before they are in force")
 
 
 class SetRequest(WithOptions):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hil_emulator.faults.words import fault_words
-from hil_emulator.protocol.page import LONGEST_WORDS
+from hil_emulator.protocol.rig import LONGEST_WORDS
 
 
 def status_fields(plain: Mapping[str, Any]) -> dict[str, Any]:

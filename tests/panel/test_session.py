@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from rigs import START, Bench, bench, reference
 
 from hil_emulator.errors import UserError
+from hil_emulator.frame import Frame
 from hil_emulator.panel import objects, session_info
 from hil_emulator.panel.hand import MasterByHand
 from hil_emulator.panel.live import LiveBench
@@ -26,6 +27,7 @@ from hil_emulator.panel.session import Session
 from hil_emulator.panel.strips import Strips
 from hil_emulator.protocol.base import Answer, Request
 from hil_emulator.protocol.offered import OF_PANEL
+from hil_emulator.protocol.operation import SdoRequest
 from hil_emulator.protocol.page import MOST_COLUMNS, MOST_PIXELS
 from hil_emulator.protocol.rig import StatusRequest
 from hil_emulator.recording.header import header
@@ -215,3 +217,17 @@ def test_the_largest_view_takes_little_memory() -> None:
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         assert peak < 5 * message, (span, peak)
+
+
+def test_a_faulty_frame_does_not_disturb_sdo_by_hand() -> None:
+    """Heartbeats, emergencies and answers of a wrong length are heard like any others."""
+    by_hand = objects.ObjectsByHand(lambda can_id, data: None, {})
+    lengths = range(9)
+    identifiers = (0x085, 0x185, 0x585, 0x705, 0x7E4)
+    request = SdoRequest(node=5, index=0x1008, subindex=0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(objects, "_PATIENCE_S", 1e-3)
+        for _ in range(2):  # the first access makes a client, which then hears
+            with pytest.raises(UserError, match=r"^SDO: "):
+                asyncio.run(by_hand.access(request))
+            by_hand.hear((0, True, Frame(i, bytes(n))) for i in identifiers for n in lengths)
