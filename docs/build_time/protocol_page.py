@@ -124,6 +124,6 @@ def _plain(limit: object) -> str:
 
 
 def write(folder: Path, table: Any) -> None:
-    """Write the page, and the schema beside it."""
+    """Write the page, and the JSON Schema."""
     (folder / "requests.md").write_text(page(table))
     (folder / SCHEMA).write_text(json.dumps(schema(), indent=1) + "\n")

@@ -24,7 +24,7 @@ class LiveBench:
     """The bench of one running emulator.
 
     Args:
-        told: the briefing by the loop.
+        info: what `server_process` sends first.
         ring: what the loop writes.
         line: to the loop.
 
@@ -33,19 +33,19 @@ class LiveBench:
 
     """
 
-    def __init__(self, told: Mapping[str, Any], ring: RingReader, line: LoopLine) -> None:
-        header = told["header"]
-        self.state = LiveState(header, told["columns"], told["bit_rate"])
-        self.view_only = bool(told["view_only"])
+    def __init__(self, info: Mapping[str, Any], ring: RingReader, line: LoopLine) -> None:
+        header = info["header"]
+        self.state = LiveState(header, info["columns"], info["bit_rate"])
+        self.view_only = bool(info["view_only"])
         self.hello = {
             "mode": "view" if self.view_only else "live",
             "title": " + ".join(Path(file).stem for file in header["files"]),
             "provenance": header["provenance"],
             "tick": header["tick_ns"] * 1e-9,
-            "columns": session_info.units(told["columns"]),
-            "machine": told["machine"],
-            "bit_rate": told["bit_rate"],
-            "settings": session_info.settings(told["machine"]),
+            "columns": session_info.units(info["columns"]),
+            "machine": info["machine"],
+            "bit_rate": info["bit_rate"],
+            "settings": session_info.settings(info["machine"]),
             "faults": session_info.faults(),
         }
         self.logs: dict[str, LiveState] = {}
@@ -55,7 +55,7 @@ class LiveBench:
         self._ring = ring
         self._line = line
         self._fresh = asyncio.Event()
-        self._commands = OperatorCommands(told, self.state, line)
+        self._commands = OperatorCommands(info, self.state, line)
         self.hello["scenarios"] = list(self._commands.scenarios.files)
 
     async def next_frame(self) -> None:

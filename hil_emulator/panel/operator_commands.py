@@ -30,7 +30,7 @@ class OperatorCommands:
     """Acts on a bench.
 
     Args:
-        told: the briefing by the loop.
+        info: what `server_process` sends first.
         state: what comes from it.
         line: to it.
 
@@ -40,8 +40,8 @@ class OperatorCommands:
 
     """
 
-    def __init__(self, told: Mapping[str, Any], state: LiveState, line: LoopLine) -> None:
-        self.scenarios = ScenarioPlayer({Path(file).parent for file in told["header"]["files"]})
+    def __init__(self, info: Mapping[str, Any], state: LiveState, line: LoopLine) -> None:
+        self.scenarios = ScenarioPlayer({Path(file).parent for file in info["header"]["files"]})
         self.acts: dict[type[Request], Callable[[Any], Awaitable[Answer]]] = {
             PlayRequest: self._play,
             NmtRequest: self._nmt,
@@ -49,10 +49,10 @@ class OperatorCommands:
             RecordRequest: self._record,
             MarkerRequest: self._marker,
         }
-        self._header = told["header"]
+        self._header = info["header"]
         self._state = state
         self._line = line
-        self._objects = ObjectsByHand(self._say, told["eds"])
+        self._objects = ObjectsByHand(self._say, info["eds"])
         self._recorder: PanelRecorder | None = None
         self._changing = asyncio.Lock()
         state.listeners.append(self._hear)

@@ -21,10 +21,10 @@ class Reply:
 
 @contextmanager
 def answering() -> Iterator[Reply]:
-    """Yield the reply to a request; whatever the block raises becomes its reason.
+    """Yield the reply to a request; an exception of the block becomes its reason.
 
-    Limits stand in `protocol`, and refusals are `UserError`s. Any other exception shows a gap
-    there: the request gets an error, and the session or loop goes on.
+    Refusals are `UserError`s. Any other exception shows a gap in the limits of `protocol`: the
+    request gets an error, and the session or loop goes on.
     """
     reply = Reply()
     try:

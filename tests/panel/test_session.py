@@ -1,4 +1,4 @@
-"""A page's session inside this process: whatever it asks for, the session goes on."""
+"""A page's session inside this process: no request ends it."""
 
 import asyncio
 import json
@@ -53,7 +53,7 @@ VALID: dict[str, dict[str, Any]] = {
 
 
 class Line:
-    """The line to a loop that is here: whatever is asked, it answers at once."""
+    """The line to a loop in this process, which answers at once."""
 
     def __init__(self, here: Bench) -> None:
         self._here = here
@@ -82,7 +82,7 @@ class Unhurried(LiveBench):
 
 
 class Connection:
-    """The way to a page that is here."""
+    """The connection to a page in this process."""
 
     def __init__(self) -> None:
         self.to_session: asyncio.Queue[str] = asyncio.Queue()
@@ -174,7 +174,7 @@ def test_a_session_outlives_every_request(
 @given(st.text(max_size=30) | st.sampled_from(["[" * 5000, '{"do": 1e999}', "9" * 5000]))
 @settings(max_examples=30, deadline=None)
 def test_a_session_outlives_what_is_no_request(source: Unhurried, text: str) -> None:
-    """Whatever the text of a message is, it is answered with the reason."""
+    """Text that is no JSON object, or has no known `do`, is answered with the reason."""
 
     async def go() -> list[dict[str, Any]]:
         connection = Connection()

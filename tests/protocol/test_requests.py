@@ -135,7 +135,7 @@ def test_a_request_beyond_its_limits_is_refused_in_one_sentence(
 
 @pytest.mark.parametrize("data", [b"", b"[]", b"null", b"\xff", b"[" * 5000, b"9" * 5000, "{"])
 def test_what_is_no_json_object_is_refused_in_one_sentence(data: bytes | str) -> None:
-    """Whatever its bytes are."""
+    """Empty, cut off, nested too deep, not UTF-8, or another type of JSON."""
     with pytest.raises(UserError, match=r"not JSON|nested too deep|send an object"):
         json_object(data)
 

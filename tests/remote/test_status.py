@@ -22,7 +22,7 @@ LONGEST = {
 
 
 def test_the_largest_status_is_small() -> None:
-    """64 faults with the longest texts; each is told apart by its beginning."""
+    """64 faults with the longest texts; of each the beginning is given."""
     with bench(reference()) as b:
         handlers = rig_requests(b.peer)
         for _ in range(MOST):
