@@ -4,8 +4,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hil_emulator.protocol.base import Answer, Count, Declared, Name, Request, WithOptions
+from hil_emulator.protocol.base import (
+    MOST_OPTIONS,
+    Answer,
+    Count,
+    Declared,
+    Name,
+    Request,
+    WithOptions,
+)
 
+MOST_FAULTS = 64
+"""Faults at a time: `faults.active.MOST`."""
 LONGEST_WORDS = 400
 """Characters of a fault in an answer; of a longer one only the beginning is given (assumed)."""
 
@@ -47,11 +57,11 @@ class StatusAnswer(Answer):
     time: float = Field(description="emulator time [s]")
     slipped: float = Field(description="how far it has fallen behind real time [s]")
     bus_load: float | None = Field(description="share of a bus with modelled timing; else null")
-    faults: list[FaultStatus]
+    faults: list[FaultStatus] = Field(max_length=MOST_FAULTS)
     settings: dict[Name, float | None] = Field(
         description="present values in SI; null where the machine has nothing that it acts on"
     )
-    nodes: list[NodeStatus]
+    nodes: list[NodeStatus] = Field(max_length=127)
     bus: BusStatus | None
     timing: TimingStatus | None
 
@@ -102,7 +112,7 @@ class FaultRequest(WithOptions):
 class EndAnswer(Answer):
     """Faults that have ended."""
 
-    ended: list[Count]
+    ended: list[Count] = Field(max_length=MOST_FAULTS)
 
 
 class EndRequest(Request):
@@ -117,7 +127,9 @@ class SetAnswer(Answer):
     """Settings in force."""
 
     set: dict[Name, float] = Field(description="SI")
-    waits: list[str] = Field(description="what set points wait for before they are in force")
+    waits: list[Annotated[str, Field(max_length=10_000)]] = Field(
+        max_length=MOST_OPTIONS, description="what set points wait for before they are in force"
+    )
 
 
 class SetRequest(WithOptions):

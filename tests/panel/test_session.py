@@ -201,6 +201,19 @@ def test_a_right_request_is_obeyed(source: Unhurried, verb: type[Request]) -> No
     assert answer.keys() - {"answer"} == set(verb.answer.model_fields)
 
 
+def test_a_panel_that_only_shows_refuses_what_acts_on_the_bench(
+    source: Unhurried, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What only reads is answered there, too."""
+    monkeypatch.setattr(source, "view_only", True)
+    verbs = [verb.verb() for verb in OF_PANEL]
+    requests = [{"do": do, "id": n, **VALID.get(do, {})} for n, do in enumerate(verbs)]
+    answers = asyncio.run(exchange(source, *requests))
+    refused = {verbs[a["answer"]] for a in answers if "only shows" in a.get("error", "")}
+    assert refused == {"fault", "end", "set", "nmt", "sdo", "record", "marker", "play"}
+    assert all("error" not in a for a in answers if verbs[a["answer"]] not in refused)
+
+
 def test_the_largest_view_takes_little_memory() -> None:
     """The widest view of most signals needs little more than its message, at every width."""
     columns = {"time": "s"} | {f"signal {i}": "1" for i in range(MOST_COLUMNS - 1)}

@@ -7,7 +7,13 @@ from rigs import START, bench, reference
 
 from hil_emulator.faults.active import MOST
 from hil_emulator.protocol.dispatch import checked
-from hil_emulator.protocol.rig import LONGEST_WORDS, FaultRequest, StatusAnswer, StatusRequest
+from hil_emulator.protocol.rig import (
+    LONGEST_WORDS,
+    MOST_FAULTS,
+    FaultRequest,
+    StatusAnswer,
+    StatusRequest,
+)
 from hil_emulator.remote.rig_requests import rig_requests
 from hil_emulator.remote.status import status_fields
 
@@ -29,7 +35,7 @@ def test_the_largest_status_is_small() -> None:
             handlers[FaultRequest](checked(FaultRequest, LONGEST), b.rig)
         plain = handlers[StatusRequest](StatusRequest(), b.rig)
     answer = StatusAnswer.model_validate(status_fields(plain))
-    assert len(answer.faults) == MOST
+    assert len(answer.faults) == MOST == MOST_FAULTS
     assert {len(fault.fault) for fault in answer.faults} == {LONGEST_WORDS}
     assert answer.faults[0].fault.startswith(f"{LONGEST['target']} drop, duration 1000 s")
     assert len(answer.model_dump_json()) < LARGEST
