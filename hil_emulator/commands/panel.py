@@ -17,7 +17,7 @@ def panel(path: Path) -> None:
 
     """
     require_server()
-    from hil_emulator.panel.afterwards import opened
+    from hil_emulator.panel.offline_source import opened
     from hil_emulator.panel.show import show
 
     source = opened(path)

@@ -22,8 +22,8 @@ RESULT, TRACES = "result.json", "traces.npz"
 """Files of a folder that `identify --out` writes."""
 
 
-class Afterwards:
-    """A bench that is over: nothing comes, nothing can be touched.
+class OfflineSource:
+    """A recording or an identification: nothing new comes, and nothing can be changed.
 
     Args:
         logs: what there is to see, by name; the first one is shown.
@@ -52,7 +52,7 @@ class Afterwards:
         raise UserError("this is over: nothing can be done to it")
 
 
-def opened(path: Path) -> Afterwards:
+def opened(path: Path) -> OfflineSource:
     """Return a recording, or the folder of an identification.
 
     Raises:
@@ -68,7 +68,7 @@ def opened(path: Path) -> Afterwards:
         raise UserError(f"{path}: no tick was recorded")
     config = _configuration(recording.header)
     bit_rate = config.wire.assumed_bit_rate if config else FASTEST
-    return Afterwards(
+    return OfflineSource(
         {path.name: of_recording(recording, bit_rate)},
         {
             "mode": "recorded",
@@ -99,7 +99,7 @@ def _configuration(header: Mapping[str, Any]) -> Configuration | None:
         return None
 
 
-def _identification(folder: Path) -> Afterwards:
+def _identification(folder: Path) -> OfflineSource:
     try:
         result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
         with np.load(folder / TRACES, allow_pickle=False) as file:
@@ -111,7 +111,7 @@ def _identification(folder: Path) -> Afterwards:
         ) from None
     if not logs:
         raise UserError(f"{folder}: its identification kept no measured channel")
-    return Afterwards(
+    return OfflineSource(
         logs,
         {
             "mode": "found",

@@ -13,7 +13,7 @@ from websockets.asyncio.client import connect
 
 from hil_emulator.config.load import load_rig
 from hil_emulator.errors import UserError
-from hil_emulator.panel.afterwards import opened
+from hil_emulator.panel.offline_source import opened
 from hil_emulator.platform.paths import shipped
 from hil_emulator.recording import journal
 from hil_emulator.recording.journal import Recording
