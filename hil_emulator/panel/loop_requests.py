@@ -2,6 +2,7 @@
 
 from hil_emulator.frame import Frame
 from hil_emulator.panel.hand import MasterByHand
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.protocol.line import MessagesRequest, SendRequest
 from hil_emulator.recording.messages import as_json, messages
 from hil_emulator.remote.rig_requests import (
@@ -14,13 +15,16 @@ from hil_emulator.remote.rig_requests import (
 from hil_emulator.simulation.rig import Rig
 
 
-def loop_requests(hand: MasterByHand, bus: Counters, timing: Punctuality) -> Handlers:
+def loop_requests(
+    hand: MasterByHand, bus: Counters, timing: Punctuality, supervisor: Supervisor | None = None
+) -> Handlers:
     """Return the handlers of `protocol.offered.TO_LOOP`.
 
     Args:
         hand: sends frames.
         bus: whose frames the status counts.
         timing: whose ticks it counts.
+        supervisor: whose failures it lists.
 
     """
 
@@ -28,7 +32,7 @@ def loop_requests(hand: MasterByHand, bus: Counters, timing: Punctuality) -> Han
         hand.say(Frame(f.can_id, bytes.fromhex(f.data)) for f in request.frames)
         return {}
 
-    return {**rig_requests(bus, timing), SendRequest: send, MessagesRequest: _messages}
+    return {**rig_requests(bus, timing, supervisor), SendRequest: send, MessagesRequest: _messages}
 
 
 def _messages(request: MessagesRequest, rig: Rig) -> Plain:

@@ -60,8 +60,9 @@ class OperatorCommands:
     @property
     def status(self) -> dict[str, Any]:
         """Which recording runs, and how the last scenario goes."""
-        recorder = self._recorder.file.name if self._recorder else None
-        return {"recording": recorder, "scenario": self.scenarios.progress}
+        recorder = self._recorder
+        name = recorder.file.name if recorder and not recorder.failed else None
+        return {"recording": name, "scenario": self.scenarios.progress}
 
     async def close(self) -> None:
         """End what was begun."""
@@ -83,9 +84,12 @@ class OperatorCommands:
     async def _record(self, request: RecordRequest) -> Answer:
         """Begin a recording, or end that which runs."""
         async with self._changing:
+            failed = self._recorder is not None and self._recorder.failed
             if self._recorder is not None:
                 await self._stop_recorder()
-            elif request.file:
+                if not failed:  # otherwise the page shows that none runs
+                    return Answer()
+            if request.file:
                 file = Path(request.file)
                 self._recorder = await asyncio.to_thread(PanelRecorder, file, self._header)
                 self._state.listeners.append(self._recorder.take)

@@ -17,14 +17,17 @@ from hil_emulator.protocol.base import (
 MOST_FAULTS = 64
 """Faults at a time: `faults.active.MOST`."""
 LONGEST_WORDS = 400
-"""Characters of a fault in an answer; of a longer one only the beginning is given (assumed)."""
+"""Characters of a fault or failure in an answer; of a longer one only the beginning (assumed)."""
+MOST_FAILURES = 16
+"""Failures in an answer, the newest ones (assumed)."""
+Words = Annotated[str, Field(max_length=LONGEST_WORDS)]
 
 
 class FaultStatus(Declared):
     """A fault that was injected and has not ended."""
 
     number: Count = Field(description="by which `end` ends it")
-    fault: Annotated[str, Field(max_length=LONGEST_WORDS)] = Field(description="in words")
+    fault: Words = Field(description="in words")
     began: bool = Field(description="false while it waits for its start or condition")
     left: float | None = Field(description="time until it ends [s]; null until it is ended")
 
@@ -64,6 +67,9 @@ class StatusAnswer(Answer):
     nodes: list[NodeStatus] = Field(max_length=127)
     bus: BusStatus | None
     timing: TimingStatus | None
+    failures: list[Words] = Field(
+        max_length=MOST_FAILURES, description="of helper processes or an FMU"
+    )
 
 
 class StatusRequest(Request):

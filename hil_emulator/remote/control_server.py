@@ -8,18 +8,24 @@ import contextlib
 import json
 import marshal
 import socket
-import subprocess
 import sys
 from collections.abc import Sequence
 from typing import Any
 
 from hil_emulator.errors import UserError
+from hil_emulator.platform.helper_process import HelperProcess
 from hil_emulator.protocol.dispatch import answering, json_object, parsed
 from hil_emulator.remote.loop_line import LENGTH_BYTES
 from hil_emulator.remote.rig_requests import Controlled, Handlers, Plain, rig_requests
 
 _CHUNK = 1 << 16
 _START_S = 20.0  # for a Python process to begin (assumed limit)
+
+CONTROL = (
+    "remote control",
+    "ctl and requests over HTTP get no answer; start the run again with --control",
+)
+"""Name of the process that speaks HTTP, and what is lost with it."""
 
 
 class ControlServer:
@@ -32,9 +38,11 @@ class ControlServer:
         handlers: what can be asked; `rig_requests()` without any.
         shared: descriptors that the server inherits besides.
         briefing: what it is told first, where it asks for that.
+        role: name of the process, and what is lost with it; see `HelperProcess`.
 
     Attributes:
         port: the port in use.
+        process: the server's process.
 
     Raises:
         UserError: if the port cannot be listened on.
@@ -48,16 +56,14 @@ class ControlServer:
         handlers: Handlers | None = None,
         shared: Sequence[int] = (),
         briefing: dict[str, Any] | None = None,
+        role: tuple[str, str] = CONTROL,
     ) -> None:
         self._handlers = rig_requests() if handlers is None else handlers
         self._socket, theirs = socket.socketpair()
         with theirs:
             passed = [theirs.fileno(), *shared]
-            self._server = subprocess.Popen(
-                [sys.executable, "-m", program, str(port), *map(str, passed)],
-                pass_fds=passed,
-                start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
-            )
+            command = [sys.executable, "-m", program, str(port), *map(str, passed)]
+            self.process = HelperProcess(command, *role, pass_fds=passed)
         self._pending = b""
         self._unsent = bytearray()
         self._socket.settimeout(_START_S)
@@ -65,6 +71,7 @@ class ControlServer:
             self._socket.sendall(json.dumps(briefing).encode() + b"\n")
         greeting = self._greeting()
         if "error" in greeting:
+            self.close()
             raise UserError(f"--control {port}: {greeting['error']}; choose another port")
         self.port = int(greeting["port"])
         self._socket.setblocking(False)
@@ -87,7 +94,7 @@ class ControlServer:
     def close(self) -> None:
         """End the server; it sees that the line is cut."""
         self._socket.close()
-        self._server.wait()
+        self.process.close()
 
     def _greeting(self) -> dict[str, Any]:
         line = b""

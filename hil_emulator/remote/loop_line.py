@@ -17,7 +17,7 @@ from hil_emulator.remote.status import status_fields
 
 LENGTH_BYTES = 4
 """Bytes of the length before each answer of the loop."""
-_ANSWER_S = 5.0  # a loop that follows SYNC may wait for a controller (assumed limit)
+_ANSWER_S = 5.0  # between two ticks an FMU may take a while (assumed limit)
 
 
 class LoopLine:
@@ -61,7 +61,8 @@ class LoopLine:
                 while (answer := self._answers.get(timeout=_ANSWER_S)).pop("id", number) != number:
                     pass  # too late for the request that it answers
             except queue.Empty:
-                raise UserError("no time passes in the emulator: it waits for SYNC") from None
+                reason = f"the emulator's loop has not answered for {_ANSWER_S:g} s"
+                raise UserError(reason) from None
             return answer
 
     def _listen(self) -> None:

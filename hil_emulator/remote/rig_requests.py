@@ -9,6 +9,7 @@ from hil_emulator.errors import UserError, brief
 from hil_emulator.faults.active import Faults
 from hil_emulator.faults.running import Running
 from hil_emulator.model.plant import Plant
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.protocol.base import Request
 from hil_emulator.protocol.rig import (
     EndRequest,
@@ -67,16 +68,21 @@ Handlers = Mapping[type[Request], Callable[[Any, Any], Plain]]
 """By request: the function of request and rig that does it and returns the answer's fields."""
 
 
-def rig_requests(bus: Counters | None = None, timing: Punctuality | None = None) -> Handlers:
+def rig_requests(
+    bus: Counters | None = None,
+    timing: Punctuality | None = None,
+    supervisor: Supervisor | None = None,
+) -> Handlers:
     """Return the handlers of `protocol.offered.OF_RIG`.
 
     Args:
         bus: whose frames the status counts; none without one.
         timing: whose ticks it counts; none without one.
+        supervisor: whose failures it lists; those of an FMU alone without one.
 
     """
     return {
-        StatusRequest: partial(_status, bus, timing),
+        StatusRequest: partial(_status, bus, timing, supervisor),
         SignalsRequest: _signals,
         FaultRequest: _fault,
         EndRequest: _end,
@@ -85,8 +91,13 @@ def rig_requests(bus: Counters | None = None, timing: Punctuality | None = None)
 
 
 def _status(
-    bus: Counters | None, timing: Punctuality | None, request: StatusRequest, rig: Controlled
+    bus: Counters | None,
+    timing: Punctuality | None,
+    supervisor: Supervisor | None,
+    request: StatusRequest,
+    rig: Controlled,
 ) -> Plain:
+    failures = supervisor.failures if supervisor else []
     return {
         "now_ns": rig.now_ns,
         "slipped_ns": rig.slipped_ns,
@@ -96,6 +107,7 @@ def _status(
         "nodes": [(node.node_id, node.state.name) for node in rig.nodes],
         "bus": bus and (bus.received, bus.sent, bus.dropped),
         "timing": timing and (timing.ticks, timing.overruns),
+        "failures": [*failures, *filter(None, [rig.plant.supply.failure])],
     }
 
 

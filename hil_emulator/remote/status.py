@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hil_emulator.faults.words import fault_words
-from hil_emulator.protocol.rig import LONGEST_WORDS
+from hil_emulator.protocol.rig import LONGEST_WORDS, MOST_FAILURES
 
 
 def status_fields(plain: Mapping[str, Any]) -> dict[str, Any]:
@@ -24,6 +24,7 @@ def status_fields(plain: Mapping[str, Any]) -> dict[str, Any]:
         "nodes": [{"id": number, "state": state.lower()} for number, state in plain["nodes"]],
         "bus": bus and dict(zip(("received", "sent", "dropped"), bus, strict=True)),
         "timing": timing and dict(zip(("ticks", "late"), timing, strict=True)),
+        "failures": [text[:LONGEST_WORDS] for text in plain["failures"][-MOST_FAILURES:]],
     }
 
 

@@ -23,7 +23,7 @@ def test_some_hundred_mutants() -> None:
     study(400, seed=18)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_some_hundred_mutants")
 def test_two_thousand_mutants() -> None:
     """Others than those above."""
     study(2_000, seed=19)

@@ -12,7 +12,7 @@ from typing import Any
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design.practice import Ground, Hidden, hideable, knob_of
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.units import show
 
 NAME = "truth.sealed"
