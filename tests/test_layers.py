@@ -23,6 +23,7 @@ ROOMS = {
     "fmi/exporting": {"ccode", "model"},
     "pages": {"jinja2", "matplotlib", "platform"},
     "signals": {"numpy", "model"},
+    "protocol": {"pydantic"},
     "config": {"pydantic", "model"},
     "machines": {"config", "model"},
     "fmi/importing": {"fmpy", "llvmlite", "numba", "numpy", "config", "model"},
@@ -34,7 +35,7 @@ ROOMS = {
     "recording": {
         "numpy", "scipy", "bus", "config", "device", "export", "model", "platform", "signals",
     },
-    "remote": {"faults", "platform", "signals", "wire"},
+    "remote": {"device", "faults", "model", "platform", "protocol", "signals", "wire"},
     "identify/measured": {"numpy", "scipy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},
     "identify/prediction/residuals": {"numpy", "scipy"},
@@ -66,7 +67,7 @@ ROOMS = {
     "bench": {
         "numpy", "websockets", "bus", "ccode", "config", "identify",
         "identify/conclusion", "identify/estimation", "identify/prediction/observer",
-        "identify/selection", "model", "platform", "recording", "simulation",
+        "identify/selection", "model", "platform", "protocol", "recording", "simulation",
     },
     "scenario": {
         "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",
@@ -78,7 +79,8 @@ ROOMS = {
     },
     "panel": {
         "numpy", "canopen", "websockets", "bus", "config", "device", "faults", "identify/measured",
-        "model", "platform", "recording", "remote", "scenario", "signals", "simulation",
+        "model", "platform", "protocol", "recording", "remote", "scenario", "signals",
+        "simulation",
     },
     "api": {
         "gymnasium", "matplotlib", "numpy", "pandas", "xarray", "bus", "captures", "config",

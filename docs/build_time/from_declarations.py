@@ -1,4 +1,4 @@
-"""Pages that are made of declarations: effects, faults, objects of the dictionaries."""
+"""Pages that are made of declarations: effects, faults, objects of dictionaries, requests."""
 
 import re
 from collections.abc import Callable, Iterable, Sequence
@@ -9,6 +9,7 @@ from typing import Any
 import canopen
 from sphinx.application import Sphinx
 
+from build_time import protocol_page
 from build_time.execute import GENERATED
 from build_time.step_pictures import drawn, response
 from hil_emulator.faults.catalogue import KINDS
@@ -118,7 +119,12 @@ def objects(folder: Path) -> None:
     (folder / "objects.md").write_text("\n\n".join(parts) + "\n")
 
 
-MADE: tuple[Callable[[Path], None], ...] = (effects, faults, objects)
+def requests(folder: Path) -> None:
+    """Write the page of every request, and their JSON Schema."""
+    protocol_page.write(folder, table)
+
+
+MADE: tuple[Callable[[Path], None], ...] = (effects, faults, objects, requests)
 
 
 def make(app: Sphinx) -> None:

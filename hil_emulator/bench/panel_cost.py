@@ -14,11 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
+from hil_emulator.protocol.stream import offset
+
 PAGES = (None, 0, 1, 4)
 """Pages that are open; None is a run without a panel."""
 _SIGNALS = "position model.position load_force pressure_a pressure_b supply_pressure valve_current"
 _STAMP = struct.Struct("<d")
-_STAMP_AT = 40  # of a message, see `panel.strips`
 _LATENESS = re.compile(r"lateness\s+p50 (\d+) us, p99 (\d+) us, p99.9 (\d+) us, max (\d+) us")
 _START_S = 3.0  # for pages to open, which does not count
 
@@ -102,5 +103,5 @@ async def _look(where: str, duration: float) -> list[float]:
         while time.monotonic() < end:
             message = await connection.recv()
             if isinstance(message, bytes):
-                ages.append(time.monotonic() - _STAMP.unpack_from(message, _STAMP_AT)[0])
+                ages.append(time.monotonic() - _STAMP.unpack_from(message, offset("written"))[0])
     return ages

@@ -13,7 +13,7 @@ from hil_emulator.bench.speed import Speeds, measure
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import load_rig
-from hil_emulator.panel.host import require_server
+from hil_emulator.panel.server_process import require_server
 from hil_emulator.platform.paths import cache_folder, shipped
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hil_emulator.panel.host import require_server
+from hil_emulator.panel.server_process import require_server
 
 
 def panel(path: Path) -> None:
@@ -17,7 +17,7 @@ def panel(path: Path) -> None:
 
     """
     require_server()
-    from hil_emulator.panel.afterwards import opened
+    from hil_emulator.panel.offline_source import opened
     from hil_emulator.panel.show import show
 
     source = opened(path)

@@ -29,11 +29,12 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
-from hil_emulator.panel.host import Panel, PanelOptions, require_server
+from hil_emulator.panel.server_process import Panel, PanelOptions, require_server
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.several import Recorders
 from hil_emulator.remote.control_server import ControlServer
+from hil_emulator.remote.rig_requests import Handlers, rig_requests
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
@@ -123,14 +124,16 @@ def _on_bus(
         stack.enter_context(taped(rig))
         if panel:
             stack.enter_context(_open(panel, rig, config, door, supervisor))
-        control_server = stack.enter_context(_control_server(operation.control, supervisor))
+        timing = panel.timing if panel else Timing()
+        handlers = rig_requests(door, timing, supervisor)
+        server = _control_server(operation.control, handlers, supervisor)
+        control_server = stack.enter_context(server)
         for fault in broken:
             rig.inject(fault)
         measures = [] if clock == "lockstep" else realtime.apply()
         click.echo(_banner(config, rig, door, clock, measures))
         for fault in broken:
             click.echo(f"fault     {fault.words}")
-        timing = panel.timing if panel else Timing()
         served = [server.serve for server in (control_server, panel) if server]
         pace = _clock(clock, config, follow, rig)
         ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
@@ -185,7 +188,7 @@ def _open(
     panel: Panel, rig: Rig, config: Configuration, bus: Bus, supervisor: Supervisor
 ) -> Iterator[None]:
     """Show the run in a browser meanwhile."""
-    rig.recorder = Recorders(rig.recorder, panel.tap) if rig.recorder else panel.tap
+    rig.recorder = Recorders(rig.recorder, panel.publisher) if rig.recorder else panel.publisher
     try:
         click.echo(f"panel     {panel.open(rig, config, bus, supervisor)}")
         yield
@@ -194,12 +197,14 @@ def _open(
 
 
 @contextmanager
-def _control_server(port: int | None, supervisor: Supervisor) -> Iterator[ControlServer | None]:
+def _control_server(
+    port: int | None, handlers: Handlers, supervisor: Supervisor
+) -> Iterator[ControlServer | None]:
     """Serve the remote control meanwhile, where there is a port for it."""
     if port is None:
         yield None
         return
-    control_server = ControlServer(port)
+    control_server = ControlServer(port, handlers=handlers)
     supervisor.watch(control_server.process)
     try:
         click.echo(f"control   http://127.0.0.1:{control_server.port}")

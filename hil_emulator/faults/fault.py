@@ -20,6 +20,7 @@ from hil_emulator.faults.declare import (
     Layer,
 )
 from hil_emulator.faults.objects import EXAMPLE, OBJECT, place
+from hil_emulator.faults.words import fault_words
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.signals import condition
 from hil_emulator.signals.condition import Condition
@@ -82,8 +83,7 @@ class Fault:
         return ", ".join([f"{self.target} {self.kind.name}", *told])
 
     def __str__(self) -> str:
-        rest = "".join(f", {key} {value}" for key, value in self.said.items())
-        return f"{self.target} {self.kind.name}{rest}"
+        return fault_words(self.target, self.kind.name, self.said)
 
 
 def _thing(target: str) -> str:

@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from hil_emulator.protocol.page import LONGEST_S
+
 Values = np.ndarray[Any, np.dtype[np.float32]]
 
 COARSE = 16
 """Ticks of a bucket whose extremes are kept for long (assumed)."""
-LONGEST_S = 600.0
-"""How far back one can look [s]."""
+_MOST_VALUES = 1 << 20
+"""Values that are looked at in one go; columns are taken in blocks of so many (assumed)."""
 _FINE_TICKS = 1 << 16  # rows kept as they are: a minute at 1 kHz (assumed)
 
 
@@ -63,6 +65,19 @@ class History:
             width: ticks of one; a multiple of `COARSE` from there on.
 
         """
+        block = max(1, _MOST_VALUES // (count * width))
+        parts = [
+            self._extremes(columns[at : at + block], first, count, width)
+            for at in range(0, max(1, len(columns)), block)
+        ]
+        if len(parts) == 1:
+            return parts[0]
+        low, high = zip(*parts, strict=True)
+        return np.concatenate(low), np.concatenate(high)
+
+    def _extremes(
+        self, columns: list[int], first: int, count: int, width: int
+    ) -> tuple[Values, Values]:
         if width < COARSE:
             fine = self._ticks(columns, first * width, count * width).reshape(
                 count, width, len(columns)

@@ -5,16 +5,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hil_emulator.errors import UserError, brief
-from hil_emulator.panel import briefing
-from hil_emulator.panel.hands import Hands
+from hil_emulator.errors import UserError
+from hil_emulator.panel import session_info
+from hil_emulator.panel.live_state import LiveState
+from hil_emulator.panel.operator_commands import OperatorCommands
 from hil_emulator.panel.ring import RingReader
 from hil_emulator.panel.source import FRAMES_PER_S
-from hil_emulator.panel.watched import Watched
-from hil_emulator.remote.http_server import LoopLine
+from hil_emulator.protocol.base import Answer, Request
+from hil_emulator.protocol.dispatch import answering
+from hil_emulator.protocol.offered import READING
+from hil_emulator.protocol.rig import StatusRequest
+from hil_emulator.remote.loop_line import LoopLine
 
-LOOP = {"fault", "end", "set"}
-"""What is done by the loop as the remote control does it."""
 _LOOKS_PER_S = 5
 
 
@@ -22,39 +24,39 @@ class LiveBench:
     """The bench of one running emulator.
 
     Args:
-        told: the briefing by the loop.
+        info: what `server_process` sends first.
         ring: what the loop writes.
         line: to the loop.
 
     Attributes:
-        watched, logs, hello, stamp_ns, status, ended: see `source.Source`.
+        state, logs, hello, stamp_ns, status, ended: see `source.Source`.
 
     """
 
-    def __init__(self, told: Mapping[str, Any], ring: RingReader, line: LoopLine) -> None:
-        header = told["header"]
-        self.watched = Watched(header, told["columns"], told["bit_rate"])
-        self.view_only = bool(told["view_only"])
+    def __init__(self, info: Mapping[str, Any], ring: RingReader, line: LoopLine) -> None:
+        header = info["header"]
+        self.state = LiveState(header, info["columns"], info["bit_rate"])
+        self.view_only = bool(info["view_only"])
         self.hello = {
             "mode": "view" if self.view_only else "live",
             "title": " + ".join(Path(file).stem for file in header["files"]),
             "provenance": header["provenance"],
             "tick": header["tick_ns"] * 1e-9,
-            "columns": briefing.units(told["columns"]),
-            "machine": told["machine"],
-            "bit_rate": told["bit_rate"],
-            "settings": briefing.settings(told["machine"]),
-            "faults": briefing.faults(),
+            "columns": session_info.units(info["columns"]),
+            "machine": info["machine"],
+            "bit_rate": info["bit_rate"],
+            "settings": session_info.settings(info["machine"]),
+            "faults": session_info.faults(),
         }
-        self.logs: dict[str, Watched] = {}
+        self.logs: dict[str, LiveState] = {}
         self.stamp_ns = 0
         self.status: dict[str, Any] = {}
         self.ended = asyncio.Event()
         self._ring = ring
         self._line = line
         self._fresh = asyncio.Event()
-        self._hands = Hands(told, self.watched, line)
-        self.hello["scenarios"] = list(self._hands.scenarios.files)
+        self._commands = OperatorCommands(info, self.state, line)
+        self.hello["scenarios"] = list(self._commands.scenarios.files)
 
     async def next_frame(self) -> None:
         """Return when there is something new to show."""
@@ -65,7 +67,7 @@ class LiveBench:
         clock = asyncio.get_running_loop()
         due = clock.time()
         while not self.ended.is_set():
-            self.watched.take(self._ring.read())
+            self.state.take(self._ring.read())
             self.stamp_ns = self._ring.stamp_ns
             waiting, self._fresh = self._fresh, asyncio.Event()
             waiting.set()
@@ -76,30 +78,20 @@ class LiveBench:
     async def look(self) -> None:
         """Ask the loop how it is, again and again."""
         while not self.ended.is_set():
-            self.status = self._hands.status | await self._of_loop({"do": "look"})
+            with answering() as reply:
+                reply.content = (await self._of_loop(StatusRequest())).fields()
+            self.status = self._commands.status | dict(reply.content)
             await asyncio.sleep(1.0 / _LOOKS_PER_S)
 
-    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def ask(self, request: Request) -> Answer:
         """Do what a page asks for."""
-        if self.view_only:
-            return {"error": "this panel only shows: it was started with --panel-view-only"}
-        do = request.get("do")
-        if do in LOOP:
-            given = {k: v for k, v in request.items() if k not in ("do", "id")}
-            return await self._of_loop(
-                {"do": do, **given} if do == "end" else {"do": do, str(do): given}
-            )
-        act = self._hands.acts.get(str(do))
-        if act is None:
-            return {"error": f"cannot do {brief(do)}"}
-        try:
-            return await act(request)
-        except UserError as error:
-            return {"error": str(error)}
+        if self.view_only and not isinstance(request, READING):
+            raise UserError("this panel only shows: it was started with --panel-view-only")
+        return await self._commands.acts.get(type(request), self._of_loop)(request)
 
     async def close(self) -> None:
         """End what was begun by hand."""
-        await self._hands.close()
+        await self._commands.close()
 
-    async def _of_loop(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def _of_loop(self, request: Request) -> Answer:
         return await asyncio.to_thread(self._line.ask, request)

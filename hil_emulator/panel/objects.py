@@ -1,17 +1,24 @@
 """SDO by hand: a stock `canopen` master whose frames go by way of the loop."""
 
 import asyncio
+import struct
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import canopen
 from canopen.sdo.exceptions import SdoError
 
+from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.protocol.operation import SdoRequest
 
 Say = Callable[[int, bytes], None]
 """Sends a frame: COB-ID and data."""
 
+_SDO_ANSWERS = range(0x581, 0x600)
+"""COB-IDs from a default SDO server (CiA 301 7.3.5)."""
+_REFUSALS = (SdoError, KeyError, ValueError, OverflowError, OSError, struct.error)
+"""What `canopen` raises: an abort, no answer, an EDS that cannot be read, a value out of range."""
 _PATIENCE_S = 2.0  # for an answer, which comes by way of the ring (assumed)
 
 
@@ -47,35 +54,38 @@ class ObjectsByHand:
         self._busy = asyncio.Lock()
 
     def hear(self, frames: Iterable[tuple[int, bool, Frame]]) -> None:
-        """Take what went over the bus, answers among it."""
+        """Take the answers of SDO servers; `canopen` fails at faulty frames of other services."""
         for now_ns, sent, frame in frames:
-            if sent and not frame.extended:
+            if sent and frame.identifier in _SDO_ANSWERS:
                 self._network.notify(frame.can_id, bytearray(frame.data), now_ns * 1e-9)
 
-    async def access(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """Read an object, or write it where the request has a value; return it in words."""
+    async def access(self, request: SdoRequest) -> str:
+        """Read an object, or write it where the request has a value; return it in words.
+
+        Raises:
+            UserError: with the reason of the node, or if the value is not one of the object.
+
+        """
         async with self._busy:
             return await asyncio.to_thread(self._access, request)
 
-    def _access(self, request: Mapping[str, Any]) -> dict[str, Any]:
+    def _access(self, request: SdoRequest) -> str:
         try:
-            node = self._node(int(request["node"]))
-            index, subindex = int(str(request["index"]), 16), int(str(request["subindex"]), 0)
-            if "value" in request:
-                return {"text": _write(node, index, subindex, str(request["value"]))}
-            return {"text": _read(node, index, subindex)}
-        except SdoError as error:
-            return {"error": f"SDO: {error}"}
-        except (KeyError, ValueError, OSError) as error:
-            return {"error": f"SDO: {error}"}
+            node = self._node(request.node)
+            if request.value is None:
+                return _read(node, *request.place)
+            return _write(node, *request.place, request.value)
+        except _REFUSALS as error:
+            reason = f"SDO: {error}"
+        # Raised here, so that the traceback of `error` keeps no stream of `canopen` alive: one that
+        # is collected closes itself with a request, which must not happen in the event loop.
+        raise UserError(reason)
 
     def _node(self, number: int) -> Any:
         if number not in self._network:
-            if not 1 <= number <= 127:
-                raise ValueError("a node-ID is 1 to 127")
             node = self._network.add_node(number, self._sheets.get(str(number)))
             node.sdo.RESPONSE_TIMEOUT = _PATIENCE_S
-            node.sdo.MAX_RETRIES = 0
+            node.sdo.MAX_RETRIES = 1  # attempts in all; 0 would repeat the request for ever
         return self._network[number]
 
 

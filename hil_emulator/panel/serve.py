@@ -1,4 +1,4 @@
-"""The process beside the loop that serves the panel; started by `host.Panel`.
+"""The process beside the loop that serves the panel; started by `server_process.Panel`.
 
 It runs at a lower priority than everything else, reads shared memory and asks the loop over a
 socket, whose end is its own.
@@ -12,10 +12,10 @@ import signal
 import socket
 import sys
 
-from hil_emulator.panel.door import PanelDoor
 from hil_emulator.panel.live import LiveBench
 from hil_emulator.panel.ring import RingReader
-from hil_emulator.remote.http_server import LoopLine
+from hil_emulator.panel.web_server import WebServer
+from hil_emulator.remote.loop_line import LoopLine
 
 _FAREWELL_S = 2.0  # for pages to leave (assumed)
 _NICENESS = 10  # below ordinary work (assumed)
@@ -24,7 +24,7 @@ _NICENESS = 10  # below ordinary work (assumed)
 async def serve(port: int, loop: socket.socket, ring: RingReader) -> None:
     """Serve on a port until the loop has ended."""
     with loop.makefile("rb") as lines:
-        told = json.loads(lines.readline())
+        info = json.loads(lines.readline())
     clock = asyncio.get_running_loop()
     ended = asyncio.Event()
 
@@ -32,16 +32,16 @@ async def serve(port: int, loop: socket.socket, ring: RingReader) -> None:
         clock.call_soon_threadsafe(ended.set)
 
     line = LoopLine(loop, over)
-    bench = LiveBench(told, ring, line)
+    bench = LiveBench(info, ring, line)
     bench.ended = ended
-    door = PanelDoor(bench, told["token"])
+    door = WebServer(bench, info["token"])
     server = await door.listen(port)
     loop.sendall(json.dumps({"port": door.port}).encode() + b"\n")
     looking = asyncio.create_task(bench.look())
     await bench.pump()
     looking.cancel()
     await bench.close()
-    server.close(close_connections=False)  # every page is told, and leaves
+    server.close(close_connections=False)  # with their last message first
     with contextlib.suppress(TimeoutError):
         await asyncio.wait_for(server.wait_closed(), _FAREWELL_S)
 

@@ -11,15 +11,26 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from hil_emulator.errors import UserError, brief
+from hil_emulator.panel.live_state import EXECUTION, LATENESS, LiveState
 from hil_emulator.panel.source import FRAMES_PER_S, Source
 from hil_emulator.panel.strips import Strips
-from hil_emulator.panel.watched import EXECUTION, LATENESS, Watched
-from hil_emulator.remote.http_server import request_of
+from hil_emulator.protocol.base import Answer, Request
+from hil_emulator.protocol.dispatch import answering, json_object, parsed
+from hil_emulator.protocol.offered import OF_PANEL
+from hil_emulator.protocol.page import (
+    LogRequest,
+    PaintedRequest,
+    RowAnswer,
+    RowRequest,
+    ViewRequest,
+    WatchRequest,
+)
 
 ENDED = 4001
 """Code with which the stream is closed when the emulator has ended (RFC 6455: for private use)."""
 PUNCTUAL = (LATENESS, EXECUTION)
-"""Signals of which the timing of the loop is told."""
+"""Signals of the loop's timing; a recording has none of them."""
 _TELL_EVERY = FRAMES_PER_S // 5  # frames between two messages in words
 _LINES = 200  # of the trace, at a time (assumed)
 _AGES = 300  # of which the median is told: ten seconds (assumed)
@@ -38,9 +49,9 @@ class Session:
     def __init__(self, source: Source, connection: ServerConnection) -> None:
         self._source = source
         self._connection = connection
-        self._watched = source.watched
-        self._strips = Strips(source.watched.history)
-        self._watching: Any = None
+        self._state = source.state
+        self._strips = Strips(source.state.history)
+        self._watching = ""
         self._wanted, self._after = "", 0  # of the trace: its filter, the last frame told
         self._told_events = 0
         self._stamps: deque[tuple[int, int]] = deque(maxlen=_KEPT)
@@ -66,61 +77,59 @@ class Session:
                 await self._connection.send(self._strips.news(source.stamp_ns))
                 self._stamps.append((self._strips.number, source.stamp_ns))
             if frames % _TELL_EVERY == 0:
-                await self._say(self._words())
+                with answering() as reply:
+                    reply.content = self._words()
+                await self._say(reply.content)
             frames += 1
 
     async def _listen(self) -> None:
         async for message in self._connection:
-            try:
-                request = request_of(message.encode() if isinstance(message, str) else message)
-            except ValueError as error:
-                await self._say({"error": str(error)})
-                continue
-            await self._obey(request)
+            number = None
+            with answering() as reply:
+                content = json_object(message)
+                number = content.get("id") if isinstance(content.get("id"), int) else None
+                reply.content = (await self._answer(parsed(content, OF_PANEL))).fields()
+            await self._say({"answer": number, **reply.content})
 
-    async def _obey(self, request: dict[str, Any]) -> None:
-        try:
-            match request.get("do"):
-                case "view":
-                    await self._view(request)
-                    return
-                case "watch":
-                    wanted = str(request.get("filter", "")).lower()
-                    self._watching, self._wanted, self._after = request.get("what"), wanted, 0
-                    return
-                case "log":
-                    self._look_at(str(request["name"]))
-                    return
-                case "row":
-                    row = self._watched.row(float(request["time"]))
-                    await self._say({"answer": request.get("id"), "row": row})
-                    return
-                case "painted":
-                    self._painted(int(request["number"]))
-                    return
-            answer = await self._source.ask(request)
-        except (KeyError, TypeError, ValueError, OverflowError) as error:
-            answer = {"error": f"cannot be read: {type(error).__name__}: {error}"}
-        await self._say({"answer": request.get("id"), **answer})
+    async def _answer(self, request: Request) -> Answer:
+        match request:
+            case ViewRequest():
+                await self._view(request)
+            case WatchRequest():
+                self._watching, self._wanted = request.what, request.filter.lower()
+                self._after = 0
+            case LogRequest():
+                self._look_at(request.name)
+            case RowRequest():
+                return RowAnswer(row=self._state.row(request.time))
+            case PaintedRequest():
+                self._painted(request.number)
+            case _:
+                return await self._source.ask(request)
+        return Answer()
 
-    async def _view(self, request: Mapping[str, Any]) -> None:
+    async def _view(self, request: ViewRequest) -> None:
         """Follow signals, or show a window of time, whose message comes at once."""
-        names = list(self._watched.columns)
-        columns = [names.index(name) for name in str(request["columns"]).split() if name in names]
-        pixels = max(1, int(request["pixels"]))
-        generation = int(request["generation"]) & 0xFFFF_FFFF
-        if "span" in request:
-            span = min(max(float(request["span"]), 0.01), 86_400.0)
-            self._strips.follow(columns, span, pixels, generation)
+        names = list(self._state.columns)
+        if unknown := set(request.names) - set(names):
+            raise UserError(f"view: no signal {brief(unknown.pop())}; there are {', '.join(names)}")
+        columns = [names.index(name) for name in request.names]
+        if request.span is not None:
+            self._strips.follow(columns, request.span, request.pixels, request.generation)
             return
-        self._strips.follow([], 1.0, 1, generation)
-        between = float(request["from"]), float(request["to"])
-        await self._connection.send(self._strips.window(columns, between, pixels, generation))
+        assert request.begin is not None
+        assert request.end is not None
+        self._strips.follow([], 1.0, 1, request.generation)
+        between = request.begin, request.end
+        window = self._strips.window(columns, between, request.pixels, request.generation)
+        await self._connection.send(window)
 
     def _look_at(self, name: str) -> None:
         """Turn to another log."""
-        self._watched = self._source.logs.get(name, self._watched)
-        self._strips = Strips(self._watched.history)
+        if name not in self._source.logs:
+            raise UserError(f"no log {brief(name)}; there are {', '.join(self._source.logs)}")
+        self._state = self._source.logs[name]
+        self._strips = Strips(self._state.history)
         self._told_events = 0
 
     def _painted(self, number: int) -> None:
@@ -135,20 +144,21 @@ class Session:
 
     def _words(self) -> dict[str, Any]:
         """Return what changes slowly, as far as the browser looks at it."""
-        watched = self._watched
-        events = [e for e in watched.events if e[0] > self._told_events]
+        state = self._state
+        events = [e for e in state.events if e[0] > self._told_events]
         self._told_events = events[-1][0] if events else self._told_events
-        traffic = watched.traffic
+        traffic = state.traffic
         said: dict[str, Any] = {
             "status": self._source.status, "events": events, "latency": self._latency(),
             "bus": {"rate": traffic.rate, "load": traffic.load},
-            "oldest": watched.history.oldest * watched.history.tick, "now": watched.now,
+            "oldest": state.history.oldest * state.history.tick, "now": state.now,
         }  # fmt: skip
         match self._watching:
             case "nodes":
-                said["nodes"] = nodes(watched)
+                said["nodes"] = nodes(state)
             case "loop":
-                said["loop"] = {name.partition(".")[2]: watched.spread(name) for name in PUNCTUAL}
+                kept = [name for name in PUNCTUAL if name in state.columns]
+                said["loop"] = {name.partition(".")[2]: state.spread(name) for name in kept}
             case "identifiers":
                 said["identifiers"] = traffic.table()
             case "trace":
@@ -159,9 +169,9 @@ class Session:
         await self._connection.send(json.dumps(what))
 
 
-def nodes(watched: Watched) -> list[dict[str, Any]]:
+def nodes(state: LiveState) -> list[dict[str, Any]]:
     """Return what each node's messages say: its PDOs with their values, its last emergency."""
-    traffic = watched.traffic
+    traffic = state.traffic
     found: dict[str, dict[str, Any]] = {}
     for message in traffic.pdos.values():
         node = found.setdefault(message.node, {"name": message.node, "pdos": []})

@@ -4,9 +4,9 @@ import asyncio
 import secrets
 from collections.abc import Callable
 
-from hil_emulator.panel.door import PanelDoor
-from hil_emulator.panel.host import PORT
+from hil_emulator.panel.server_process import PORT
 from hil_emulator.panel.source import Source
+from hil_emulator.panel.web_server import WebServer
 
 
 def show(source: Source, say: Callable[[str], None]) -> None:
@@ -14,7 +14,7 @@ def show(source: Source, say: Callable[[str], None]) -> None:
 
     async def serve() -> None:
         token = secrets.token_urlsafe(16)
-        door = PanelDoor(source, token)
+        door = WebServer(source, token)
         async with await door.listen(PORT):
             say(f"http://127.0.0.1:{door.port}/#{token}")
             await source.ended.wait()

@@ -3,7 +3,8 @@
 import asyncio
 from typing import Any, Protocol
 
-from hil_emulator.panel.watched import Watched
+from hil_emulator.panel.live_state import LiveState
+from hil_emulator.protocol.base import Answer, Request
 
 FRAMES_PER_S = 30
 """How often a page gets what is new."""
@@ -13,7 +14,7 @@ class Source(Protocol):
     """A bench.
 
     Attributes:
-        watched: what has come of it.
+        state: what has come of it.
         logs: further ones, by name, that a page may look at instead.
         hello: what a page is told first.
         stamp_ns: when its last tick was written, by the monotonic clock [ns].
@@ -22,8 +23,8 @@ class Source(Protocol):
 
     """
 
-    watched: Watched
-    logs: dict[str, Watched]
+    state: LiveState
+    logs: dict[str, LiveState]
     hello: dict[str, Any]
     stamp_ns: int
     status: dict[str, Any]
@@ -33,6 +34,11 @@ class Source(Protocol):
         """Return when there is something new to show."""
         ...
 
-    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Do what a page asks for; return the answer, or what is wrong with it as "error"."""
+    async def ask(self, request: Request) -> Answer:
+        """Do what a page asks for.
+
+        Raises:
+            UserError: with the reason why it is refused.
+
+        """
         ...

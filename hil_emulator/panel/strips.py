@@ -1,25 +1,14 @@
-"""What a browser's strips get: binary messages of buckets, and the present value of every signal.
-
-    message   kind and columns (2 bytes each), buckets, generation, number (4 bytes each), then
-              float64: begin of the first bucket, width of one, present emulator time [s], when the
-              last tick was written by the monotonic clock [s]; then float32: the present values
-              (LIVE only), the least values of column after column, the greatest ones; little-endian
+"""What a page's strips get: messages of buckets, see `protocol.stream`.
 
 A live message repeats the last bucket of the one before, which was not whole yet.
 """
 
-import struct
 from collections.abc import Sequence
 
 import numpy as np
 
 from hil_emulator.panel.history import History
-
-LIVE, STILL = 1, 2
-"""Kinds of a message: what has come since the last one, or a window that was asked for."""
-MOST_PIXELS = 4096
-"""Widest strip (assumed)."""
-_HEAD = struct.Struct("<HHIIIdddd")
+from hil_emulator.protocol.stream import HEAD, LIVE, PAST
 
 
 class Strips:
@@ -51,7 +40,7 @@ class Strips:
         ticks = span / history.tick
         self._columns, self._generation = list(columns), generation
         begin = max(history.oldest, history.end - round(ticks))
-        self._width = history.width_for(ticks, min(pixels, MOST_PIXELS), begin)
+        self._width = history.width_for(ticks, pixels, begin)
         self._count = round(ticks / self._width) + 1
         self._next = begin // self._width
 
@@ -71,10 +60,10 @@ class Strips:
         low, high = (round(t / history.tick) for t in span)
         low, high = max(low, history.oldest), min(high, history.end)
         high = max(low + 1, high)
-        width = history.width_for(high - low, min(pixels, MOST_PIXELS), low)
+        width = history.width_for(high - low, pixels, low)
         self._generation = generation
         place = (low // width, -(-high // width) - low // width, width)
-        return self._message(STILL, list(columns), place, 0)
+        return self._message(PAST, list(columns), place, 0)
 
     def _message(
         self, kind: int, columns: list[int], place: tuple[int, int, int], stamp_ns: int
@@ -83,7 +72,7 @@ class Strips:
         first, count, width = place
         low, high = history.buckets(columns, first, count, width)
         self.number += 1
-        head = _HEAD.pack(
+        head = HEAD.pack(
             kind, len(columns), count, self._generation, self.number, first * width * history.tick,
             width * history.tick, (history.end - 1) * history.tick, stamp_ns * 1e-9,
         )  # fmt: skip

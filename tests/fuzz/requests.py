@@ -1,16 +1,26 @@
 """Requests to the remote control that nobody should send: each is answered, the loop goes on."""
 
 import json
+import marshal
 import random
 import sys
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from hil_emulator.errors import UserError
 from hil_emulator.faults.catalogue import KINDS
 from hil_emulator.faults.fault import targets
+from hil_emulator.protocol.dispatch import checked, json_object
+from hil_emulator.protocol.rig import (
+    EndRequest,
+    FaultRequest,
+    SetRequest,
+    SignalsRequest,
+    StatusRequest,
+)
 from hil_emulator.remote.control_server import answer_to
-from hil_emulator.remote.http_server import request_of
+from hil_emulator.remote.rig_requests import rig_requests
 from hil_emulator.signals.columns import columns
 from hil_emulator.signals.inputs import SETTINGS
 
@@ -57,22 +67,33 @@ def _value(chance: random.Random) -> Any:
 
 def ask(b: Bench, chance: random.Random) -> str:
     """Put one request to a rig as the server does; return what became of it."""
-    do = chance.choice(("set", "set", "fault", "fault", "fault", "end", "signals", "status"))
-    request: dict[str, Any] = {"do": do}
-    if do in ("set", "fault"):
-        try:
-            request[do] = request_of(body(chance, do))
-        except ValueError:
-            return "refused before the loop"
-    elif do == "end":
-        request["number"] = chance.choice((None, 0, 1, chance.randrange(10**6), 10**17))
-    elif do == "signals":
-        request["names"] = chance.choices([*columns(), "speed", "x" * 5000], k=chance.randrange(3))
-    carried = json.loads(json.dumps(request))
-    answer = answer_to(carried, b.rig)
-    json.dumps(answer)
-    if str(answer.get("error")).startswith("cannot be read"):
-        raise AssertionError(f"a gap in the checks: {str(request)[:300]}: {answer['error'][:300]}")
+    verb = chance.choice(
+        (
+            SetRequest,
+            SetRequest,
+            FaultRequest,
+            FaultRequest,
+            FaultRequest,
+            EndRequest,
+            SignalsRequest,
+            StatusRequest,
+        )
+    )
+    fields: dict[str, Any] = {}
+    if verb is EndRequest:
+        fields["number"] = chance.choice((None, 0, 1, chance.randrange(10**6), 10**17))
+    elif verb is SignalsRequest:
+        fields["names"] = chance.choices([*columns(), "speed", "x" * 5000], k=chance.randrange(3))
+    try:
+        if verb in (SetRequest, FaultRequest):
+            fields = json_object(body(chance, verb.verb()))
+        line = checked(verb, fields).model_dump_json().encode()
+    except UserError:
+        return "refused before the loop"
+    answer = answer_to(line, b.rig, rig_requests())
+    assert marshal.loads(marshal.dumps(answer)) == answer, "values that are not plain"
+    if str(answer.get("error")).startswith("cannot be done"):
+        raise AssertionError(f"a gap in the checks: {line[:300]!r}: {answer['error'][:300]}")
     return "refused" if "error" in answer else "obeyed"
 
 

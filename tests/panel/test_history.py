@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hil_emulator.panel.history import COARSE, History
-from hil_emulator.panel.strips import LIVE, Strips
+from hil_emulator.panel.strips import Strips
+from hil_emulator.protocol.stream import LIVE
 
 TICK = 1e-3
 

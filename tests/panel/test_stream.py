@@ -181,24 +181,6 @@ def test_a_scenario_meets_its_expectations_one_by_one(bench: Bench) -> None:
     visit(bench, act)
 
 
-@pytest.mark.parametrize(
-    "nonsense",
-    ["", "[]", '{"do": "view"}', '{"do": "sdo"}', '{"do": 1e999}', '{"do": "nmt", "node": "x"}',
-     '{"do": "view", "columns": "time", "span": 1e300, "pixels": 1e9, "generation": 1}',
-     '{"do": "view", "columns": "time", "from": -1e9, "to": 1e12, "pixels": 9, "generation": -1}'],
-)  # fmt: skip
-def test_nonsense_harms_nobody(bench: Bench, nonsense: str) -> None:
-    """What cannot be read is answered or passed over, and the stream goes on."""
-
-    async def act() -> None:
-        async with bench.stream() as connection:
-            await connection.send(nonsense)
-            page = Page(connection)
-            await page.ask(do="end")
-
-    asyncio.run(act())
-
-
 @pytest.mark.slow
 def test_the_end_of_the_emulator_is_told_and_a_second_one_has_a_port_of_its_own(
     bench: Bench,

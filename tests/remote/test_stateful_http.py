@@ -80,7 +80,7 @@ class RemoteControl(RuleBasedStateMachine):
             assert isinstance(content["error"], str)
             assert content["error"]
             assert "Traceback" not in content["error"]
-            assert not content["error"].startswith("cannot be read"), "a gap in the checks"
+            assert not content["error"].startswith("cannot be done"), "a gap in the checks"
         return status, content
 
     def take_down(self, content: dict[str, Any]) -> None:

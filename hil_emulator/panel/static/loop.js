@@ -7,9 +7,10 @@ export class LoopView {
     this.tick = hello.tick;
     this.body = make("tbody");
     this.notes = make("p", { class: "note" });
-    host.append(make("table", {}, make("thead", {}, make("tr", {}, make("th", {}, "last 10 s"),
-      ...["p50", "p99", "max"].map((title) => make("th", { class: "number" }, title)))), this.body), this.notes,
-      make("p", { class: "note" }, "loop.lateness and loop.execution are signals: choose them for a strip."),
+    const recorded = hello.columns.every(({ name }) => name !== "loop.lateness");
+    host.append(...(recorded ? [] : [make("table", {}, make("thead", {}, make("tr", {}, make("th", {}, "last 10 s"),
+      ...["p50", "p99", "max"].map((title) => make("th", { class: "number" }, title)))), this.body),
+      make("p", { class: "note" }, "loop.lateness and loop.execution are signals: choose them for a strip.")]), this.notes,
       make("p", { class: "note" }, Object.entries(hello.provenance).map(([name, text]) => `${name} ${text}`).join(", ")));
   }
 

@@ -52,6 +52,7 @@ const stream = new Stream({
     record?.show(status);
     views[shown].view.show(status, said);
   },
+  onError: complain,
   onEnd(opened, code) {
     const words = code === ENDED ? "The emulator has ended. What is on the strips stays; open the address of the next run for more."
       : opened ? "The connection to the emulator is lost."

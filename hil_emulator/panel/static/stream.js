@@ -4,8 +4,9 @@ const LIVE = 1;
 const HEAD = 48;
 
 export class Stream {
-  constructor({ onHello, onBuckets, onWords, onEnd }) {
+  constructor({ onHello, onBuckets, onWords, onError, onEnd }) {
     this.waiting = new Map();
+    this.onError = onError;
     this.count = 0;
     const token = encodeURIComponent(location.hash.slice(1));
     this.socket = new WebSocket(`ws://${location.host}/stream?token=${token}`);
@@ -36,13 +37,14 @@ export class Stream {
   answered({ answer, ...rest }) {
     const asked = this.waiting.get(answer);
     this.waiting.delete(answer);
-    if (!asked) return;
-    if (rest.error) asked.reject(new Error(rest.error));
+    if (!asked) {
+      if (rest.error) this.onError(rest.error);
+    } else if (rest.error) asked.reject(new Error(rest.error));
     else asked.resolve(rest);
   }
 }
 
-// See strips.py for the layout.
+// See the page "Protocol" of the documentation for the layout.
 function unpack(data) {
   const head = new DataView(data);
   const columns = head.getUint16(2, true), count = head.getUint32(4, true);

@@ -11,6 +11,7 @@ const USUAL = [
 ];
 const HEIGHT = 126, HIGHEST = 320, ALL = 4 * HEIGHT; // of a strip, and of all where there are few
 const BELOW = 22;
+const MOST_PIXELS = 4096; // as protocol/page.py has it
 
 export class Strips {
   constructor(hello, stream) {
@@ -130,7 +131,7 @@ export class Strips {
   }
 
   pixels() {
-    return Math.max(100, Math.round((this.charts[0]?.plot.bbox.width ?? 800) / devicePixelRatio));
+    return Math.min(MOST_PIXELS, Math.max(100, Math.round((this.charts[0]?.plot.bbox.width ?? 800) / devicePixelRatio)));
   }
 
   live() {

@@ -8,11 +8,11 @@ from typing import Any
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
-from hil_emulator.panel import briefing
-from hil_emulator.panel.answers import answers
+from hil_emulator.panel import session_info
 from hil_emulator.panel.hand import MasterByHand
+from hil_emulator.panel.loop_publisher import LoopPublisher, PublishedTiming, published_columns
+from hil_emulator.panel.loop_requests import loop_requests
 from hil_emulator.panel.ring import RingWriter
-from hil_emulator.panel.tap import PanelTap, WatchedTiming, watched_columns
 from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.header import header
 from hil_emulator.remote.control_server import ControlServer
@@ -63,7 +63,7 @@ class Panel:
 
     Attributes:
         hand: the rig's bus, with what is sent by hand.
-        tap: the rig's recorder.
+        publisher: the rig's recorder.
         timing: the timing of its loop.
 
     """
@@ -73,8 +73,8 @@ class Panel:
         self._options = options
         self._server: ControlServer | None = None
         self.hand = MasterByHand(bus)
-        self.tap = PanelTap(self._ring)
-        self.timing = WatchedTiming(self.tap)
+        self.publisher = LoopPublisher(self._ring)
+        self.timing = PublishedTiming(self.publisher)
 
     def open(self, rig: Rig, config: Configuration, bus: Bus, supervisor: Supervisor) -> str:
         """Start the process; return the address of the page, with the token that opens it.
@@ -90,7 +90,7 @@ class Panel:
         self._server = ControlServer(
             self._options.port,
             _PROGRAM,
-            answers(self.hand, bus, self.timing, supervisor),
+            loop_requests(self.hand, bus, self.timing, supervisor),
             shared=[self._ring.fd],
             briefing=self._briefing(rig, config, token),
             role=_ROLE,
@@ -114,8 +114,8 @@ class Panel:
             "token": token,
             "view_only": self._options.view_only,
             "header": header(config, rig.nodes, capture="from the panel"),
-            "columns": watched_columns(),
+            "columns": published_columns(),
             "bit_rate": config.wire.assumed_bit_rate,
-            "machine": briefing.machine(config),
+            "machine": session_info.machine(config),
             "eds": {str(n.id): str(n.eds) for n in config.nodes},
         }

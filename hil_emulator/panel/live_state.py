@@ -21,7 +21,7 @@ _QUIET = {"serve", "slipped", "bus_load"}
 """Events that are no marks: nothing was done to the rig."""
 
 
-class Watched:
+class LiveState:
     """Takes entries of a journal, as they come.
 
     Args:
@@ -116,12 +116,12 @@ def _amount(name: str, value: float) -> str:
     return f"{value:g}" if param is None else show(value, param.unit, param.shown)
 
 
-def of_recording(recording: Recording, bit_rate: float) -> Watched:
+def of_recording(recording: Recording, bit_rate: float) -> LiveState:
     """Return a whole recording."""
     ticks = max(1, len(recording.rows))
-    watched = Watched(recording.header, recording.units, bit_rate, ticks)
-    watched.history.append(recording.rows)
-    watched.traffic.take(recording.frames)
+    state = LiveState(recording.header, recording.units, bit_rate, ticks)
+    state.history.append(recording.rows)
+    state.traffic.take(recording.frames)
     for now_ns, what in recording.events:
-        watched.mark(now_ns, what)
-    return watched
+        state.mark(now_ns, what)
+    return state

@@ -8,23 +8,23 @@ import numpy as np
 
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
+from hil_emulator.panel.live_state import EXECUTION, LATENESS
 from hil_emulator.panel.ring import RingWriter
-from hil_emulator.panel.watched import EXECUTION, LATENESS
 from hil_emulator.recording import journal
 from hil_emulator.recording.journal import EntryKind
 from hil_emulator.signals.columns import Readings, columns, fill_row
 from hil_emulator.simulation.loop import Timing
 
 
-def watched_columns() -> dict[str, str]:
+def published_columns() -> dict[str, str]:
     """Return what the panel can show, name to SI unit: a recording's columns and the loop's."""
     return columns() | {LATENESS: "s", EXECUTION: "s"}
 
 
-class PanelTap:
-    """Tells of every tick as a recorder does; a row has two further columns, see `watched_columns`.
+class LoopPublisher:
+    """Publishes every tick as a recorder takes it, with the columns of `published_columns`.
 
-    How punctual a tick was is known only after it: a row tells that of the tick before.
+    Lateness and execution time are measured after the tick: a row has those of the tick before.
 
     Args:
         ring: where the entries go.
@@ -33,7 +33,7 @@ class PanelTap:
 
     def __init__(self, ring: RingWriter) -> None:
         self._ring = ring
-        self._row = np.zeros(len(watched_columns()))
+        self._row = np.zeros(len(published_columns()))
         self._recorded = self._row[: len(columns())]
         self._tick = bytearray()
         self._punctual = self._row[len(columns()) :]
@@ -59,19 +59,19 @@ class PanelTap:
         self._punctual[1] = execution_ns * 1e-9
 
 
-class WatchedTiming(Timing):
-    """The timing of a run whose every tick is told to the panel, too.
+class PublishedTiming(Timing):
+    """The timing of a run whose every tick is published to the panel, too.
 
     Args:
-        tap: told.
+        publisher: takes the lateness and execution time of each tick.
 
     """
 
-    def __init__(self, tap: PanelTap) -> None:
+    def __init__(self, publisher: LoopPublisher) -> None:
         super().__init__()
-        self._tap = tap
+        self._publisher = publisher
 
     def add(self, lateness_ns: int, execution_ns: int) -> None:
         """Count a tick."""
         super().add(lateness_ns, execution_ns)
-        self._tap.punctual(lateness_ns, execution_ns)
+        self._publisher.punctual(lateness_ns, execution_ns)

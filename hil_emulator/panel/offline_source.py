@@ -12,31 +12,32 @@ from hil_emulator.config.bus import FASTEST
 from hil_emulator.config.load import Configuration, load_texts
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import UNITS
-from hil_emulator.panel import briefing
+from hil_emulator.panel import session_info
+from hil_emulator.panel.live_state import LiveState, of_recording
 from hil_emulator.panel.source import FRAMES_PER_S
-from hil_emulator.panel.watched import Watched, of_recording
+from hil_emulator.protocol.base import Answer, Request
 from hil_emulator.recording import SUFFIX, journal
 
 RESULT, TRACES = "result.json", "traces.npz"
 """Files of a folder that `identify --out` writes."""
 
 
-class Afterwards:
-    """A bench that is over: nothing comes, nothing can be touched.
+class OfflineSource:
+    """A recording or an identification: nothing new comes, and nothing can be changed.
 
     Args:
         logs: what there is to see, by name; the first one is shown.
         hello: what a page is told besides.
 
     Attributes:
-        logs, watched, hello, stamp_ns, status, ended: see `source.Source`.
+        logs, state, hello, stamp_ns, status, ended: see `source.Source`.
 
     """
 
-    def __init__(self, logs: Mapping[str, Watched], hello: Mapping[str, Any]) -> None:
+    def __init__(self, logs: Mapping[str, LiveState], hello: Mapping[str, Any]) -> None:
         self.logs = dict(logs)
-        self.watched = next(iter(logs.values()))
-        told = {name: _told(watched) for name, watched in logs.items()}
+        self.state = next(iter(logs.values()))
+        told = {name: _told(state) for name, state in logs.items()}
         self.hello = {"logs": told, **hello}
         self.stamp_ns = 0
         self.status: dict[str, Any] = {}
@@ -46,12 +47,12 @@ class Afterwards:
         """Return after a while."""
         await asyncio.sleep(1.0 / FRAMES_PER_S)
 
-    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Say that nothing can be done."""
-        return {"error": "this is over: nothing can be done to it"}
+    async def ask(self, request: Request) -> Answer:
+        """Refuse: nothing can be done."""
+        raise UserError("this is over: nothing can be done to it")
 
 
-def opened(path: Path) -> Afterwards:
+def opened(path: Path) -> OfflineSource:
     """Return a recording, or the folder of an identification.
 
     Raises:
@@ -67,23 +68,23 @@ def opened(path: Path) -> Afterwards:
         raise UserError(f"{path}: no tick was recorded")
     config = _configuration(recording.header)
     bit_rate = config.wire.assumed_bit_rate if config else FASTEST
-    return Afterwards(
+    return OfflineSource(
         {path.name: of_recording(recording, bit_rate)},
         {
             "mode": "recorded",
             "title": path.name,
             "provenance": recording.provenance,
             "tick": recording.header["tick_ns"] * 1e-9,
-            "machine": briefing.machine(config) if config else None,
+            "machine": session_info.machine(config) if config else None,
             "bit_rate": bit_rate,
         },
     )
 
 
-def _told(watched: Watched) -> dict[str, Any]:
-    history = watched.history
+def _told(state: LiveState) -> dict[str, Any]:
+    history = state.history
     span = [history.begin * history.tick, history.end * history.tick]
-    return {"columns": briefing.units(watched.columns), "span": span}
+    return {"columns": session_info.units(state.columns), "span": span}
 
 
 def _configuration(header: Mapping[str, Any]) -> Configuration | None:
@@ -98,7 +99,7 @@ def _configuration(header: Mapping[str, Any]) -> Configuration | None:
         return None
 
 
-def _identification(folder: Path) -> Afterwards:
+def _identification(folder: Path) -> OfflineSource:
     try:
         result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
         with np.load(folder / TRACES, allow_pickle=False) as file:
@@ -110,7 +111,7 @@ def _identification(folder: Path) -> Afterwards:
         ) from None
     if not logs:
         raise UserError(f"{folder}: its identification kept no measured channel")
-    return Afterwards(
+    return OfflineSource(
         logs,
         {
             "mode": "found",
@@ -125,7 +126,7 @@ def _identification(folder: Path) -> Afterwards:
     )
 
 
-def _logs(traces: Mapping[str, Any]) -> dict[str, Watched]:
+def _logs(traces: Mapping[str, Any]) -> dict[str, LiveState]:
     """Return each log with what was measured and what both models say, by channel.
 
     `traces` holds `LOG/CHANNEL|PART`, see `identify.disagreement.gap.traces`.
@@ -140,20 +141,20 @@ def _logs(traces: Mapping[str, Any]) -> dict[str, Watched]:
         for word, part in _MODELS.items():
             error = free[part] if np.isfinite(free[part]).any() else parts[part]
             table[f"{channel}.{word}"] = parts["measured"] - error
-    return {log: _watched(found[log]) for log in sorted(found)}
+    return {log: _state(found[log]) for log in sorted(found)}
 
 
 _MODELS = {"configured": "before", "found": "after"}
 """What a model is called here, by what its errors are called in the file."""
 
 
-def _watched(table: Mapping[str, Any]) -> Watched:
+def _state(table: Mapping[str, Any]) -> LiveState:
     time = table["time"]
     if len(time) < 2:
         raise ValueError("a log of less than two samples")
     header = {"tick_ns": round(float(time[1] - time[0]) * 1e9), "messages": []}
     names = ["time", *sorted(set(table) - {"time"})]
     units = {name: UNITS.get(name.partition(".")[0], "1") for name in names} | {"time": "s"}
-    watched = Watched(header, units, FASTEST, len(time))
-    watched.history.append(np.column_stack([table[name] for name in names]))
-    return watched
+    state = LiveState(header, units, FASTEST, len(time))
+    state.history.append(np.column_stack([table[name] for name in names]))
+    return state

@@ -13,7 +13,7 @@ from websockets.asyncio.client import connect
 
 from hil_emulator.config.load import load_rig
 from hil_emulator.errors import UserError
-from hil_emulator.panel.afterwards import opened
+from hil_emulator.panel.offline_source import opened
 from hil_emulator.platform.paths import shipped
 from hil_emulator.recording import journal
 from hil_emulator.recording.journal import Recording
@@ -36,9 +36,9 @@ def test_a_recording_shows_its_rows_and_what_was_done(recording: Recording, tmp_
     file = tmp_path / "run.rec"
     journal.write(recording, file)
     source = opened(file)
-    assert [words for _, _, words in source.watched.events] == ["pressure_a stuck"]
+    assert [words for _, _, words in source.state.events] == ["pressure_a stuck"]
     assert source.hello["machine"]["stroke"] == pytest.approx(0.08)
-    row = source.watched.row(0.15)
+    row = source.state.row(0.15)
     np.testing.assert_array_equal(np.float32(row), recording.rows[150].astype(np.float32))
 
 
@@ -54,8 +54,8 @@ def test_an_identification_shows_both_models_by_log(tmp_path: Path) -> None:
     (tmp_path / "result.json").write_text(json.dumps(result))
     source = opened(tmp_path)
     assert list(source.logs) == ["a.csv", "b.csv"]
-    columns = list(source.watched.columns)
-    row = dict(zip(columns, source.watched.row(0.49), strict=True))
+    columns = list(source.state.columns)
+    row = dict(zip(columns, source.state.row(0.49), strict=True))
     assert row == pytest.approx(
         {"time": 0.49, "load_force": 1.0, "load_force.configured": 0.5, "load_force.found": 0.75}
     )
@@ -82,6 +82,8 @@ def test_the_command_serves_a_page_that_cannot_touch(recording: Recording, tmp_p
             page = Page(connection)
             assert (await page.word(lambda m: "hello" in m))["hello"]["mode"] == "recorded"
             assert "is over" in (await page.ask(do="end"))["error"]
+            await page.ask(do="watch", what="loop")  # no recording has the timing of the loop
+            assert (await page.word(lambda m: "loop" in m))["loop"] == {}
             assert (await page.ask(do="row", time=0.1))["row"][0] == pytest.approx(0.1)
 
     try:

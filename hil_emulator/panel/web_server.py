@@ -33,7 +33,7 @@ _HEADERS = {
 }
 
 
-class PanelDoor:
+class WebServer:
     """Serves one bench.
 
     Args:

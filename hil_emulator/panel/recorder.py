@@ -17,7 +17,7 @@ from hil_emulator.recording.writer import start_writer
 _PAUSE_S = 0.25  # without an entry, until the writer is looked at (assumed)
 
 
-class Tape:
+class PanelRecorder:
     """One recording, from now until it is stopped.
 
     The loop has no part in it: rows and frames come out of the shared memory.
