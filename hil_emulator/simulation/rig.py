@@ -20,10 +20,9 @@ from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.signals.columns import MODEL
 from hil_emulator.signals.inputs import OF_SUPPLY, checked
+from hil_emulator.simulation.fast_path_nodes import FastPathNodes
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.not_finite import NotFiniteError
-from hil_emulator.simulation.quick_tick import quick_tick
-from hil_emulator.simulation.resting_nodes import RestingNodes
 from hil_emulator.simulation.settings import Settings
 from hil_emulator.simulation.wire_door import FrameDoor, TimedRouter, WireDoor
 from hil_emulator.wire.wire import WINDOW_NS, TimedWire
@@ -91,8 +90,7 @@ class Rig:
             self._router.disturb(self.faults.destroys)
         self._only = self.nodes[0] if len(self.nodes) == 1 and not self.wire else None
         self.measured: Measured | None = None
-        self._resting = RestingNodes(self.nodes, sensors, self.sample)
-        self._quick: Callable[[], bool] = lambda: False
+        self._fast_path = FastPathNodes(self, steps)
         self._measure()
 
     def step(self) -> None:
@@ -104,7 +102,7 @@ class Rig:
             NotFiniteError: if the model has lost its state, once the bus and the recording know.
 
         """
-        if self._quick():
+        if self._fast_path.tick():
             return
         self.listen()
         finite = self.move()
@@ -113,7 +111,7 @@ class Rig:
     def listen(self) -> None:
         """Begin a tick: faults begin and end, frames are received."""
         if self.faults.active:
-            self._resting.attend()
+            self._fast_path.leave()
             self.faults.schedule(self.now_ns)
         if self.wire:
             self._router.begin(self.now_ns)
@@ -142,7 +140,7 @@ class Rig:
     def conclude(self, finite: bool) -> None:
         """End a tick in which the sensors have sampled: see `tell`."""
         if self.sensors.ranges:
-            self._resting.attend(renewed=True)
+            self._fast_path.leave(renewed=True)
         self._publish()
         if self.recorder:
             measured = self.measured.values if self.measured else self.sensors.reading
@@ -159,7 +157,7 @@ class Rig:
         """Let the nodes answer frames at the present moment; the plant stands still."""
         if self.recorder:
             self.recorder.event(self.now_ns, {"serve": len(frames)})
-        self._resting.attend()
+        self._fast_path.leave()
         self._router.stand()
         self._receive(frames)
         self._publish()
@@ -308,21 +306,19 @@ class Rig:
 
     def _publish(self) -> None:
         outgoing: Sequence[Frame] = ()
-        attended = False
+        on_fast_path = True
         for node in self.nodes:
-            if node.rest.on:
+            if node.fast_path.until_ns:
                 sent: Sequence[Frame] = node.repeat(self.now_ns, self.sensors.record)
             else:
                 sent = node.publish(self.now_ns, self.sample())
-                attended = True
+                on_fast_path = False
                 if self.faults.active:
                     sent = self.faults.leaving(self.now_ns, node, sent)
             self._router.say(node, sent)
             outgoing = [*outgoing, *sent] if outgoing else sent
-        if attended and not self.faults.active and not self.sensors.ranges:
-            self._resting.settle()
-            if self._only and self._only.rest.on and not self._watched:
-                self._quick = quick_tick(self, self._only, self._steps)
+        if not on_fast_path:
+            self._fast_path.enter()
         for time_ns, frames in self._router.leaving(self.now_ns, outgoing):
             self._send(time_ns, frames)
 

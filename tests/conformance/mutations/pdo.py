@@ -21,9 +21,10 @@ CHECK = (PdoParameters, "check")
 # -- payload ----------------------------------------------------------------------------------
 
 
-@mutant((Rpdo, "_store"))
-def rpdo_never_stored(store: Call, rpdo: Rpdo, data: bytes) -> None:
+@mutant(UNPACK)
+def rpdo_never_stored(unpack: Call, mapped: Mapping, data: bytes) -> Any:
     """An RPDO is written to the objects it maps: it is not."""
+    return [entry.value for entry in mapped.entries]
 
 
 @mutant(UNPACK)
