@@ -1,7 +1,7 @@
-"""TPDOs that event timer and SYNC alone send, out of a record that somebody else packs.
+"""TPDOs on the fast path: event timer and SYNC alone send them, and a record holds their data.
 
-While nothing else happens to a node, what its TPDOs carry follows from the sample alone. Whoever
-samples can then pack all of it at once, and the node only takes it apart.
+What they carry follows from the sample alone. The machine code that samples packs all of it into
+the record, and the node cuts that into frames.
 """
 
 import functools
@@ -19,7 +19,7 @@ COUNT, TIME = -1, -2
 """In place of a channel: the number of the sample, and its time [us]."""
 
 WORD_BITS = 32
-"""Longest word that is packed elsewhere: whoever computes with float64 holds it exactly."""
+"""Longest word of a record: the machine code computes with float64, which holds it exactly."""
 
 _BYTE = 8
 
@@ -132,21 +132,14 @@ class PackedTpdos:
             if tpdo.requests:
                 due |= bit
                 if tpdo.requests > 1:
-                    return self._often(now_ns, due, record)
+                    return self._each(now_ns, due, record)
                 tpdo.requests = 0
         if now_ns >= self._heartbeat.due_ns:
-            return self._with_heartbeat(now_ns, due, record)
+            return self._each(now_ns, due, record)
         if not due:
             return NO_FRAMES
         heads, parts = self._due.get(due) or self._choose(due)
         return Burst(heads, parts, bytes(record))
-
-    def _with_heartbeat(self, now_ns: int, due: int, record: bytearray) -> Sequence[Frame]:
-        """Return the frames of a tick in which a heartbeat is due: error control comes last."""
-        heads, parts = self._due.get(due) or self._choose(due)
-        frames = [*Burst(heads, parts, bytes(record))]
-        self._heartbeat.publish(now_ns, State.OPERATIONAL, frames)
-        return frames
 
     def _choose(self, due: int) -> _Chosen:
         """Return the identifiers of the TPDOs that are due, and what finds their data."""
@@ -159,17 +152,17 @@ class PackedTpdos:
         self._due[due] = found
         return found
 
-    def _often(self, now_ns: int, due: int, record: bytearray) -> Sequence[Frame]:
-        """Return the frames of a tick in which SYNC came more than once."""
+    def _each(self, now_ns: int, due: int, record: bytearray) -> Sequence[Frame]:
+        """Return the frames of a tick with a heartbeat, or with SYNC more than once."""
         for tpdo, bit in self._cyclic:
             due |= bit * (tpdo.requests > 0)
-        heads, parts = self._choose(due)
+        heads, parts = self._due.get(due) or self._choose(due)
         tpdos = [t for i, t in enumerate(self._tpdos) if due >> i & 1]
         frames: list[Frame] = []
         for tpdo, frame in zip(tpdos, Burst(heads, parts, bytes(record)), strict=True):
             frames += [frame] * (tpdo.requests or 1)
             tpdo.requests = 0
-        self._heartbeat.publish(now_ns, State.OPERATIONAL, frames)
+        self._heartbeat.publish(now_ns, State.OPERATIONAL, frames)  # error control comes last
         return frames
 
 
