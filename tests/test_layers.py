@@ -28,11 +28,11 @@ ROOMS = {
     "fmi/importing": {"fmpy", "llvmlite", "numba", "numpy", "config", "model"},
     "device": {"canopen"},
     "bus": {"can"},
-    "wire": set(),
+    "can_timing": set(),
     "export": {"cantools", "device"},
     "faults": {"signals", "device", "model"},
     "recording": {"numpy", "scipy", "bus", "config", "device", "export", "model", "signals"},
-    "remote": {"faults", "signals", "wire"},
+    "remote": {"can_timing", "faults", "signals"},
     "identify/measured": {"numpy", "scipy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},
     "identify/prediction": {"numpy", "numba", "scipy", "model", "config", "platform"},
@@ -47,8 +47,8 @@ ROOMS = {
     "characterise": {"numpy", "matplotlib", "model", "pages"},
     "conformance": {"pytest", "bus", "device", "pages"},
     "simulation": {
-        "numpy", "bus", "config", "device", "faults", "fmi/importing", "model", "platform",
-        "recording", "signals", "wire",
+        "numpy", "bus", "can_timing", "config", "device", "faults", "fmi/importing", "model",
+        "platform", "recording", "signals",
     },
     "demo": {
         "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",
@@ -99,7 +99,7 @@ BESIDE = {"identify/disagreement", "identify/experiment_design"}
 FORBIDDEN = {
     "model": {"time", "threading", "random", "logging", "socket", "asyncio"},
     "device": {"time", "threading", "random", "socket", "asyncio", "datetime", "can"},
-    "wire": {"time", "threading", "random", "logging", "socket", "asyncio"},
+    "can_timing": {"time", "threading", "random", "logging", "socket", "asyncio"},
 }
 
 

@@ -88,7 +88,8 @@ class Node:
         self.repeat: Callable[[int, bytearray], Sequence[Frame]]
         self._routing: Routing
         self._route()
-        dictionary.before_write = services.emergency.before_error = self.leave_fast_path
+        dictionary.before_write = self.leave_fast_path
+        services.emergency.before_error = self._pdos.before_deadline = self.leave_fast_path
 
     @property
     def node_id(self) -> int:

@@ -32,6 +32,7 @@ class ProcessData:
 
     Attributes:
         deadline_ns: before this time no RPDO is overdue.
+        before_deadline: called before a set point brings that time forward.
 
     Raises:
         UserError: a default mapping is faulty.
@@ -54,6 +55,7 @@ class ProcessData:
         self._on_written = on_written
         self._on_change = on_change
         self.deadline_ns = NEVER
+        self.before_deadline: Callable[[], None] = lambda: None
         self._active: list[Tpdo] = []
         self._packed: tuple[int, PackedTpdos | None] | None = None
         self.rpdos: list[Rpdo] = []
@@ -73,7 +75,8 @@ class ProcessData:
         """See `fast_path`: an RPDO may be overdue; TPDOs that look for events need each tick."""
         if any(t.on for t in self._triggers) or not all(t.repeats for t in self._active):
             return NOW
-        return self._earliest_deadline()
+        self.deadline_ns = self._earliest_deadline()
+        return self.deadline_ns
 
     def packed(self, sensors: SensorObjects, count: int) -> PackedTpdos | None:
         """Return the TPDOs as they are sent out of a record; None where they cannot be.
@@ -167,6 +170,7 @@ class ProcessData:
             if rpdo.receive(now_ns, data):
                 self._written(entries)
             if rpdo.deadline_ns < self.deadline_ns:
+                self.before_deadline()
                 self.deadline_ns = rpdo.deadline_ns
 
         if self._on_written or rpdo.parameters.synchronous or len(entries) != 1:

@@ -8,12 +8,12 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
+from hil_emulator.can_timing.wire import TimedWire
 from hil_emulator.errors import UserError, brief
 from hil_emulator.faults.active import Faults
 from hil_emulator.faults.running import Running
 from hil_emulator.signals.columns import columns
 from hil_emulator.signals.inputs import COMMANDS, SETTINGS, setting
-from hil_emulator.wire.wire import TimedWire
 
 _CHUNK = 1 << 16
 _START_S = 20.0  # for a Python process to begin (assumed limit)

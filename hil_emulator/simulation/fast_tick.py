@@ -7,6 +7,7 @@ before the tick or from the point in it where it shows.
 from collections.abc import Callable
 from typing import Protocol
 
+from hil_emulator.can_timing.wire import TimedWire
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
 from hil_emulator.faults.active import Faults
@@ -15,8 +16,7 @@ from hil_emulator.model.digits import NOT_FINITE
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
-from hil_emulator.simulation.wire_door import FrameDoor
-from hil_emulator.wire.wire import TimedWire
+from hil_emulator.simulation.timed_can_port import CanPort
 
 NS_PER_US = 1_000
 
@@ -28,7 +28,7 @@ class TickingRig(Protocol):
     sensors: Sensors
     nodes: tuple[Node, ...]
     faults: Faults
-    bus: FrameDoor
+    bus: CanPort
     wire: TimedWire | None
     recorder: Recorder | None
     measured: Measured | None
@@ -40,7 +40,7 @@ class TickingRig(Protocol):
         """Return the last sample."""
         ...
 
-    def tell(self, finite: bool) -> None:
+    def publish(self, finite: bool) -> None:
         """End a tick."""
         ...
 
@@ -80,7 +80,7 @@ def fast_tick(rig: TickingRig, node: Node, steps: int) -> Callable[[], bool]:
             inputs[place[name]] = value
         ranges = pass_and_sample(now_ns // NS_PER_US)
         if ranges == NOT_FINITE:
-            rig.tell(False)
+            rig.publish(False)
             return True
         rig.measured = None
         if ranges or not fast_path.until_ns:

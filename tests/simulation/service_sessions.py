@@ -163,9 +163,9 @@ SESSIONS: dict[str, ServiceSession] = {
         20: [_requests(write(0x1F50, 1, 0x64636261, 4), write(0x1F51, 1, 1, 1))], 40: [LOOK],
         60: [_requests(write(0x1F51, 1, 0, 1), write(0x1F51, 1, 3, 1))],
     }, configured=_with_program),
-    "pdos": ServiceSession({  # the set points stop; a TPDO is sent by request, then by change
-        20: [_requests(*typed(2, 253))], 40: [_frames(Frame(0x285, remote=True))],
-        **{t: [SILENT] for t in range(50, 80)}, 90: [_requests(*typed(2, 255, 0, 50))],
-        120: [_requests(*typed(2, 254, 3))],
+    "pdos": ServiceSession({  # set points come late and stop; a TPDO is sent by request, by change
+        **{t: [("said", SYNC)] for t in (*range(30), *range(50, 80))},
+        10: [_requests(*typed(2, 253))], 25: [_frames(Frame(0x285, remote=True))],
+        90: [_requests(*typed(2, 255, 0, 50))], 120: [_requests(*typed(2, 254, 3))],
     }),
 }  # fmt: skip
