@@ -4,9 +4,9 @@ On the fast path a node takes samples, set points and SYNC, and sends TPDOs and 
 `simulation/fast_path_nodes.py` lists the conditions under which a node enters it. A node leaves it
 as soon as one of these comes, with every object and timer as if it had never been on it:
 
-1. a frame that is neither a set point nor SYNC;
-2. the time that a service has declared as its `quiet_until_ns`, or a set point with which the
-   deadline of its RPDO begins;
+1. a frame that is neither SYNC nor of an RPDO that carries set points alone;
+2. the time that a service has declared as its `quiet_until_ns`, or the first frame of an RPDO with
+   a deadline;
 3. an error, or a channel that leaves its measuring range;
 4. a fault, or frames outside a tick (`Rig.serve`);
 5. a write to the dictionary, or an access to an object that shows the sample.

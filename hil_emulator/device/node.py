@@ -89,7 +89,7 @@ class Node:
         self._routing: Routing
         self._route()
         dictionary.before_write = self.leave_fast_path
-        services.emergency.before_error = self._pdos.before_deadline = self.leave_fast_path
+        services.emergency.before_error = self._pdos.before_event = self.leave_fast_path
 
     @property
     def node_id(self) -> int:

@@ -32,7 +32,8 @@ class ProcessData:
 
     Attributes:
         deadline_ns: before this time no RPDO is overdue.
-        before_deadline: called before a set point brings that time forward.
+        before_event: called before an RPDO changes more than set points, or brings that time
+            forward.
 
     Raises:
         UserError: a default mapping is faulty.
@@ -55,7 +56,7 @@ class ProcessData:
         self._on_written = on_written
         self._on_change = on_change
         self.deadline_ns = NEVER
-        self.before_deadline: Callable[[], None] = lambda: None
+        self.before_event: Callable[[], None] = lambda: None
         self._active: list[Tpdo] = []
         self._packed: tuple[int, PackedTpdos | None] | None = None
         self.rpdos: list[Rpdo] = []
@@ -165,15 +166,19 @@ class ProcessData:
 
     def _receiver(self, rpdo: Rpdo) -> Handler:
         entries = rpdo.parameters.mapping.entries
+        set_points_alone = self._set_points.includes(entries)
 
         def receive(now_ns: int, data: bytes) -> None:
+            if not set_points_alone:
+                self.before_event()
             if rpdo.receive(now_ns, data):
                 self._written(entries)
             if rpdo.deadline_ns < self.deadline_ns:
-                self.before_deadline()
+                self.before_event()
                 self.deadline_ns = rpdo.deadline_ns
 
-        if self._on_written or rpdo.parameters.synchronous or len(entries) != 1:
+        several = rpdo.parameters.synchronous or len(entries) != 1
+        if self._on_written or several or not set_points_alone:
             return receive
         return rpdo.handler(self._set_points.obeying(entries[0]), receive)
 

@@ -82,14 +82,17 @@ class SetPoints:
             commands[name] = obeyed.value * obeyed.factor
         self.commands = commands
 
+    def includes(self, entries: Sequence[Entry]) -> bool:
+        """Return whether all of these objects are set points."""
+        return set(entries) <= {entry for _, entry, _ in self._objects}
+
     def obeying(self, entry: Entry) -> Callable[[float], None]:
-        """Return what puts a value into an object, as an RPDO does in OPERATIONAL."""
-        names = {target: name for name, target, _ in self._objects}
-        name = names.get(entry)
+        """Return what puts a value into a set point, as an RPDO does in OPERATIONAL."""
+        (name,) = [name for name, target, _ in self._objects if target is entry]
 
         def obey(value: float) -> None:
             entry.value = value
-            if name is None or self._safe or self.stale:
+            if self._safe or self.stale:
                 self.written((entry,))
             else:
                 self.commands[name] = value * entry.factor

@@ -22,6 +22,7 @@ Script = Mapping[int, Iterable[Action]]
 
 LOOK: Action = ("look",)
 SILENT: Action = ("said",)
+ONLY_SYNC: Action = ("said", SYNC)
 SHORT_RPDO: Action = ("said", Frame(0x205, b"\1"), SYNC)
 SET_POINT: Action = ("said", Frame(0x205, bytes(4)), SYNC)
 
@@ -164,8 +165,9 @@ SESSIONS: dict[str, ServiceSession] = {
         60: [_requests(write(0x1F51, 1, 0, 1), write(0x1F51, 1, 3, 1))],
     }, configured=_with_program),
     "pdos": ServiceSession({  # set points come late and stop; a TPDO is sent by request, by change
-        **{t: [("said", SYNC)] for t in (*range(30), *range(50, 80))},
-        10: [_requests(*typed(2, 253))], 25: [_frames(Frame(0x285, remote=True))],
+        **{t: [ONLY_SYNC] for t in (*range(30), *range(50, 80))},
+        10: [ONLY_SYNC, _requests(*typed(2, 253))],
+        25: [ONLY_SYNC, _frames(Frame(0x285, remote=True))],
         90: [_requests(*typed(2, 255, 0, 50))], 120: [_requests(*typed(2, 254, 3))],
     }),
 }  # fmt: skip
