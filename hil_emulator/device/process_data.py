@@ -13,7 +13,7 @@ from hil_emulator.device.rpdo import Handler, Rpdo
 from hil_emulator.device.sensor_objects import SensorObjects
 from hil_emulator.device.set_points import SetPoints
 from hil_emulator.device.sync import SyncConsumer
-from hil_emulator.device.tpdo import ALWAYS, Tpdo
+from hil_emulator.device.tpdo import Tpdo
 from hil_emulator.device.trigger import Trigger
 from hil_emulator.frame import Frame
 
@@ -118,8 +118,13 @@ class ProcessData:
             item.parameters.load()
         self._select()
 
-    def sync(self, now_ns: int, counter: int) -> None:
-        """Apply held RPDOs and trigger synchronous TPDOs.
+    def sync_handler(self) -> Handler:
+        """Return what takes SYNC in OPERATIONAL."""
+        others = self._synchronous_rpdos or self._synchronous
+        return self._consumer.handler(self._at_every_sync, self._sync if others else None)
+
+    def _sync(self, now_ns: int, counter: int) -> None:
+        """Apply held RPDOs and trigger the TPDOs that are not sent at every SYNC.
 
         Args:
             now_ns: time of the SYNC.
@@ -129,9 +134,6 @@ class ProcessData:
         for rpdo in self._synchronous_rpdos:
             if rpdo.sync(now_ns, self._consumer.window_ns):
                 self._written(rpdo.parameters.mapping.entries)
-        for tpdo in self._at_every_sync:  # as `Tpdo.sync`: this is part of most ticks
-            tpdo.requests += 1
-            tpdo.wakes_ns = ALWAYS
         for tpdo in self._synchronous:
             tpdo.sync(counter)
 

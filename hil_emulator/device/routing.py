@@ -69,10 +69,11 @@ def routing_of(
     if communicates and services.time.can_id is not None:
         data.setdefault(services.time.can_id, []).append(services.time.receive)
     others = set(data)
-    sync = services.sync.handler(services.pdos.sync if state is State.OPERATIONAL else _ignored)
+    operational = state is State.OPERATIONAL
+    sync = services.pdos.sync_handler() if operational else services.sync.handler()
     if communicates and services.sync.can_id is not None:
         data.setdefault(services.sync.can_id, []).append(sync)
-    if state is State.OPERATIONAL:
+    if operational:
         services.pdos.add_routes(data, remote)
     hears = {can_id: can_id in rerouting for can_id in data}
     routes, asked = _joined(data), _joined(remote)
@@ -88,10 +89,6 @@ def _heard(consumer: HeartbeatConsumer, node_id: int) -> Handler:
             consumer.heard(now_ns, node_id)
 
     return handle
-
-
-def _ignored(now_ns: int, counter: int) -> None:
-    """SYNC triggers nothing outside OPERATIONAL."""
 
 
 def _joined(routes: Mapping[int, Sequence[Handler]]) -> Routes:

@@ -79,7 +79,7 @@ class Rpdo:
 
         """
         emergency, size, timeout_ns = self._emergency, self._size, self._timeout_ns
-        unpack, ((_, low, high),) = self._mapping.unpack, self._targets
+        unpack, ((_, low, high),) = self._mapping.unpacker, self._targets
 
         def handle(now_ns: int, data: bytes) -> None:
             started = not timeout_ns or self.deadline_ns != NEVER

@@ -3,7 +3,7 @@
 CiA 301 7.2.5, 7.5.2.5 to 7.5.2.7 and 7.5.2.22.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from hil_emulator.device import cob_id
@@ -13,6 +13,7 @@ from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.rpdo import Handler
+from hil_emulator.device.tpdo import ALWAYS, Tpdo
 from hil_emulator.frame import Frame
 
 SYNC_COB_ID = 0x1005
@@ -60,15 +61,29 @@ class SyncConsumer:
         """How long after a SYNC a synchronous RPDO is still taken for the next; 0 is always."""
         return 0 if self._window is None else self._window.value * NS_PER_US
 
-    def handler(self, take: Callable[[int, int], None]) -> Handler:
-        """Return what takes SYNC; it hands the time and the counter on, 0 without one."""
+    def handler(
+        self, tpdos: Sequence[Tpdo] = (), take: Callable[[int, int], None] | None = None
+    ) -> Handler:
+        """Return what takes SYNC.
+
+        Args:
+            tpdos: those that are sent at every SYNC.
+            take: takes the time and the counter, 0 without one, for all other PDOs.
+
+        """
         emergency, overflow = self._emergency, self._overflow
 
         def handle(now_ns: int, data: bytes) -> None:
-            counter: int | None = data[0] if data else 0
-            if emergency.active or len(data) != (overflow is not None and overflow.value != 0):
-                counter = self.accept(data)
-            if counter is not None:
+            counter = 0
+            if data or emergency.active or (overflow and overflow.value):
+                accepted = self.accept(data)
+                if accepted is None:
+                    return
+                counter = accepted
+            for tpdo in tpdos:  # as `Tpdo.sync`: this is part of most ticks
+                tpdo.requests += 1
+                tpdo.wakes_ns = ALWAYS
+            if take:
                 take(now_ns, counter)
 
         return handle

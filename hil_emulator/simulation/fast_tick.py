@@ -70,7 +70,7 @@ def fast_tick(rig: TickingRig, node: Node, steps: int) -> Callable[[], bool]:
 
     def tick() -> bool:
         now_ns = rig.now_ns
-        if now_ns >= fast_path.until_ns or faults.active or rig.bus is not bus:
+        if not fast_path.until_ns or faults.active or rig.bus is not bus:
             return False
         recorder = rig.recorder
         frames = receive()

@@ -21,10 +21,9 @@ CHECK = (PdoParameters, "check")
 # -- payload ----------------------------------------------------------------------------------
 
 
-@mutant(UNPACK)
-def rpdo_never_stored(unpack: Call, mapped: Mapping, data: bytes) -> Any:
+@mutant((Rpdo, "_store"))
+def rpdo_never_stored(store: Call, rpdo: Rpdo, data: bytes) -> None:
     """An RPDO is written to the objects it maps: it is not."""
-    return [entry.value for entry in mapped.entries]
 
 
 @mutant(UNPACK)
