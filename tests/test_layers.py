@@ -29,13 +29,13 @@ ROOMS = {
     "fmi/importing": {"fmpy", "llvmlite", "numba", "numpy", "config", "model"},
     "device": {"canopen"},
     "bus": {"can"},
-    "wire": set(),
+    "can_timing": set(),
     "export": {"cantools", "device"},
     "faults": {"signals", "device", "model"},
     "recording": {
         "numpy", "scipy", "bus", "config", "device", "export", "model", "platform", "signals",
     },
-    "remote": {"device", "faults", "model", "platform", "protocol", "signals", "wire"},
+    "remote": {"can_timing", "device", "faults", "model", "platform", "protocol", "signals"},
     "identify/measured": {"numpy", "scipy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},
     "identify/prediction/residuals": {"numpy", "scipy"},
@@ -58,8 +58,8 @@ ROOMS = {
     "characterise": {"numpy", "matplotlib", "model", "pages", "platform"},
     "conformance": {"pytest", "bus", "device", "pages", "platform"},
     "simulation": {
-        "numpy", "bus", "config", "device", "faults", "fmi/importing", "model", "platform",
-        "recording", "signals", "wire",
+        "numpy", "bus", "can_timing", "config", "device", "faults", "fmi/importing", "model",
+        "platform", "recording", "signals",
     },
     "demo": {
         "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",
@@ -116,7 +116,7 @@ INDEPENDENT = (
 FORBIDDEN = {
     "model": {"time", "threading", "random", "logging", "socket", "asyncio"},
     "device": {"time", "threading", "random", "socket", "asyncio", "datetime", "can"},
-    "wire": {"time", "threading", "random", "logging", "socket", "asyncio"},
+    "can_timing": {"time", "threading", "random", "logging", "socket", "asyncio"},
 }
 
 

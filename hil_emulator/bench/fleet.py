@@ -16,7 +16,7 @@ from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import shipped
 from hil_emulator.simulation.machine import Machine, assemble_machine
-from hil_emulator.simulation.wire_door import FrameDoor
+from hil_emulator.simulation.timed_can_port import CanPort
 
 QUADRUPED = 8
 _PER_BUS = 2  # two actuators of four nodes: eight PDOs of up to eight bytes a millisecond
@@ -177,7 +177,7 @@ def _timed_plants(machine: Machine, settings: MachineSettings) -> float:
     return (time.perf_counter() - begin) / 100
 
 
-def _timed_bus(bus: FrameDoor, peers: list[Bus]) -> float:
+def _timed_bus(bus: CanPort, peers: list[Bus]) -> float:
     """Return the time of sending one frame to a bus with one listener [s]."""
     frames = [Frame(0x180, bytes(8))] * 8
     begin = time.perf_counter()

@@ -22,7 +22,7 @@ _AS_THEY_ARE = (Burst, list)
 
 
 class Bus(AbstractContextManager["Bus"]):
-    """The rig's door to CAN, whatever carries it.
+    """The rig's CAN port, whatever carries it.
 
     Args:
         settings: the `[bus]` table of the configuration: python-can's `interface` and the

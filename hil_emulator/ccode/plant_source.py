@@ -123,7 +123,7 @@ def _translate(program: Translation, types: Mapping[str, Record], kernel: Kernel
     memory = Numbers((kernel.state.itemsize // 8,))
     work = program.named_tuple(Work, [Records(state)] * len(Work._fields))
     path = Numbers((None, _COUNT))
-    program.need("hold", state, par, types["inputs"], held)
+    program.need("prepare_step", state, par, types["inputs"], held)
     program.need("await_set_point", par, held, types["past"], REAL, INT)
     program.need("evaluate", *several)
     program.need("pass_set_points", work, *several[2:], path, REAL, INT)

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Protocol
 
 from hil_emulator.bus.bus import Bus
+from hil_emulator.can_timing.wire import TimedWire
 from hil_emulator.simulation.clock import Clock, FollowSync
 from hil_emulator.simulation.loop import Ticking, Timing, run
 from hil_emulator.simulation.rig import Rig
-from hil_emulator.wire.wire import TimedWire
 
 FOREVER = 2**62
 """Ticks of a run without a duration."""

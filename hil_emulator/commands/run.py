@@ -11,6 +11,7 @@ import click
 
 from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
+from hil_emulator.can_timing.wire import TimedWire
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import (
     FOREVER,
@@ -42,7 +43,6 @@ from hil_emulator.simulation.loop import Timing
 from hil_emulator.simulation.machine import prepare
 from hil_emulator.simulation.not_finite import PlantFailedError
 from hil_emulator.simulation.rig import Rig
-from hil_emulator.wire.wire import TimedWire
 
 
 @dataclass(frozen=True)

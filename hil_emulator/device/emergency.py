@@ -7,12 +7,13 @@ code 0000 as "everything is fine".
 """
 
 from collections import deque
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from enum import IntEnum, IntFlag
 from typing import Any, NamedTuple
 
 from hil_emulator.device import cob_id
 from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.deadline import NEVER, NOW
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.frame import Frame
@@ -68,10 +69,12 @@ class Emergency:
     Attributes:
         active: errors that have been raised and not been cleared, by their keys.
         queue: messages that have not been sent yet.
+        before_error: called before a new error is raised.
 
     """
 
     def __init__(self, dictionary: Dictionary) -> None:
+        self.before_error: Callable[[], None] = lambda: None
         self._dictionary = dictionary
         self._register = dictionary.entry(ERROR_REGISTER)
         self._cob_id = dictionary.get(EMCY_COB_ID)
@@ -85,6 +88,11 @@ class Emergency:
         for index in (ERROR_HISTORY, EMCY_COB_ID):
             dictionary.watch(index, self)
         self.reset()
+
+    @property
+    def quiet_until_ns(self) -> int:
+        """See `fast_path`: while an error is active, its end is looked for in each tick."""
+        return NOW if self.active or self.queue else NEVER
 
     def reset(self) -> None:
         """Forget everything: after an NMT reset. What still is wrong will be raised again."""
@@ -107,6 +115,7 @@ class Emergency:
         error = _Error(code, bit | ErrorBit.GENERIC, details)
         if self.active.get(key) == error:
             return
+        self.before_error()
         self.active[key] = error
         self._update_register()
         self._record(error)

@@ -2,10 +2,11 @@
 
 from typing import Any
 
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.nmt import State
-from hil_emulator.device.rpdo import NEVER, NS_PER_MS
+from hil_emulator.device.rpdo import NS_PER_MS
 from hil_emulator.frame import Frame
 
 PRODUCER_HEARTBEAT_TIME = 0x1017
@@ -23,6 +24,8 @@ class Heartbeat:
         due_ns: from when on `publish` has something to do.
 
     """
+
+    quiet_until_ns = NEVER  # `PackedTpdos` sends it on the fast path
 
     def __init__(self, dictionary: Dictionary) -> None:
         self._dictionary = dictionary

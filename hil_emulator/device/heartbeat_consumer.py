@@ -8,10 +8,11 @@ from collections.abc import Callable
 from typing import Any
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
 from hil_emulator.device.entry import Entry
-from hil_emulator.device.rpdo import NEVER, NS_PER_MS
+from hil_emulator.device.rpdo import NS_PER_MS
 
 CONSUMER_HEARTBEAT_TIME = 0x1016
 MAX_NODE_ID = 127
@@ -44,6 +45,11 @@ class HeartbeatConsumer:
     def node_ids(self) -> list[int]:
         """The nodes to watch."""
         return list(self._times_ns)
+
+    @property
+    def quiet_until_ns(self) -> int:
+        """See `fast_path`: silence of a node is an event."""
+        return self.due_ns
 
     def reset(self) -> None:
         """Read 0x1016 anew; every node is unheard of."""

@@ -9,6 +9,7 @@ bus the emulator is attached to and cannot be configured.
 from collections.abc import Callable
 from enum import IntEnum
 
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.dictionary import UNCONFIGURED, Dictionary
 from hil_emulator.device.storage import Storage
 from hil_emulator.frame import Frame
@@ -58,6 +59,8 @@ class LssSlave:
         answers: those that have not been sent yet.
 
     """
+
+    quiet_until_ns = NEVER  # acts outside OPERATIONAL alone
 
     def __init__(
         self, dictionary: Dictionary, storage: Storage, on_leave: Callable[[], None]

@@ -46,7 +46,7 @@ class Mapping:
     Attributes:
         entries: the same.
         size: length of the frame's data in bytes.
-        unpacker: does as `unpack`, without a step in between where there need be none.
+        unpacker: does as `unpack`, without a step in between where none is needed.
 
     Raises:
         SdoAbort: 0604 0042, more than 64 bits.

@@ -15,12 +15,12 @@ from hil_emulator.device.distortion import Distortion
 from hil_emulator.device.emergency import ErrorBit
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.error_control import PRODUCER_HEARTBEAT_TIME
+from hil_emulator.device.fast_path import FastPath, Sampled
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.nmt import State
 from hil_emulator.device.nmt_slave import NmtSlave
 from hil_emulator.device.packed_tpdos import PackedTpdos
 from hil_emulator.device.pdo import PdoParameters
-from hil_emulator.device.rest import Rest, Routes, Sampled, routes_at_rest, waking
 from hil_emulator.device.routing import Routing, routing_of
 from hil_emulator.device.services import Services
 from hil_emulator.device.storage import MemoryStorage, Storage
@@ -47,8 +47,8 @@ class Node:
             bit 29 set for one of 29 bits, and whether taking it may change what the node takes.
         asked: the identifiers of the remote frames that it takes.
         on_route: called when these have changed.
-        rest: whether and until when the node rests.
-        repeat: while it rests, what `publish` is else: takes time and record, returns frames.
+        fast_path: whether and until when the node is on its fast path.
+        repeat: what `publish` is on the fast path: takes time and record, returns frames.
         distortions: what is wrong with its objects at present.
 
     Raises:
@@ -84,12 +84,12 @@ class Node:
         self._set_points, self._pdos = services.set_points, services.pdos
         self._consumer, self._guarding = services.consumer, services.guarding
         self._courses = services.courses
-        self.rest = Rest(self._sensors, self._pdos)
+        self.fast_path = FastPath(services)
         self.repeat: Callable[[int, bytearray], Sequence[Frame]]
         self._routing: Routing
-        self._resting_routes: tuple[Routes, Routes] | None
         self._route()
-        dictionary.before_write = self._before_write
+        dictionary.before_write = self.leave_fast_path
+        services.emergency.before_error = self._pdos.before_event = self.leave_fast_path
 
     @property
     def node_id(self) -> int:
@@ -117,13 +117,13 @@ class Node:
             handler = routes.get(can_id | EXTENDED if extended else can_id)
             if handler is not None:
                 handler(now_ns, data)
-        if self.rest.on:
-            due = now_ns >= self.rest.until_ns
-            if not due and (now_ns < self._pdos.deadline_ns or not self._pdos.overdue(now_ns)):
+        until_ns = self.fast_path.until_ns
+        if until_ns:
+            if now_ns < until_ns or self.fast_path.still(now_ns):
                 if self._set_points.stale:
                     self._set_points.update(operational=True)
                 return self._set_points.commands
-            self.attend()
+            self.leave_fast_path()
         if now_ns >= self._consumer.due_ns or now_ns >= self._guarding.due_ns:
             self._check_partners(now_ns)
         operational = self._nmt.state is State.OPERATIONAL
@@ -142,8 +142,7 @@ class Node:
                 of the last tick, the same object, may be published again: it is no new one.
 
         """
-        if self.rest.on:
-            self.attend()
+        self.leave_fast_path()
         if self._sensors.sample(now_ns, measured):
             self._profile.measure(now_ns, measured)
         if self._courses.sources:
@@ -177,56 +176,45 @@ class Node:
             services.heartbeat.publish(now_ns, state, frames)
         return frames
 
-    # -- at rest: somebody else packs what the TPDOs carry ----------------------------------
+    # -- the fast path: see `fast_path` -----------------------------------------------------
 
     @property
-    def may_rest(self) -> bool:
-        """Whether samples and set points are all that moves its objects."""
-        return self._profile.idle and not self._courses.sources
+    def quiet_until_ns(self) -> int:
+        """Until when none of its services has anything to do, `NOW` if one has."""
+        return self._services.quiet_until_ns
 
     def packed(self, count: int) -> PackedTpdos | None:
-        """Return what sends the frames of a node that may rest; None while its services are busy.
+        """Return what sends its TPDOs on the fast path; None if their services have to.
 
         Args:
-            count: number of the last sample, as whoever samples counts them.
+            count: number of the last sample, as the sensors count them.
 
         """
-        operational = self._nmt.state is State.OPERATIONAL
-        if not operational or self._produces or self.distortions or self._services.busy:
-            return None
-        return self.rest.packed(count)
+        return self._pdos.packed(self._sensors, count)
 
-    def begin_rest(self, packed: PackedTpdos, sampled: Sampled) -> None:
-        """Let the services sleep until something happens, and `packed` publish meanwhile.
+    def enter_fast_path(self, until_ns: int, packed: PackedTpdos, sampled: Sampled) -> None:
+        """Skip the services until something concerns them, and let `packed` publish meanwhile.
 
         Args:
+            until_ns: what `quiet_until_ns` was.
             packed: what `packed()` has returned, with its place in the record.
             sampled: returns the last sample that was published.
 
         """
-        if self._resting_routes is None:
-            routing, sync = self._routing, self._services.sync
-            data = routes_at_rest(routing.data, routing.shared, self._pdos, sync, self.attend)
-            self._resting_routes = data, waking(routing.remote, self.attend)
-        self._routes, self._remote_routes = self._resting_routes
-        until_ns = min(self._consumer.due_ns, self._guarding.due_ns)
-        self.rest.begin(packed, self._services.heartbeat, until_ns, sampled, self.attend)
+        self._routes, self._remote_routes = self._routing.fast_data, self._routing.fast_remote
+        self.fast_path.enter(until_ns, packed, sampled, self.leave_fast_path)
         self.repeat = packed.publish
 
-    def attend(self, *, renewed: bool = False) -> None:
-        """Wake the services: something happens that is theirs to decide.
+    def leave_fast_path(self, *, renewed: bool = False) -> None:
+        """Let the services go on, with all that they show brought up to date.
 
         Args:
             renewed: whether there is a newer sample than the last that was published.
 
         """
-        if self.rest.on:
+        if self.fast_path.until_ns:
             self._routes, self._remote_routes = self._routing.data, self._routing.remote
-            self.rest.end(renewed=renewed)
-
-    def _before_write(self) -> None:
-        self.attend()
-        self._resting_routes = None
+            self.fast_path.leave(renewed=renewed)
 
     def _produce(self, now_ns: int, frames: list[Frame]) -> None:
         """Append SYNC and TIME where the node is their producer; it hears its own SYNC too."""
@@ -234,7 +222,7 @@ class Node:
         sync = producer.due(now_ns)
         if sync is not None:
             frames.append(sync)
-            self._on_sync(now_ns, sync.data)
+            self._routing.sync(now_ns, sync.data)
         time = clock.due(now_ns)
         if time is not None:
             frames.append(time)
@@ -251,7 +239,6 @@ class Node:
             bit: its bit in the error register, besides the generic one.
 
         """
-        self.attend()
         self._services.emergency.raise_error(key, code, bit)
 
     def clear_error(self, key: Hashable) -> None:
@@ -298,10 +285,10 @@ class Node:
     def _route(self) -> None:
         """Rebuild the routes."""
         state, request = self._nmt.state, self._nmt.request
-        routing = routing_of(self._services, self.node_id, state, request, self._on_sync)
-        self._routing = routing
+        self._routing = routing = routing_of(
+            self._services, self.node_id, state, request, self.leave_fast_path
+        )
         self._routes, self._remote_routes = routing.data, routing.remote
-        self._resting_routes = None
         self.hears, self.asked = routing.hears, frozenset(routing.remote)
         self._produces = True  # or no longer: the next tick will tell
         self.on_route()
@@ -309,11 +296,6 @@ class Node:
     def _check_partners(self, now_ns: int) -> None:
         if self._consumer.expired(now_ns) or self._guarding.expired(now_ns):
             self._nmt.on_communication_error()
-
-    def _on_sync(self, now_ns: int, data: bytes) -> None:
-        counter = self._services.sync.accept(data)
-        if counter is not None and self._nmt.state is State.OPERATIONAL:
-            self._pdos.sync(now_ns, counter, self._services.sync)
 
     def _configured(self) -> None:
         """Boot with the node-ID that LSS has given to an unconfigured node."""

@@ -5,11 +5,12 @@ The node answers with its state and a bit that toggles from answer to answer. If
 with a heartbeat does not answer: CiA 301 allows one error control service at a time.
 """
 
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
 from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID, PRODUCER_HEARTBEAT_TIME
 from hil_emulator.device.nmt import State
-from hil_emulator.device.rpdo import NEVER, NS_PER_MS
+from hil_emulator.device.rpdo import NS_PER_MS
 from hil_emulator.frame import Frame
 
 GUARD_TIME = 0x100C
@@ -38,6 +39,11 @@ class NodeGuarding:
         self._factor = dictionary.get(LIFE_TIME_FACTOR)
         self._heartbeat = dictionary.get(PRODUCER_HEARTBEAT_TIME)
         self.reset()
+
+    @property
+    def quiet_until_ns(self) -> int:
+        """See `fast_path`: silence of the master is an event."""
+        return self.due_ns
 
     def reset(self) -> None:
         """Begin afresh after boot-up: the first answer has toggle 0, nothing is monitored."""

@@ -1,13 +1,12 @@
-"""TPDOs that event timer and SYNC alone send, out of a record that somebody else packs.
+"""TPDOs on the fast path: event timer and SYNC alone send them, and a record holds their data.
 
-While nothing else happens to a node, what its TPDOs carry follows from the sample alone. Whoever
-samples can then pack all of it at once, and the node only takes it apart.
+What they carry follows from the sample alone. The machine code that samples packs all of it into
+the record, and the node cuts that into frames.
 """
 
 import functools
 import struct
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from hil_emulator.device.entry import Entry
@@ -20,7 +19,7 @@ COUNT, TIME = -1, -2
 """In place of a channel: the number of the sample, and its time [us]."""
 
 WORD_BITS = 32
-"""Longest word that is packed elsewhere: whoever computes with float64 holds it exactly."""
+"""Longest word of a record: the machine code computes with float64, which holds it exactly."""
 
 _BYTE = 8
 
@@ -60,21 +59,8 @@ class Word(NamedTuple):
     size: int
 
 
-@dataclass(slots=True)
-class _Timer:
-    """TPDOs whose event timers elapse together; each is a bit of `mask`."""
-
-    next_ns: int
-    period_ns: int
-    mask: int
-
-    def catch_up(self, now_ns: int) -> None:
-        """Skip what has passed: a period shorter than a tick elapses once per tick."""
-        self.next_ns += ((now_ns - self.next_ns) // self.period_ns + 1) * self.period_ns
-
-
 class PackedTpdos:
-    """The TPDOs of a node at rest.
+    """The TPDOs of a node on the fast path.
 
     Args:
         tpdos: all that exist, by number; each of them `repeats`.
@@ -96,8 +82,9 @@ class PackedTpdos:
         self.words = tuple(_words([t.parameters.mapping.placed() for t in self._tpdos], shown))
         self.size = sum(tpdo.parameters.mapping.size for tpdo in self._tpdos)
         self._cyclic = [(t, 1 << i) for i, t in enumerate(self._tpdos) if not t.period_ns]
+        self._leaders: dict[Tpdo, Tpdo] = {}
+        self._timed: list[tuple[Tpdo, int]] = []
         self._due: dict[int, _Chosen] = {}
-        self._timers: list[_Timer] = []
         self._place = self.passed = self.now_ns = 0
         self._heartbeat: Heartbeat
 
@@ -107,22 +94,22 @@ class PackedTpdos:
         self._due.clear()
 
     def begin(self, heartbeat: Heartbeat) -> None:
-        """Take over the event timers, and a heartbeat to be sent with the TPDOs."""
+        """Begin to count samples; send a heartbeat with the TPDOs."""
         self.passed = 0
         self._heartbeat = heartbeat
-        timers: dict[tuple[int, int], _Timer] = {}
+        leaders: dict[tuple[int, int], Tpdo] = {}
+        bits: dict[Tpdo, int] = {}
         for i, tpdo in enumerate(self._tpdos):
             if tpdo.period_ns:
-                at = tpdo.next_ns, tpdo.period_ns
-                timers.setdefault(at, _Timer(*at, 0)).mask |= 1 << i
-        self._timers = list(timers.values())
+                leader = leaders.setdefault((tpdo.next_ns, tpdo.period_ns), tpdo)
+                self._leaders[tpdo] = leader
+                bits[leader] = bits.get(leader, 0) | 1 << i
+        self._timed = list(bits.items())
 
     def end(self) -> None:
-        """Give the event timers back."""
-        for timer in self._timers:
-            for i, tpdo in enumerate(self._tpdos):
-                if timer.mask >> i & 1:
-                    tpdo.next_ns = tpdo.wakes_ns = timer.next_ns
+        """Set the event timers of those that elapsed together with another."""
+        for tpdo, leader in self._leaders.items():
+            tpdo.next_ns = leader.next_ns
 
     def publish(self, now_ns: int, record: bytearray) -> Sequence[Frame]:
         """Return the frames that are due with a new sample, by number.
@@ -135,31 +122,24 @@ class PackedTpdos:
         self.passed += 1
         self.now_ns = now_ns
         due = 0
-        for timer in self._timers:
-            if now_ns >= timer.next_ns:
-                due |= timer.mask
-                timer.next_ns += timer.period_ns
-                if timer.next_ns <= now_ns:
-                    timer.catch_up(now_ns)
+        for tpdo, bits in self._timed:
+            if now_ns >= tpdo.next_ns:
+                due |= bits
+                tpdo.next_ns += tpdo.period_ns
+                if tpdo.next_ns <= now_ns:
+                    tpdo.skip_elapsed(now_ns)
         for tpdo, bit in self._cyclic:
             if tpdo.requests:
                 due |= bit
                 if tpdo.requests > 1:
-                    return self._often(now_ns, due, record)
+                    return self._each(now_ns, due, record)
                 tpdo.requests = 0
         if now_ns >= self._heartbeat.due_ns:
-            return self._with_heartbeat(now_ns, due, record)
+            return self._each(now_ns, due, record)
         if not due:
             return NO_FRAMES
         heads, parts = self._due.get(due) or self._choose(due)
         return Burst(heads, parts, bytes(record))
-
-    def _with_heartbeat(self, now_ns: int, due: int, record: bytearray) -> Sequence[Frame]:
-        """Return the frames of a tick in which a heartbeat is due: error control comes last."""
-        heads, parts = self._due.get(due) or self._choose(due)
-        frames = [*Burst(heads, parts, bytes(record))]
-        self._heartbeat.publish(now_ns, State.OPERATIONAL, frames)
-        return frames
 
     def _choose(self, due: int) -> _Chosen:
         """Return the identifiers of the TPDOs that are due, and what finds their data."""
@@ -172,17 +152,17 @@ class PackedTpdos:
         self._due[due] = found
         return found
 
-    def _often(self, now_ns: int, due: int, record: bytearray) -> Sequence[Frame]:
-        """Return the frames of a tick in which SYNC came more than once."""
+    def _each(self, now_ns: int, due: int, record: bytearray) -> Sequence[Frame]:
+        """Return the frames of a tick with a heartbeat, or with SYNC more than once."""
         for tpdo, bit in self._cyclic:
             due |= bit * (tpdo.requests > 0)
-        heads, parts = self._choose(due)
+        heads, parts = self._due.get(due) or self._choose(due)
         tpdos = [t for i, t in enumerate(self._tpdos) if due >> i & 1]
         frames: list[Frame] = []
         for tpdo, frame in zip(tpdos, Burst(heads, parts, bytes(record)), strict=True):
             frames += [frame] * (tpdo.requests or 1)
             tpdo.requests = 0
-        self._heartbeat.publish(now_ns, State.OPERATIONAL, frames)
+        self._heartbeat.publish(now_ns, State.OPERATIONAL, frames)  # error control comes last
         return frames
 
 

@@ -1,18 +1,19 @@
 """All PDOs of a node: who hears SYNC, who falls back, who sends."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 from hil_emulator.device import pdo
+from hil_emulator.device.deadline import NEVER, NOW
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.layout import checked_parameters
 from hil_emulator.device.packed_tpdos import PackedTpdos
-from hil_emulator.device.rpdo import NEVER, Handler, Rpdo
+from hil_emulator.device.rpdo import Handler, Rpdo
 from hil_emulator.device.sensor_objects import SensorObjects
 from hil_emulator.device.set_points import SetPoints
 from hil_emulator.device.sync import SyncConsumer
-from hil_emulator.device.tpdo import ALWAYS, Tpdo
+from hil_emulator.device.tpdo import Tpdo
 from hil_emulator.device.trigger import Trigger
 from hil_emulator.frame import Frame
 
@@ -24,12 +25,15 @@ class ProcessData:
         dictionary: the node's dictionary.
         emergency: told of PDO errors.
         set_points: told which of them an RPDO has lost.
+        consumer: says how long synchronous RPDOs are taken after a SYNC.
         triggers: which changes are events of their own.
-        on_written: told which objects an RPDO has written.
+        on_written: called with the objects that an RPDO has written; None without a profile.
         on_change: called when parameters have changed, as frames may have to go elsewhere.
 
     Attributes:
         deadline_ns: before this time no RPDO is overdue.
+        before_event: called before an RPDO changes more than set points, or brings that time
+            forward.
 
     Raises:
         UserError: a default mapping is faulty.
@@ -41,15 +45,18 @@ class ProcessData:
         dictionary: Dictionary,
         emergency: Emergency,
         set_points: SetPoints,
+        consumer: SyncConsumer,
         triggers: Sequence[Trigger],
-        on_written: Callable[[Sequence[Entry]], None],
+        on_written: Callable[[Sequence[Entry]], None] | None,
         on_change: Callable[[], None],
     ) -> None:
         self._set_points = set_points
+        self._consumer = consumer
         self._triggers = triggers
         self._on_written = on_written
         self._on_change = on_change
         self.deadline_ns = NEVER
+        self.before_event: Callable[[], None] = lambda: None
         self._active: list[Tpdo] = []
         self._packed: tuple[int, PackedTpdos | None] | None = None
         self.rpdos: list[Rpdo] = []
@@ -64,6 +71,14 @@ class ProcessData:
             self.tpdos.append(tpdo)
         self._select()
 
+    @property
+    def quiet_until_ns(self) -> int:
+        """See `fast_path`: an RPDO may be overdue; TPDOs that look for events need each tick."""
+        if any(t.on for t in self._triggers) or not all(t.repeats for t in self._active):
+            return NOW
+        self.deadline_ns = self._earliest_deadline()
+        return self.deadline_ns
+
     def packed(self, sensors: SensorObjects, count: int) -> PackedTpdos | None:
         """Return the TPDOs as they are sent out of a record; None where they cannot be.
 
@@ -72,8 +87,6 @@ class ProcessData:
             count: number of the last sample, as whoever samples counts them.
 
         """
-        if any(t.on for t in self._triggers) or not all(t.repeats for t in self._active):
-            return None
         ahead = sensors.number - count
         if self._packed is None or self._packed[0] != ahead:
             try:
@@ -81,43 +94,6 @@ class ProcessData:
             except LookupError:
                 self._packed = ahead, None
         return self._packed[1]
-
-    def shortcuts(self, otherwise: Mapping[int, Handler]) -> dict[int, Handler]:
-        """Return what takes the frames of RPDOs while nothing is wrong, and no profile watches.
-
-        Args:
-            otherwise: takes those with which there is more to do, by identifier.
-
-        """
-        return {
-            identifier: rpdo.shortcut(self._set_points.obeying, otherwise[identifier])
-            for rpdo in self._active_rpdos
-            if (identifier := rpdo.parameters.identifier) in otherwise
-        }
-
-    def sync_shortcut(self, length: int, otherwise: Handler) -> Handler:
-        """Return what takes SYNC while nothing is wrong, and no RPDO waits for it.
-
-        Args:
-            length: how long SYNC is.
-            otherwise: takes SYNC when there is more to do.
-
-        """
-        if self._synchronous_rpdos:
-            return otherwise
-        if not length and all(tpdo.every_sync for tpdo in self._synchronous):
-            return _each_asked(self._synchronous, otherwise)
-        told = [tpdo.sync for tpdo in self._synchronous]
-
-        def take(now_ns: int, data: bytes) -> None:
-            if len(data) != length:
-                otherwise(now_ns, data)
-                return
-            counter = data[0] if data else 0
-            for sync in told:
-                sync(counter)
-
-        return take
 
     @property
     def all(self) -> list[Rpdo | Tpdo]:
@@ -142,18 +118,22 @@ class ProcessData:
             item.parameters.load()
         self._select()
 
-    def sync(self, now_ns: int, counter: int, consumer: SyncConsumer) -> None:
-        """Apply held RPDOs and trigger synchronous TPDOs.
+    def sync_handler(self) -> Handler:
+        """Return what takes SYNC in OPERATIONAL."""
+        others = self._synchronous_rpdos or self._synchronous
+        return self._consumer.handler(self._at_every_sync, self._sync if others else None)
+
+    def _sync(self, now_ns: int, counter: int) -> None:
+        """Apply held RPDOs and trigger the TPDOs that are not sent at every SYNC.
 
         Args:
             now_ns: time of the SYNC.
             counter: its counter, 0 without one.
-            consumer: says how long synchronous RPDOs are taken from now on.
 
         """
         for rpdo in self._synchronous_rpdos:
-            if rpdo.sync(now_ns, consumer.window_ns):
-                self._on_written(rpdo.parameters.mapping.entries)
+            if rpdo.sync(now_ns, self._consumer.window_ns):
+                self._written(rpdo.parameters.mapping.entries)
         for tpdo in self._synchronous:
             tpdo.sync(counter)
 
@@ -164,12 +144,7 @@ class ProcessData:
         for rpdo in self._active_rpdos:
             if rpdo.expired(now_ns):
                 self._set_points.fall_back(rpdo.parameters.mapping.entries)
-        self.overdue(now_ns)
-
-    def overdue(self, now_ns: int) -> bool:
-        """Return whether an RPDO is overdue; see when one can be."""
-        self.deadline_ns = min((r.deadline_ns for r in self._active_rpdos), default=NEVER)
-        return now_ns >= self.deadline_ns
+        self.deadline_ns = self._earliest_deadline()
 
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
         """Append the TPDOs due now, by number."""
@@ -188,16 +163,31 @@ class ProcessData:
         for tpdo in self._active:
             remote.setdefault(tpdo.parameters.identifier, []).append(self._requester(tpdo))
 
+    def _earliest_deadline(self) -> int:
+        return min((r.deadline_ns for r in self._active_rpdos), default=NEVER)
+
     def _receiver(self, rpdo: Rpdo) -> Handler:
         entries = rpdo.parameters.mapping.entries
+        set_points_alone = self._set_points.includes(entries)
 
         def receive(now_ns: int, data: bytes) -> None:
+            if not set_points_alone:
+                self.before_event()
             if rpdo.receive(now_ns, data):
-                self._on_written(entries)
+                self._written(entries)
             if rpdo.deadline_ns < self.deadline_ns:
+                self.before_event()
                 self.deadline_ns = rpdo.deadline_ns
 
-        return receive
+        several = rpdo.parameters.synchronous or len(entries) != 1
+        if self._on_written or several or not set_points_alone:
+            return receive
+        return rpdo.handler(self._set_points.obeying(entries[0]), receive)
+
+    def _written(self, entries: Sequence[Entry]) -> None:
+        self._set_points.written(entries)
+        if self._on_written:
+            self._on_written(entries)
 
     @staticmethod
     def _requester(tpdo: Tpdo) -> Handler:
@@ -220,21 +210,6 @@ class ProcessData:
         self._active_rpdos = [rpdo for rpdo in self.rpdos if rpdo.parameters.active]
         self._synchronous_rpdos = [r for r in self._active_rpdos if r.parameters.synchronous]
         self._active = [tpdo for tpdo in self.tpdos if tpdo.parameters.active]
-        self._synchronous = [tpdo for tpdo in self._active if tpdo.parameters.synchronous]
-
-
-def _each_asked(tpdos: Sequence[Tpdo], otherwise: Handler) -> Handler:
-    """Return what takes a SYNC without a counter, each of which triggers all TPDOs.
-
-    It is `Tpdo.sync` of them, without its questions: this is part of most ticks.
-    """
-
-    def take(now_ns: int, data: bytes) -> None:
-        if data:
-            otherwise(now_ns, data)
-            return
-        for tpdo in tpdos:
-            tpdo.requests += 1
-            tpdo.wakes_ns = ALWAYS
-
-    return take
+        synchronous = [tpdo for tpdo in self._active if tpdo.parameters.synchronous]
+        self._at_every_sync = [tpdo for tpdo in synchronous if tpdo.at_every_sync]
+        self._synchronous = [tpdo for tpdo in synchronous if not tpdo.at_every_sync]

@@ -12,6 +12,7 @@ from enum import IntEnum
 from typing import Any
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 
@@ -58,6 +59,8 @@ class ProgramDownload:
         dictionary: the node's dictionary.
 
     """
+
+    quiet_until_ns = NEVER  # acts when a program is written
 
     def __init__(self, dictionary: Dictionary) -> None:
         self._dictionary = dictionary

@@ -1,13 +1,13 @@
 """Which service takes which frame, in each state of a node (CiA 301 7.3.2.2)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from hil_emulator.device.error_control import ERROR_CONTROL_COB_ID
+from hil_emulator.device.fast_path import Routes, leaving_first
 from hil_emulator.device.heartbeat_consumer import HeartbeatConsumer
 from hil_emulator.device.lss import LSS_REQUEST
 from hil_emulator.device.nmt import NMT_COB_ID, State
-from hil_emulator.device.rest import Routes
 from hil_emulator.device.rpdo import Handler
 from hil_emulator.device.services import Services
 
@@ -19,7 +19,9 @@ class Routing:
     Attributes:
         data: of data frames.
         remote: of remote frames.
-        shared: identifiers of data frames that several services listen to.
+        fast_data: of data frames on the fast path.
+        fast_remote: of remote frames there.
+        sync: takes SYNC.
         hears: the identifier of every data frame that is taken, and whether taking it may change
             what the node takes.
 
@@ -27,12 +29,18 @@ class Routing:
 
     data: Routes
     remote: Routes
-    shared: frozenset[int]
+    fast_data: Routes
+    fast_remote: Routes
+    sync: Handler
     hears: Mapping[int, bool]
 
 
 def routing_of(
-    services: Services, node_id: int, state: State, nmt: Handler, sync: Handler
+    services: Services,
+    node_id: int,
+    state: State,
+    nmt: Handler,
+    leave: Callable[[], None],
 ) -> Routing:
     """Return the routes to a node's services.
 
@@ -41,7 +49,7 @@ def routing_of(
         node_id: of the node.
         state: it is in.
         nmt: takes commands of the NMT master.
-        sync: takes SYNC.
+        leave: leaves the fast path.
 
     """
     data: dict[int, list[Handler]] = {}
@@ -50,23 +58,27 @@ def routing_of(
         data[LSS_REQUEST] = [services.lss.request]
     if state is not State.INITIALISING:
         data[NMT_COB_ID] = [nmt]
-    if state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
+    communicates = state in (State.PRE_OPERATIONAL, State.OPERATIONAL)
+    if communicates:
         services.sdo.add_routes(data)
     rerouting = set(data)
     if state is not State.INITIALISING:
         remote[ERROR_CONTROL_COB_ID + node_id] = [services.guarding.request]
         for partner in services.consumer.node_ids:
             data[ERROR_CONTROL_COB_ID + partner] = [_heard(services.consumer, partner)]
-    if state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
-        if services.sync.can_id is not None:
-            data.setdefault(services.sync.can_id, []).append(sync)
-        if services.time.can_id is not None:
-            data.setdefault(services.time.can_id, []).append(services.time.receive)
-    if state is State.OPERATIONAL:
+    if communicates and services.time.can_id is not None:
+        data.setdefault(services.time.can_id, []).append(services.time.receive)
+    others = set(data)
+    operational = state is State.OPERATIONAL
+    sync = services.pdos.sync_handler() if operational else services.sync.handler()
+    if communicates and services.sync.can_id is not None:
+        data.setdefault(services.sync.can_id, []).append(sync)
+    if operational:
         services.pdos.add_routes(data, remote)
-    shared = frozenset(can_id for can_id, handlers in data.items() if len(handlers) > 1)
     hears = {can_id: can_id in rerouting for can_id in data}
-    return Routing(_joined(data), _joined(remote), shared, hears)
+    routes, asked = _joined(data), _joined(remote)
+    fast = leaving_first(routes, leave, set(data) - others), leaving_first(asked, leave)
+    return Routing(routes, asked, *fast, sync, hears)
 
 
 def _heard(consumer: HeartbeatConsumer, node_id: int) -> Handler:

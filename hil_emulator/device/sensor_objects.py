@@ -6,6 +6,7 @@ Four sources feed objects: a sensor channel of the same name or Signal, the devi
 
 from collections.abc import Callable, Collection, Sequence
 
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
 from hil_emulator.device.entry import Entry, Lagging
@@ -45,6 +46,8 @@ class SensorObjects:
 
     """
 
+    quiet_until_ns = NEVER  # samples are counted and shown on the fast path, too
+
     def __init__(
         self,
         dictionary: Dictionary,
@@ -76,11 +79,6 @@ class SensorObjects:
         bound = [entry for _, entry, *_ in (*self._integers, *self._reals)]
         bound += [internal[0] for internal in (self._counter, self._time) if internal is not None]
         self._bound = tuple(bound)
-
-    @property
-    def inside(self) -> bool:
-        """Whether every channel was inside its range when `check_ranges` was told."""
-        return not any(self.overrange)
 
     def reset(self) -> None:
         """Show the last sample again, and report ranges anew: a reset has cleared both."""

@@ -1,8 +1,10 @@
 """The services of one node around its dictionary: what makes them, and what resets them."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 
 from hil_emulator.device.course import Course, Courses
+from hil_emulator.device.deadline import NEVER, NOW
 from hil_emulator.device.dictionary import ALL_OBJECTS, UNCONFIGURED, Dictionary
 from hil_emulator.device.emergency import Emergency
 from hil_emulator.device.entry import Entry
@@ -12,6 +14,7 @@ from hil_emulator.device.lss import LssSlave
 from hil_emulator.device.node_guarding import NodeGuarding
 from hil_emulator.device.process_data import ProcessData
 from hil_emulator.device.profiles.choice import profile_of
+from hil_emulator.device.profiles.profile import NoProfile
 from hil_emulator.device.program_download import ProgramDownload
 from hil_emulator.device.sdo_channels import SdoChannels
 from hil_emulator.device.sensor_objects import SensorObjects
@@ -34,9 +37,6 @@ class Services:
         courses: objects that follow a course over time.
         on_route: called when what a service hears has changed.
         on_node_id: called when LSS has given a node-ID to an unconfigured node.
-
-    Attributes:
-        sources: by (index, sub-index) of every bound object, what feeds it; the rest are services.
 
     Raises:
         UserError: as `Node`.
@@ -63,12 +63,6 @@ class Services:
         self.sensors = SensorObjects(dictionary, channels, self.emergency, claimed)
         self.set_points = SetPoints(dictionary, commands)
         self.courses = Courses(courses)
-        self.sources = {
-            **self.sensors.sources,
-            **self.set_points.sources,
-            **claimed,
-            **self.courses.sources,
-        }
         self.store = ParameterStore(dictionary, storage)
         self.store.reset(ALL_OBJECTS)
         self.set_points.fall_back()
@@ -80,17 +74,35 @@ class Services:
         self.sync = SyncConsumer(dictionary, self.emergency, on_route)
         self.sync_producer = SyncProducer(dictionary)
         self.time = TimeStamp(dictionary, on_route)
-        VerifyConfiguration(dictionary)
+        self.verification = VerifyConfiguration(dictionary)
         self.programs = ProgramDownload(dictionary)
         triggers = [Trigger(entry, delta=entry.delta) for entry in dictionary if entry.delta]
         self.pdos = ProcessData(
             dictionary,
             self.emergency,
             self.set_points,
+            self.sync,
             [*self.profile.triggers, *triggers],
-            self._on_written,
+            None if isinstance(self.profile, NoProfile) else self.profile.written,
             on_route,
         )
+
+    @cached_property
+    def by_name(self) -> dict[str, object]:
+        """Every service; all that is kept here is one, but the dictionary."""
+        return {name: s for name, s in vars(self).items() if s is not self._dictionary}
+
+    @cached_property
+    def _acting_unasked(self) -> list[object]:
+        """Those whose class does not declare that they never act by themselves."""
+        services = self.by_name.values()
+        return [s for s in services if getattr(type(s), "quiet_until_ns", NOW) is not NEVER]
+
+    @property
+    def sources(self) -> dict[tuple[int, int], str]:
+        """By (index, sub-index) of every bound object, what feeds it."""
+        parts = self.sensors, self.set_points, self.profile, self.courses
+        return {place: source for part in parts for place, source in part.sources.items()}
 
     def activate_node_id(self) -> None:
         """Put a node-ID into force that LSS has given, if there is any."""
@@ -115,17 +127,13 @@ class Services:
         self.consumer.reset()
 
     @property
-    def busy(self) -> bool:
-        """Whether there is something that one of them has to send or to report."""
-        return bool(
-            self.emergency.active
-            or self.emergency.queue
-            or self.sdo.busy
-            or self.guarding.requests
-            or self.lss.answers
-            or not self.sensors.inside
-        )
-
-    def _on_written(self, entries: Sequence[Entry]) -> None:
-        self.set_points.written(entries)
-        self.profile.written(entries)
+    def quiet_until_ns(self) -> int:
+        """The earliest time that a service declares: see `fast_path`."""
+        earliest_ns = NEVER
+        for service in self._acting_unasked:
+            until_ns: int = getattr(service, "quiet_until_ns", NOW)
+            if until_ns == NOW:
+                return NOW
+            if until_ns < earliest_ns:
+                earliest_ns = until_ns
+        return earliest_ns

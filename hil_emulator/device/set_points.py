@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.errors import UserError
@@ -33,6 +34,8 @@ class SetPoints:
 
     """
 
+    quiet_until_ns = NEVER  # set points are taken on the fast path, too
+
     def __init__(self, dictionary: Dictionary, commands: Mapping[str, float]) -> None:
         self.sources: dict[tuple[int, int], str] = {}
         self.stale = True
@@ -53,7 +56,6 @@ class SetPoints:
             self._objects.append((name, entry, holder))
             for target in (entry, holder):
                 dictionary.watch(target.index, self)
-        self._names = {entry: name for name, entry, _ in self._objects}
         self.fall_back()
         self.update(operational=False)
 
@@ -80,13 +82,17 @@ class SetPoints:
             commands[name] = obeyed.value * obeyed.factor
         self.commands = commands
 
+    def includes(self, entries: Sequence[Entry]) -> bool:
+        """Return whether all of these objects are set points."""
+        return set(entries) <= {entry for _, entry, _ in self._objects}
+
     def obeying(self, entry: Entry) -> Callable[[float], None]:
-        """Return what puts a value into an object, as an RPDO does in OPERATIONAL."""
-        name = self._names.get(entry)
+        """Return what puts a value into a set point, as an RPDO does in OPERATIONAL."""
+        (name,) = [name for name, target, _ in self._objects if target is entry]
 
         def obey(value: float) -> None:
             entry.value = value
-            if name is None or self._safe or self.stale:
+            if self._safe or self.stale:
                 self.written((entry,))
             else:
                 self.commands[name] = value * entry.factor

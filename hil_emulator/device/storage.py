@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.dictionary import ALL_OBJECTS, COMMUNICATION_OBJECTS, Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.errors import UserError
@@ -70,6 +71,8 @@ class ParameterStore:
         storage: where they are kept.
 
     """
+
+    quiet_until_ns = NEVER  # acts when a parameter is written
 
     def __init__(self, dictionary: Dictionary, storage: Storage) -> None:
         self._dictionary = dictionary

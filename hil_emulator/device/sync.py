@@ -3,14 +3,17 @@
 CiA 301 7.2.5, 7.5.2.5 to 7.5.2.7 and 7.5.2.22.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from hil_emulator.device import cob_id
 from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.deadline import NEVER, NOW
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency, ErrorBit, ErrorCode
 from hil_emulator.device.entry import Entry
+from hil_emulator.device.rpdo import Handler
+from hil_emulator.device.tpdo import ALWAYS, Tpdo
 from hil_emulator.frame import Frame
 
 SYNC_COB_ID = 0x1005
@@ -46,32 +49,56 @@ class SyncConsumer:
         for index in (SYNC_COB_ID, SYNC_COUNTER_OVERFLOW):
             dictionary.watch(index, self)
 
+    quiet_until_ns = NEVER  # SYNC is taken on the fast path, too
+
     @property
     def can_id(self) -> int | None:
         """The identifier SYNC arrives with, or None where the node consumes none."""
         return None if self._cob_id is None else self._cob_id.value & cob_id.CAN_ID_MASK
 
     @property
-    def counted(self) -> bool:
-        """Whether SYNC carries a counter."""
-        return self._overflow is not None and self._overflow.value != 0
-
-    @property
     def window_ns(self) -> int:
         """How long after a SYNC a synchronous RPDO is still taken for the next; 0 is always."""
         return 0 if self._window is None else self._window.value * NS_PER_US
 
+    def handler(
+        self, tpdos: Sequence[Tpdo] = (), take: Callable[[int, int], None] | None = None
+    ) -> Handler:
+        """Return what takes SYNC.
+
+        Args:
+            tpdos: those that are sent at every SYNC.
+            take: takes the time and the counter, 0 without one, for all other PDOs.
+
+        """
+        emergency, overflow = self._emergency, self._overflow
+
+        def handle(now_ns: int, data: bytes) -> None:
+            counter = 0
+            if data or emergency.active or (overflow and overflow.value):
+                accepted = self.accept(data)
+                if accepted is None:
+                    return
+                counter = accepted
+            for tpdo in tpdos:  # as `Tpdo.sync`: this is part of most ticks
+                tpdo.requests += 1
+                tpdo.wakes_ns = ALWAYS
+            if take:
+                take(now_ns, counter)
+
+        return handle
+
     def accept(self, data: bytes) -> int | None:
         """Return the counter of a SYNC (0 where it has none), or None for a wrong length."""
-        counted = self._overflow is not None and self._overflow.value != 0
-        if len(data) != counted:
+        overflow = self._overflow
+        if len(data) != (overflow is not None and overflow.value != 0):
             self._emergency.raise_error(
                 _LENGTH_ERROR, ErrorCode.SYNC_LENGTH, ErrorBit.COMMUNICATION
             )
             return None
         if self._emergency.active:
             self._emergency.clear(_LENGTH_ERROR)
-        return data[0] if counted else 0
+        return data[0] if data else 0
 
     def check(self, entry: Entry, value: Any) -> None:
         """Refuse what CiA 301 7.5.2.5 and 7.5.2.22 do not allow.
@@ -121,6 +148,11 @@ class SyncProducer:
     def produces(self) -> bool:
         """Whether bit 30 of 0x1005 is set."""
         return self._cob_id is not None and bool(self._cob_id.value & cob_id.PRODUCER)
+
+    @property
+    def quiet_until_ns(self) -> int:
+        """See `fast_path`: a producer looks up its period in each tick, once more at its end."""
+        return NOW if self.produces or self._running_ns else NEVER
 
     def reset(self) -> None:
         """Begin afresh: after a reset, and on leaving STOPPED."""

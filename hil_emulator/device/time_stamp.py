@@ -10,6 +10,7 @@ from typing import Any
 
 from hil_emulator.device import cob_id
 from hil_emulator.device.abort import AbortCode, SdoAbort
+from hil_emulator.device.deadline import NEVER, NOW
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.frame import Frame
@@ -63,6 +64,11 @@ class TimeStamp:
     def produces(self) -> bool:
         """Whether bit 30 of 0x1012 is set."""
         return self._cob_id is not None and bool(self._cob_id.value & cob_id.PRODUCER)
+
+    @property
+    def quiet_until_ns(self) -> int:
+        """See `fast_path`: a producer looks at its COB-ID in each tick, once more at its end."""
+        return NOW if self.produces or self._next_ns != UNSTARTED else NEVER
 
     def reset(self) -> None:
         """Begin a new period: after a reset."""

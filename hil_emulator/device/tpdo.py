@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hil_emulator.device import cob_id
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo import (
     EVENT_MANUFACTURER,
@@ -27,7 +28,7 @@ from hil_emulator.device.pdo import (
     SYNC_CYCLIC_MAX,
     PdoParameters,
 )
-from hil_emulator.device.rpdo import NEVER, NS_PER_MS
+from hil_emulator.device.rpdo import NS_PER_MS
 from hil_emulator.frame import Frame
 
 NS_PER_US = 1_000
@@ -107,14 +108,14 @@ class Tpdo:
             self.wakes_ns = ALWAYS
 
     @property
-    def every_sync(self) -> bool:
-        """Whether every SYNC without a counter triggers it."""
-        return self._type == 1
+    def at_every_sync(self) -> bool:
+        """Whether every SYNC triggers it, whatever its counter."""
+        return self.parameters.transmission_type == 1 and not self.parameters.sync_start
 
     @property
     def repeats(self) -> bool:
-        """Whether event timer or SYNC alone say when it is sent, and nothing waits."""
-        if self._event or self.requests:
+        """Whether event timer or SYNC alone say when it is sent, and no event waits."""
+        if self._event:
             return False
         if self.period_ns:
             return self.next_ns != UNSTARTED and not self._inhibit_ns
@@ -133,8 +134,7 @@ class Tpdo:
             self.next_ns = now_ns + self.period_ns
         elif now_ns >= due_ns:
             self._event = True
-            # it never drifts; a period shorter than a tick fires once per tick
-            self.next_ns += ((now_ns - due_ns) // self.period_ns + 1) * self.period_ns
+            self.skip_elapsed(now_ns)
         if self._on_change and self._changed():
             self._event = True
         if self._event and now_ns >= self._free_ns:
@@ -147,6 +147,10 @@ class Tpdo:
             self._send(frames)
         # an event that waits for the inhibit time asks in every tick
         self.wakes_ns = ALWAYS if self._on_change or self._event else self.next_ns
+
+    def skip_elapsed(self, now_ns: int) -> None:
+        """Let the event timer elapse next after now: it never drifts, but fires once per tick."""
+        self.next_ns += ((now_ns - self.next_ns) // self.period_ns + 1) * self.period_ns
 
     def _changed(self) -> bool:
         """Return whether there is a change that no trigger decides upon."""

@@ -4,6 +4,7 @@ A configuration tool writes its date and time before it stores the parameters, a
 later. Whatever else changes a parameter clears both, so that the tool sees it must look closer.
 """
 
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.storage import NOT_STORED
@@ -19,6 +20,8 @@ class VerifyConfiguration:
         dictionary: the node's dictionary.
 
     """
+
+    quiet_until_ns = NEVER  # acts when a parameter is written
 
     def __init__(self, dictionary: Dictionary) -> None:
         stamps = [dictionary.get(VERIFY_CONFIGURATION, n) for n in (DATE, TIME)]

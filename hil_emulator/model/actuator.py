@@ -21,7 +21,7 @@ from hil_emulator.model.gas import GAS, hold_gas
 from hil_emulator.model.mechanics import MECHANICS, move_rod
 from hil_emulator.model.ports import PORTS, deliver, fill_lines, port_pressures
 from hil_emulator.model.quantities import HELD, INPUTS, PARAMS, SIGNALS, STATES
-from hil_emulator.model.servo_valve import SERVO_VALVE, meter, move_spool, transition
+from hil_emulator.model.servo_valve import SERVO_VALVE, move_spool, orifice_flows, transition
 from hil_emulator.model.stages import (
     capacity,
     full_flow,
@@ -45,7 +45,7 @@ from hil_emulator.model.stages import (
 __all__ = ["BALANCES", "HELD", "INPUTS", "PARAMS", "SIGNALS", "STATES"]
 
 
-def hold(x: Any, par: Any, inputs: Any, held: Any) -> None:
+def prepare_step(x: Any, par: Any, inputs: Any, held: Any) -> None:
     """Fill what stays constant during a call of the integrator."""
     held.valve_current = inputs.valve_current
     held.external_force = inputs.external_force
@@ -79,14 +79,16 @@ def move(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     p_a, p_b = ports(x, dx, par, held, y)
     port_pressures(x, dx, par, y)
     move_spool(x, dx, par, held, y)
-    meter(x, dx, par, held, y)
+    orifice_flows(x, dx, par, held, y)
     deliver(x, dx, par, y)
     fill_chambers(x, dx, par, held, y, p_a, p_b)
     fill_lines(x, dx, par, held, y)
     move_rod(x, dx, par, held, y)
 
 
-def feed(x: Any, dx: Any, par: Any, held: Any, y: Any, drawn: float, returned: float) -> None:
+def supply_balance(
+    x: Any, dx: Any, par: Any, held: Any, y: Any, drawn: float, returned: float
+) -> None:
     """Continuity at the pump, the rates of the lines, and what warms the oil.
 
     What the valves on them draw and return [m³/s] is that of all actuators on one supply.
@@ -113,7 +115,7 @@ def feed(x: Any, dx: Any, par: Any, held: Any, y: Any, drawn: float, returned: f
     heat(par, x, dx, lost + (leakage + y.relief_flow) * p_pump + y.pump_friction_loss)
 
 
-def account(x: Any, par: Any, held: Any, y: Any) -> None:
+def power_signals(x: Any, par: Any, held: Any, y: Any) -> None:
     """Power and efficiency (S1 3.2)."""
     y.pump_power = y.pump_pressure * y.pump_flow
     y.shaft_power = y.pump_power + y.pump_friction_loss
@@ -135,6 +137,7 @@ def account(x: Any, par: Any, held: Any, y: Any) -> None:
 
 
 BALANCES = (
-    *GAS, *CHAMBERS, *PORTS, *SERVO_VALVE, *MECHANICS, hold, ports, move, feed, account,
+    *GAS, *CHAMBERS, *PORTS, *SERVO_VALVE, *MECHANICS, prepare_step, ports, move,
+    supply_balance, power_signals,
 )  # fmt: skip
 """What `kernel` compiles, in the order of use."""

@@ -46,11 +46,11 @@ def fill_all(parameters, par):
 
 
 @compiled
-def hold_all(states, parameters, inputs, held):
+def prepare_all(states, parameters, inputs, held):
     """Fill what stays constant during a call of the integrator."""
     given = view(inputs, INPUTS)
     for i in range(ACTUATORS):
-        hold(states[i], parameters[i], given[i], held[i])
+        prepare_step(states[i], parameters[i], given[i], held[i])
 
 
 @compiled
@@ -72,7 +72,7 @@ def pass_given(memory, past, parameters, inputs, y, path, step, steps):
     state = as_floats(work.states)
     for i in range(STATE_LENGTH * ACTUATORS):
         state[i] = memory[i]
-    hold_all(work.states, parameters, inputs, held)
+    prepare_all(work.states, parameters, inputs, held)
     delay_all(parameters, past, held, step, steps)
     pass_set_points(work, parameters, held, y, path, step, steps)
     for i in range(STATE_LENGTH * ACTUATORS):
@@ -103,7 +103,7 @@ def rate(state, rates, par, inputs, signals):
     """Evaluate every balance and every signal of all actuators on a supply."""
     states, parameters = view(state, STATE), view(par, PARAMETERS)
     held = stack_array(ACTUATORS, HELD)
-    hold_all(states, parameters, inputs, held)
+    prepare_all(states, parameters, inputs, held)
     evaluate(states, view(rates, STATE), parameters, held, view(signals, SIGNALS))
 
 

@@ -1,4 +1,4 @@
-"""Actuators on one supply: each moves by itself, then all feed on the sum of their flows.
+"""Actuators on one supply: each moves by itself, then the supply delivers the sum of their flows.
 
 Where the load of one carries that of the next, both are the joints of a leg, see `leg`.
 
@@ -9,7 +9,7 @@ the last bit; one actuator alone is the sum of one.
 
 from typing import Any
 
-from hil_emulator.model.actuator import account, feed, move
+from hil_emulator.model.actuator import move, power_signals, supply_balance
 from hil_emulator.model.constants import ACTUATORS
 from hil_emulator.model.leg import swing
 from hil_emulator.model.stages import joint_carries
@@ -27,14 +27,14 @@ def balances(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
         if joint_carries(par[i], x[i], dx[i]) != 0.0:
             swing(x[i], dx[i], par[i], y[i], x[i + 1], dx[i + 1], par[i + 1], y[i + 1])
     for i in range(ACTUATORS):
-        feed(x[i], dx[i], par[i], held[i], y[i], drawn, returned)
+        supply_balance(x[i], dx[i], par[i], held[i], y[i], drawn, returned)
 
 
 def evaluate(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Evaluate every balance and every signal of all actuators on a supply."""
     balances(x, dx, par, held, y)
     for i in range(ACTUATORS):
-        account(x[i], par[i], held[i], y[i])
+        power_signals(x[i], par[i], held[i], y[i])
 
 
 EXCHANGE = (balances, evaluate)

@@ -97,7 +97,7 @@ def open_edges(x: Any, dx: Any, par: Any, u: float) -> tuple[float, float, float
     return opens, opens, closes, closes
 
 
-def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
+def orifice_flows(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Four metering edges (S1 eq. 3.9, 3.10, with flow in both directions through each)."""
     p_s = y.supply_pressure
     p_t = y.tank_pressure
@@ -121,5 +121,5 @@ def meter(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     )  # fmt: skip
 
 
-SERVO_VALVE = (transition, move_spool, edge_flow, open_edges, meter)
+SERVO_VALVE = (transition, move_spool, edge_flow, open_edges, orifice_flows)
 """What `kernel` compiles of this file, in the order of use."""

@@ -11,7 +11,7 @@ from hil_emulator.model import quantities
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import Vector, zeros
 from hil_emulator.model.plant import Supply, on_one_supply
-from hil_emulator.model.severe_states import severe_states
+from hil_emulator.model.worst_case_states import worst_case_states
 
 Matrix = NDArray[np.float64]
 
@@ -53,10 +53,10 @@ class Bound:
 def required_step(kernel: Kernel, *values: Mapping[str, float]) -> float:
     """Return the largest step that is safe for a configuration [s].
 
-    The bound is the fastest eigenvalue of the model in a set of severe states: the valve wide
+    The bound is the fastest eigenvalue of the model in a set of worst-case states: the valve wide
     open both ways and shut, no pressure drop at an edge, chambers near vacuum, both ends of the
     stroke and their stops, sliding and at rest. Actuators on one supply are one system, in states
-    that are severe for all of them; where two are coupled, at all places of both.
+    that are worst cases for all of them; where two are coupled, at all places of both.
 
     Args:
         kernel: the compiled model.
@@ -65,19 +65,19 @@ def required_step(kernel: Kernel, *values: Mapping[str, float]) -> float:
 
     """
     plants = on_one_supply(kernel, values, step=1e-6)
-    return REACH / max(_fastest(plants[0].supply) for _ in severe_states(plants))
+    return REACH / max(_fastest(plants[0].supply) for _ in worst_case_states(plants))
 
 
 def step_bound(kernel: Kernel, *values: Mapping[str, float]) -> Bound:
     """Return the largest safe step as `required_step`, and what causes it."""
     plants = on_one_supply(kernel, values, step=1e-6)
     supply = plants[0].supply
-    fastest, severest = 0.0, supply.states.copy()
-    for _ in severe_states(plants):
+    fastest, worst = 0.0, supply.states.copy()
+    for _ in worst_case_states(plants):
         rate = _fastest(supply)
         if rate > fastest:
-            fastest, severest = rate, supply.states.copy()
-    supply.states[:] = severest
+            fastest, worst = rate, supply.states.copy()
+    supply.states[:] = worst
     names = kernel.state.names or ()
     place, state = divmod(_quickest_state(supply), len(names))
     return Bound(REACH / fastest, place, names[state], _cause(supply, fastest))

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from hil_emulator.frame import Frame
-from hil_emulator.simulation.wire_door import FrameDoor
+from hil_emulator.simulation.timed_can_port import CanPort
 
 
 class MasterByHand:
@@ -14,7 +14,7 @@ class MasterByHand:
 
     """
 
-    def __init__(self, bus: FrameDoor) -> None:
+    def __init__(self, bus: CanPort) -> None:
         self._bus = bus
         self._said: list[Frame] = []
         self.send = bus.send

@@ -17,7 +17,7 @@ from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.header import header
 from hil_emulator.remote.control_server import ControlServer
 from hil_emulator.simulation.rig import Rig
-from hil_emulator.simulation.wire_door import FrameDoor
+from hil_emulator.simulation.timed_can_port import CanPort
 
 PORT = 29538
 """Where the panel is if that port is free: the next one after the remote control's (assumed)."""
@@ -68,7 +68,7 @@ class Panel:
 
     """
 
-    def __init__(self, options: PanelOptions, bus: FrameDoor) -> None:
+    def __init__(self, options: PanelOptions, bus: CanPort) -> None:
         self._ring = RingWriter()
         self._options = options
         self._server: ControlServer | None = None

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any, Protocol
 
+from hil_emulator.can_timing.wire import TimedWire
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError, brief
 from hil_emulator.faults.active import Faults
@@ -20,7 +21,6 @@ from hil_emulator.protocol.rig import (
 )
 from hil_emulator.signals.columns import columns
 from hil_emulator.signals.inputs import COMMANDS, SETTINGS, setting
-from hil_emulator.wire.wire import TimedWire
 
 Plain = dict[str, Any]
 """Numbers, texts, lists and dictionaries, as `marshal` carries them."""

@@ -17,7 +17,7 @@ from hil_emulator.recording.memory import Recorder
 from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.node_factory import nodes
 from hil_emulator.simulation.rig import Rig
-from hil_emulator.simulation.wire_door import FrameDoor, WireDoor
+from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort
 
 
 @functools.cache
@@ -28,7 +28,7 @@ def compiled(effects: tuple[Effect, ...], cache: Path | None, actuators: int = 1
 
 def assemble(
     config: Configuration,
-    bus: FrameDoor,
+    bus: CanPort,
     cache: Path | None = None,
     recorder: Recorder | None = None,
 ) -> Rig:
@@ -52,7 +52,7 @@ def assemble(
 
 
 def assemble_together(
-    configs: Sequence[Configuration], buses: Sequence[FrameDoor], cache: Path | None = None
+    configs: Sequence[Configuration], buses: Sequence[CanPort], cache: Path | None = None
 ) -> list[Rig]:
     """Make the rigs of one supply, see `assemble`; the bus of each may be the same."""
     configs = acting_together(configs)
@@ -75,10 +75,10 @@ def plants_of(model: kernel.Kernel, configs: Sequence[Configuration]) -> list[Pl
     return [Plant(model, first.plant, first.step, supply)]
 
 
-def _rig(config: Configuration, plant: Plant, bus: FrameDoor) -> Rig:
+def _rig(config: Configuration, plant: Plant, bus: CanPort) -> Rig:
     random = np.random.default_rng(config.seed)
     sensors = Sensors(plant.kernel, config.sensors, config.tick_ns * 1e-9, random)
     made = nodes(config, sensors.names)
-    if config.wire.modelled and not isinstance(bus, WireDoor):
-        bus = WireDoor(bus, config.wire)
+    if config.wire.modelled and not isinstance(bus, TimedCanPort):
+        bus = TimedCanPort(bus, config.wire)
     return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, None, config.not_finite)

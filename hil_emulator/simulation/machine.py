@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hil_emulator.can_timing.wire import TimedWire
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Supply, on_one_supply
@@ -14,8 +15,7 @@ from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.assembly import assemble_together, compiled
 from hil_emulator.simulation.not_finite import NotFiniteError
 from hil_emulator.simulation.rig import Rig
-from hil_emulator.simulation.wire_door import FrameDoor, WireDoor
-from hil_emulator.wire.wire import TimedWire
+from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort
 
 
 class Junction:
@@ -26,12 +26,12 @@ class Junction:
 
     """
 
-    def __init__(self, bus: FrameDoor) -> None:
+    def __init__(self, bus: CanPort) -> None:
         self._bus = bus
         self._taps: list[Tap] = []
 
     def tap(self) -> "Tap":
-        """Return a further rig's door to the bus."""
+        """Return a further rig's port on the bus."""
         tap = Tap(self)
         self._taps.append(tap)
         return tap
@@ -57,7 +57,7 @@ class Junction:
 
 
 class Tap:
-    """One rig's door to a shared bus; made by `Junction.tap`.
+    """One rig's port on a shared bus; made by `Junction.tap`.
 
     Attributes:
         waiting: frames that the rig has not taken yet.
@@ -120,17 +120,17 @@ class Machine:
         for junction in self._junctions:
             junction.collect()
         for rig in self.rigs.values():
-            rig.listen()
+            rig.receive()
         finite: dict[Supply, bool] = {}
         for rig in self.rigs.values():
             if rig.plant.supply not in finite:
-                finite[rig.plant.supply] = rig.move()
+                finite[rig.plant.supply] = rig.integrate()
         rigs = list(self.rigs.items())
         if not all(finite.values()):  # who has lost most has lost it first
             rigs.sort(key=lambda named: int(np.isfinite(named[1].plant.state_vector).sum()))
         for name, rig in rigs:
             try:
-                rig.tell(finite[rig.plant.supply])
+                rig.publish(finite[rig.plant.supply])
             except NotFiniteError as error:
                 error.args = (f"{name}: {error}",)
                 raise
@@ -162,7 +162,7 @@ def prepare(settings: MachineSettings, cache: Path | None = None) -> None:
 
 
 def assemble_machine(
-    settings: MachineSettings, buses: Mapping[str, FrameDoor], cache: Path | None = None
+    settings: MachineSettings, buses: Mapping[str, CanPort], cache: Path | None = None
 ) -> Machine:
     """Make every rig of a machine; the model is compiled once for each number on a supply.
 
@@ -175,21 +175,21 @@ def assemble_machine(
         UserError: if a node cannot be made from its EDS.
 
     """
-    timed = {n: WireDoor(buses[n], wire) for n, wire in settings.wires.items() if wire.modelled}
+    timed = {n: TimedCanPort(buses[n], wire) for n, wire in settings.wires.items() if wire.modelled}
     junctions = {name: Junction(bus) for name, bus in buses.items() if name not in timed}
-    doors: dict[str, FrameDoor] = {}
+    ports: dict[str, CanPort] = {}
     configs = {}
     for actuator in settings.actuators:
         wire = settings.wires[actuator.bus]
         configs[actuator.name] = dataclasses.replace(actuator.config, wire=wire)
         junction = junctions.get(actuator.bus)
-        doors[actuator.name] = junction.tap() if junction else timed[actuator.bus]
+        ports[actuator.name] = junction.tap() if junction else timed[actuator.bus]
     rigs: dict[str, Rig] = {}
     for names in by_supply(settings):
-        made = assemble_together([configs[n] for n in names], [doors[n] for n in names], cache)
+        made = assemble_together([configs[n] for n in names], [ports[n] for n in names], cache)
         rigs |= dict(zip(names, made, strict=True))
     in_order = {actuator.name: rigs[actuator.name] for actuator in settings.actuators}
-    return Machine(in_order, junctions.values(), {n: door.wire for n, door in timed.items()})
+    return Machine(in_order, junctions.values(), {n: port.wire for n, port in timed.items()})
 
 
 def by_supply(settings: MachineSettings) -> list[list[str]]:

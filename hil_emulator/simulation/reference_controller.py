@@ -35,7 +35,7 @@ class Controller:
     """Position or force control of one emulated actuator.
 
     Args:
-        bus: the controller's own door to the bus.
+        bus: the controller's own port on the bus.
         node_id: the actuator's node.
 
     Attributes:

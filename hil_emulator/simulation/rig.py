@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from hil_emulator.can_timing.wire import WINDOW_NS, TimedWire
 from hil_emulator.device.emergency import ErrorBit, ErrorCode
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
@@ -20,13 +21,11 @@ from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.signals.columns import MODEL
 from hil_emulator.signals.inputs import OF_SUPPLY, checked
+from hil_emulator.simulation.fast_path_nodes import FastPathNodes
 from hil_emulator.simulation.frame_router import FrameRouter
 from hil_emulator.simulation.not_finite import NotFiniteError
-from hil_emulator.simulation.quick_tick import quick_tick
-from hil_emulator.simulation.resting_nodes import RestingNodes
 from hil_emulator.simulation.settings import Settings
-from hil_emulator.simulation.wire_door import FrameDoor, TimedRouter, WireDoor
-from hil_emulator.wire.wire import WINDOW_NS, TimedWire
+from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort, TimedRouter
 
 NS_PER_US = 1_000
 
@@ -62,7 +61,7 @@ class Rig:
         plant: Plant,
         sensors: Sensors,
         nodes: Sequence[Node],
-        bus: FrameDoor,
+        bus: CanPort,
         tick_ns: int,
         steps: int,
         recorder: Recorder | None = None,
@@ -85,14 +84,13 @@ class Rig:
         self.wire: TimedWire | None = None
         self.supply_mates: Sequence[Rig] = ()
         self._router = FrameRouter(self.nodes)
-        if isinstance(bus, WireDoor):
+        if isinstance(bus, TimedCanPort):
             self.wire = bus.wire
             self._router = TimedRouter(self.nodes, bus)
             self._router.disturb(self.faults.destroys)
         self._only = self.nodes[0] if len(self.nodes) == 1 and not self.wire else None
         self.measured: Measured | None = None
-        self._resting = RestingNodes(self.nodes, sensors, self.sample)
-        self._quick: Callable[[], bool] = lambda: False
+        self._fast_path = FastPathNodes(self, steps)
         self._measure()
 
     def step(self) -> None:
@@ -104,26 +102,26 @@ class Rig:
             NotFiniteError: if the model has lost its state, once the bus and the recording know.
 
         """
-        if self._quick():
+        if self._fast_path.tick():
             return
-        self.listen()
-        finite = self.move()
-        self.tell(finite)
+        self.receive()
+        finite = self.integrate()
+        self.publish(finite)
 
-    def listen(self) -> None:
+    def receive(self) -> None:
         """Begin a tick: faults begin and end, frames are received."""
         if self.faults.active:
-            self._resting.attend()
+            self._fast_path.leave()
             self.faults.schedule(self.now_ns)
         if self.wire:
             self._router.begin(self.now_ns)
-        self._receive(self.bus.receive())
+        self._deliver(self.bus.receive())
 
-    def move(self) -> bool:
+    def integrate(self) -> bool:
         """Move the plant one tick, and all on its supply; return whether every state is finite."""
         return self.plant.step(self._steps)
 
-    def tell(self, finite: bool) -> None:
+    def publish(self, finite: bool) -> None:
         """End a tick: the sensors sample, the nodes publish, the recorder takes the row.
 
         Args:
@@ -140,10 +138,10 @@ class Rig:
         self.conclude(finite)
 
     def conclude(self, finite: bool) -> None:
-        """End a tick in which the sensors have sampled: see `tell`."""
+        """End a tick in which the sensors have sampled: see `publish`."""
         if self.sensors.ranges:
-            self._resting.attend(renewed=True)
-        self._publish()
+            self._fast_path.leave(renewed=True)
+        self._transmit()
         if self.recorder:
             measured = self.measured.values if self.measured else self.sensors.reading
             self.recorder.row(self.now_ns, self.plant, measured)
@@ -159,10 +157,10 @@ class Rig:
         """Let the nodes answer frames at the present moment; the plant stands still."""
         if self.recorder:
             self.recorder.event(self.now_ns, {"serve": len(frames)})
-        self._resting.attend()
+        self._fast_path.leave()
         self._router.stand()
-        self._receive(frames)
-        self._publish()
+        self._deliver(frames)
+        self._transmit()
         self._router.go_on()
 
     def slip(self, total_ns: int) -> None:
@@ -248,11 +246,11 @@ class Rig:
         if self.recorder:
             self.recorder.event(self.now_ns, {"end": running.number})
 
-    def _receive(self, frames: Sequence[Frame]) -> None:
+    def _deliver(self, frames: Sequence[Frame]) -> None:
         if self.recorder and frames:
             self.recorder.bus(self.now_ns, frames, sent=False)
         if self.faults.active:
-            self._receive_faulty(frames)
+            self._deliver_faulty(frames)
             return
         if self._only:
             commands = self._only.receive(self.now_ns, frames)
@@ -264,7 +262,7 @@ class Rig:
             if commands:
                 self.plant.command(commands)
 
-    def _receive_faulty(self, frames: Sequence[Frame]) -> None:
+    def _deliver_faulty(self, frames: Sequence[Frame]) -> None:
         """Let nodes receive what faults leave of the frames; these meet every one of them."""
         for node, arriving in self._router.arriving(frames, everything=True):
             reached = self.faults.arriving(self.now_ns, node, arriving)
@@ -306,23 +304,21 @@ class Rig:
         for node in self.nodes:
             node.clear_error(NotFiniteError)
 
-    def _publish(self) -> None:
+    def _transmit(self) -> None:
         outgoing: Sequence[Frame] = ()
-        attended = False
+        on_fast_path = True
         for node in self.nodes:
-            if node.rest.on:
+            if node.fast_path.until_ns:
                 sent: Sequence[Frame] = node.repeat(self.now_ns, self.sensors.record)
             else:
                 sent = node.publish(self.now_ns, self.sample())
-                attended = True
+                on_fast_path = False
                 if self.faults.active:
                     sent = self.faults.leaving(self.now_ns, node, sent)
             self._router.say(node, sent)
             outgoing = [*outgoing, *sent] if outgoing else sent
-        if attended and not self.faults.active and not self.sensors.ranges:
-            self._resting.settle()
-            if self._only and self._only.rest.on and not self._watched:
-                self._quick = quick_tick(self, self._only, self._steps)
+        if not on_fast_path:
+            self._fast_path.enter()
         for time_ns, frames in self._router.leaving(self.now_ns, outgoing):
             self._send(time_ns, frames)
 

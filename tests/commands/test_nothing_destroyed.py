@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 import pytest
 from click.testing import CliRunner
+from hil_emulator.panel.tape import Tape
 
 from hil_emulator.__main__ import main
 from hil_emulator.command_line.kinds import Output
@@ -14,7 +15,6 @@ from hil_emulator.commands.hide import PARTS, hide
 from hil_emulator.commands.recording import RecordOptions, check_machine
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
-from hil_emulator.panel.tape import Tape
 from hil_emulator.platform.packaged import packaged
 from hil_emulator.platform.paths import shipped
 

@@ -28,7 +28,7 @@ READINGS = {
 TICK_NS = 1_000_000
 
 
-class FrameDoor(Protocol):
+class CanPort(Protocol):
     """The bus as the device sees it."""
 
     def receive(self) -> list[Frame]:
@@ -47,14 +47,14 @@ def make_node(eds: Path, node_id: int) -> Node:
     return Node(dictionary, list(READINGS), {"valve_current": 0.0} if commanding else {})
 
 
-def stepper(node: Node, door: FrameDoor, begin_ns: int = 0) -> Callable[[], None]:
+def stepper(node: Node, port: CanPort, begin_ns: int = 0) -> Callable[[], None]:
     """Return a function that lets one tick of a node on a bus pass."""
     now_ns = begin_ns
 
     def step() -> None:
         nonlocal now_ns
-        node.receive(now_ns, door.receive())
-        door.send(node.publish(now_ns, Measured(list(READINGS.values()), [0] * len(READINGS))))
+        node.receive(now_ns, port.receive())
+        port.send(node.publish(now_ns, Measured(list(READINGS.values()), [0] * len(READINGS))))
         now_ns += TICK_NS
 
     return step

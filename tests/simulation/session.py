@@ -69,13 +69,15 @@ class Session:
     Attributes:
         frames: by tick.
         objects: every value of the dictionary, where somebody looked.
-        rested: in how many ticks the node rested.
+        ticks_on_fast_path: how many ticks ended with the node on the fast path; not compared.
+        services: those of the node, by name; not compared.
 
     """
 
     frames: list[tuple[int, Frame]] = field(default_factory=list)
     objects: list[list[Any]] = field(default_factory=list)
-    rested: int = 0
+    ticks_on_fast_path: int = field(default=0, compare=False)
+    services: dict[str, object] = field(default_factory=dict, compare=False)
 
     def run(self, bench: Bench, script: Mapping[int, Iterable[Action]], ticks: int) -> None:
         """Let ticks pass, with a set point and a SYNC in each, and what a script adds."""
@@ -89,7 +91,7 @@ class Session:
                 sent.append(waiting.pop(0))
             answer = bench.tick(*sent, *said)
             self.frames += [(tick, frame) for frame in answer]
-            self.rested += bench.rig.nodes[0].rest.on
+            self.ticks_on_fast_path += bench.rig.nodes[0].fast_path.on
         self.look(bench)
 
     def look(self, bench: Bench) -> None:

@@ -40,7 +40,7 @@ def hips_way(file: Path) -> float:
     begin, seen = float(rigs["hip"].plant.signals.position), []
     rigs["knee"].plant.inputs.valve_current = 8e-3
     for _ in range(30):
-        rigs["hip"].move()
+        rigs["hip"].integrate()
         seen.append(abs(float(rigs["hip"].plant.signals.position) - begin))
     for bus in buses.values():
         bus.close()

@@ -9,6 +9,7 @@ from foreign_nodes import plant
 from rigs import START, bench, reference, set_point, timed
 
 from hil_emulator.bus.bus import Bus
+from hil_emulator.can_timing.frame_length import length
 from hil_emulator.commands.replay import compare
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.config.load import load
@@ -22,7 +23,6 @@ from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
 from hil_emulator.simulation.emulator import Emulator
 from hil_emulator.simulation.loop import Timing, run
-from hil_emulator.wire.frame_length import length
 
 MS = 1_000_000
 EMCY = 0x085
@@ -113,11 +113,11 @@ def test_the_same_frames_in_give_the_same_frames_out(tmp_path: Path, clock_of: A
     settings = {"interface": "virtual", "channel": f"timed {tmp_path}"}
     digests = []
     for make in (clock_of, lambda bus: LockStep()):
-        with Bus(settings) as door, Bus(settings) as peer:
-            clock: Clock = make(door)
+        with Bus(settings) as port, Bus(settings) as peer:
+            clock: Clock = make(port)
             follow = clock if isinstance(clock, FollowSync) else None
             recorder = MemoryRecorder()
-            rig = assemble(config, follow or door, cache_folder(), recorder)
+            rig = assemble(config, follow or port, cache_folder(), recorder)
             if follow:
                 follow.serve = rig.serve
             for tick in range(50):

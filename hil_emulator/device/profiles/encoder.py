@@ -57,8 +57,6 @@ class Encoder:
 
     """
 
-    idle = False
-
     def __init__(self, dictionary: Dictionary, channels: Sequence[str]) -> None:
         self.sources: dict[tuple[int, int], str] = {}
         self.triggers: Sequence[Trigger] = ()

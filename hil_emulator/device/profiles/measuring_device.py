@@ -37,8 +37,6 @@ class MeasuringDevice:
 
     """
 
-    idle = False
-
     def __init__(self, dictionary: Dictionary, channels: Sequence[str]) -> None:
         self.sources: dict[tuple[int, int], str] = {}
         self._inputs: dict[int, AnalogueInput] = {}

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+from hil_emulator.device.deadline import NEVER
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.trigger import Trigger
@@ -19,11 +20,6 @@ class Profile(Protocol):
     @property
     def triggers(self) -> Sequence[Trigger]:
         """Which changes are events for event-driven TPDOs."""
-        ...
-
-    @property
-    def idle(self) -> bool:
-        """Whether it has nothing to do with samples and commands."""
         ...
 
     def reset(self) -> None:
@@ -45,7 +41,7 @@ class Profile(Protocol):
 class NoProfile:
     """A node whose objects show channels and give commands as they are."""
 
-    idle = True
+    quiet_until_ns = NEVER  # objects show channels and give commands as they are
     sources: Mapping[tuple[int, int], str] = {}
     triggers: Sequence[Trigger] = ()
 

@@ -56,8 +56,6 @@ class ValveDriver:
 
     """
 
-    idle = False
-
     def __init__(
         self, dictionary: Dictionary, channels: Sequence[str], emergency: Emergency
     ) -> None:

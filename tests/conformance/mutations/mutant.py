@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from hil_emulator.device.rpdo import Rpdo
+
 Call = Callable[..., Any]
 
 
@@ -32,6 +34,7 @@ class Mutant:
 
     def apply(self, patch: pytest.MonkeyPatch) -> None:
         """Break the device until the patch is undone."""
+        patch.setattr(Rpdo, "handler", lambda rpdo, obey, otherwise: otherwise)  # no short cut
         for owner, name in self.places:
             patch.setattr(owner, name, _replaced(owner.__dict__[name], self.change))
 

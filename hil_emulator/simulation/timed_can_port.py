@@ -1,24 +1,24 @@
-"""A bus that takes time, as rigs see it: a door to the bus, and a router of frames.
+"""A bus that takes time, as rigs see it: a port on the bus, and a router of frames.
 
-What nodes send is queued in their controllers; what comes from outside is queued as well, in one
-controller without a limit, as if it had been put on the wire at the tick in which it came. What has
-passed by the beginning of a tick is heard in it, and leaves for the outside in it.
+What nodes send is queued in their controllers. What comes from outside is queued in a controller
+without a limit, as if it had been sent at the tick in which it came. A frame that has passed by the
+beginning of a tick is received in that tick, and leaves for the outside in it.
 """
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Protocol
 
+from hil_emulator.can_timing.controller import CanController
+from hil_emulator.can_timing.wire import Passed, TimedWire, WireError
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.device.emergency import ErrorBit, ErrorCode
 from hil_emulator.device.node import Node
 from hil_emulator.frame import BUS_OFF, RESTARTED, Frame
 from hil_emulator.simulation.frame_router import FrameRouter
-from hil_emulator.wire.controller import CanController
-from hil_emulator.wire.wire import Passed, TimedWire, WireError
 
 
-class FrameDoor(Protocol):
+class CanPort(Protocol):
     """The bus as the rig sees it."""
 
     def receive(self) -> list[Frame]:
@@ -34,8 +34,8 @@ class FrameDoor(Protocol):
         ...
 
 
-class WireDoor:
-    """A modelled wire between the rigs on it and the world outside.
+class TimedCanPort:
+    """A port of rigs on a bus whose timing is modelled, and the bus outside.
 
     Args:
         bus: the world outside.
@@ -50,7 +50,7 @@ class WireDoor:
 
     """
 
-    def __init__(self, bus: FrameDoor, settings: WireSettings) -> None:
+    def __init__(self, bus: CanPort, settings: WireSettings) -> None:
         assert settings.bit_rate is not None
         self.wire = TimedWire(settings.bit_rate)
         self.arrived: list[Frame] = []
@@ -94,22 +94,22 @@ class TimedRouter(FrameRouter):
 
     Args:
         nodes: the rig's nodes.
-        door: the wire they are on.
+        port: the wire they are on.
 
     """
 
-    def __init__(self, nodes: Sequence[Node], door: WireDoor) -> None:
+    def __init__(self, nodes: Sequence[Node], port: TimedCanPort) -> None:
         super().__init__(nodes)
-        self._door = door
-        self._controllers = {node: door.attach() for node in nodes}
+        self._port = port
+        self._controllers = {node: port.attach() for node in nodes}
         self._lost = dict.fromkeys(nodes, 0)
 
     def begin(self, now_ns: int) -> None:
         """Begin a tick: nodes report what their controllers have met with."""
-        self._door.begin(now_ns)
+        self._port.begin(now_ns)
         for node, controller in self._controllers.items():
             self._report_loss(node, controller)
-            for error in self._door.errors:
+            for error in self._port.errors:
                 if error.controller is controller and error.error_class == RESTARTED:
                     code = ErrorCode.RECOVERED_FROM_BUS_OFF
                     node.raise_error(BUS_OFF, code, ErrorBit.COMMUNICATION)
@@ -117,11 +117,11 @@ class TimedRouter(FrameRouter):
 
     def stand(self) -> None:
         """Let frames pass at once from now on: time stands still."""
-        self._door.standing = True
+        self._port.standing = True
 
     def go_on(self) -> None:
         """Let time pass again."""
-        self._door.standing = False
+        self._port.standing = False
 
     def disturb(self, destroys: Callable[[Node, int], bool]) -> None:
         """Let error frames destroy what nodes send, where a function of node and time says so."""
@@ -130,30 +130,30 @@ class TimedRouter(FrameRouter):
 
     def say(self, node: Node, frames: Sequence[Frame]) -> None:
         """Queue what a node sends in its controller."""
-        if self._door.standing:
+        if self._port.standing:
             super().say(node, frames)
         elif frames:
-            self._door.wire.queue(self._door.now_ns, self._controllers[node], frames)
+            self._port.wire.queue(self._port.now_ns, self._controllers[node], frames)
 
     def arriving(
         self, frames: Sequence[Frame], *, everything: bool
     ) -> Iterator[tuple[Node, Sequence[Frame]]]:
         """Yield each node with what it hears now; one that is off the bus hears nothing."""
-        if self._door.standing:
+        if self._port.standing:
             yield from super().arriving(frames, everything=everything)
             return
         spoken, self._spoken = self._spoken, []  # while time stood still
         for node, controller in self._controllers.items():
             heard = [frame for speaker, frame in spoken if speaker is not node]
-            heard += [p.frame for p in self._door.passed if p.sender is not controller]
+            heard += [p.frame for p in self._port.passed if p.sender is not controller]
             yield node, [] if controller.off_until_ns is not None else heard
 
     def leaving(self, now_ns: int, said: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
         """Return which of these nodes' frames have passed, and when."""
-        if self._door.standing:
+        if self._port.standing:
             return super().leaving(now_ns, said)
         own = self._controllers.values()
-        return [(p.done_ns, [p.frame]) for p in self._door.passed if p.sender in own]
+        return [(p.done_ns, [p.frame]) for p in self._port.passed if p.sender in own]
 
     def _report_loss(self, node: Node, controller: CanController) -> None:
         """Let a node report frames lost in its queue, until that is empty again."""

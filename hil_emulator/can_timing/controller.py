@@ -3,8 +3,8 @@
 import heapq
 from collections.abc import Callable, Iterable
 
+from hil_emulator.can_timing.frame_length import priority
 from hil_emulator.frame import Frame
-from hil_emulator.wire.frame_length import priority
 
 ERROR_STEP = 8
 """Added to the transmit error counter for each frame that is destroyed; one that passes takes 1."""

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from hil_emulator.model.plant import Plant
 
 RATED_CURRENT = 0.01
-"""Spool position of the severe states where no saturation bounds it [A] (assumed)."""
+"""Spool position of the worst-case states where no saturation bounds it [A] (assumed)."""
 
 FASTEST_ROD = 0.5
-"""Speed of the rod in severe states, where the valve's flow allows as much [m/s] (assumed)."""
+"""Speed of the rod in worst-case states, where the valve's flow allows as much [m/s] (assumed)."""
 
 _POPPETS = frozenset({"pilot_check_valves_open_a", "pilot_check_valves_open_b"})
 """Valves that are stiffest when they are open."""
 
 
 @dataclass(frozen=True)
-class _Severe:
-    """What is severe for one actuator: pressures of its chambers, currents, places, speeds."""
+class _WorstCase:
+    """The worst case for one actuator: pressures of its chambers, currents, places, speeds."""
 
     pressures: Sequence[tuple[float, float]]
     currents: Sequence[float]
@@ -27,7 +27,7 @@ class _Severe:
     places: Sequence[float]
 
 
-def _severe(plant: Plant) -> _Severe:
+def _worst_case(plant: Plant) -> _WorstCase:
     par = plant.parameters
     p_s, p_t = float(par.supply_pressure), max(1e4, float(par.tank_pressure))
     middle = 0.5 * p_s
@@ -37,7 +37,7 @@ def _severe(plant: Plant) -> _Severe:
     # a gap is widest where it is hardly entered
     entered = (0.99 * plunger, stroke - 0.99 * plunger) if plunger else ()
     flow = float(par.valve_gain) * limit * math.sqrt(p_s)
-    return _Severe(
+    return _WorstCase(
         pressures=((p_s, p_t), (p_t, p_s), (middle, middle), (1e4, p_s), (p_s, 1e4)),
         currents=(-limit, 0.0, limit),
         speeds=(0.0, min(FASTEST_ROD, flow / float(par.cylinder_piston_area))),
@@ -54,12 +54,12 @@ def _together(places: Sequence[Sequence[float]]) -> Iterator[Sequence[float]]:
         yield [own[i % len(own)] for own in places]
 
 
-def severe_states(plants: Sequence[Plant]) -> Iterator[None]:
-    """Put the plants of one supply into one severe state after the other."""
-    severe = [_severe(plant) for plant in plants]
+def worst_case_states(plants: Sequence[Plant]) -> Iterator[None]:
+    """Put the plants of one supply into one worst-case state after the other."""
+    worst = [_worst_case(plant) for plant in plants]
     for i, j, k in itertools.product(range(5), range(3), range(2)):
-        for places in _together([own.places for own in severe]):
-            for plant, own, place in zip(plants, severe, places, strict=True):
+        for places in _together([own.places for own in worst]):
+            for plant, own, place in zip(plants, worst, places, strict=True):
                 _put(plant, own.pressures[i], own.currents[j], own.speeds[k], place)
             yield
 

@@ -6,9 +6,9 @@ from collections import defaultdict
 import pytest
 from schedulability import BIT_NS, Message, davis, response_times, tindell
 
+from hil_emulator.can_timing.frame_length import END_BITS, INTERMISSION_BITS, Length, length
+from hil_emulator.can_timing.wire import TimedWire
 from hil_emulator.frame import Frame
-from hil_emulator.wire.frame_length import END_BITS, INTERMISSION_BITS, Length, length
-from hil_emulator.wire.wire import TimedWire
 
 BIT_RATE = 125_000
 MS = 1_000_000

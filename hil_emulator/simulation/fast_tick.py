@@ -1,13 +1,13 @@
-"""A tick of a rig whose only node rests, in as few steps as possible.
+"""A tick of a rig whose only node is on its fast path, in as few steps as possible.
 
-It is `Rig.step` for what is met in most ticks of most runs: no fault, nothing on the bus but set
-points and SYNC, TPDOs that carry the sample. Anything else goes its ordinary way from where it
-shows: before the tick, or in the midst of it.
+It is `Rig.step` for what is met in most ticks of most runs. Anything else is left to the rig, from
+before the tick or from the point in it where it shows.
 """
 
 from collections.abc import Callable
 from typing import Protocol
 
+from hil_emulator.can_timing.wire import TimedWire
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
 from hil_emulator.faults.active import Faults
@@ -16,24 +16,31 @@ from hil_emulator.model.digits import NOT_FINITE
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
-from hil_emulator.simulation.wire_door import FrameDoor
+from hil_emulator.simulation.timed_can_port import CanPort
 
 NS_PER_US = 1_000
 
 
-class Ordinary(Protocol):
-    """The rig, and what goes on as ever: see `Rig`."""
+class TickingRig(Protocol):
+    """What the fast path needs of a rig: see `Rig`."""
 
     plant: Plant
     sensors: Sensors
+    nodes: tuple[Node, ...]
     faults: Faults
-    bus: FrameDoor
+    bus: CanPort
+    wire: TimedWire | None
     recorder: Recorder | None
     measured: Measured | None
+    left_stroke_ns: int | None
     now_ns: int
     tick_ns: int
 
-    def tell(self, finite: bool) -> None:
+    def sample(self) -> Measured:
+        """Return the last sample."""
+        ...
+
+    def publish(self, finite: bool) -> None:
         """End a tick."""
         ...
 
@@ -42,16 +49,16 @@ class Ordinary(Protocol):
         ...
 
 
-def quick_tick(rig: Ordinary, node: Node, steps: int) -> Callable[[], bool]:
+def fast_tick(rig: TickingRig, node: Node, steps: int) -> Callable[[], bool]:
     """Return what lets a tick pass; it returns False where it cannot, and nothing has happened.
 
     Args:
         rig: the rig, on a bus that takes no time.
-        node: its only node, which rests.
+        node: its only node, which is on its fast path.
         steps: integration steps per tick.
 
     """
-    rest, faults, sensors, bus = node.rest, rig.faults, rig.sensors, rig.bus
+    fast_path, faults, sensors, bus = node.fast_path, rig.faults, rig.sensors, rig.bus
     record, tick_ns = sensors.record, rig.tick_ns
     # numpy takes longer to put a number into its place
     inputs: memoryview[float] = rig.plant.input_vector.data.cast("B").cast("d")
@@ -63,7 +70,7 @@ def quick_tick(rig: Ordinary, node: Node, steps: int) -> Callable[[], bool]:
 
     def tick() -> bool:
         now_ns = rig.now_ns
-        if not rest.on or now_ns >= rest.until_ns or faults.active or rig.bus is not bus:
+        if not fast_path.until_ns or faults.active or rig.bus is not bus:
             return False
         recorder = rig.recorder
         frames = receive()
@@ -73,18 +80,18 @@ def quick_tick(rig: Ordinary, node: Node, steps: int) -> Callable[[], bool]:
             inputs[place[name]] = value
         ranges = pass_and_sample(now_ns // NS_PER_US)
         if ranges == NOT_FINITE:
-            rig.tell(False)
+            rig.publish(False)
             return True
         rig.measured = None
-        if ranges or not rest.on:
+        if ranges or not fast_path.until_ns:
             rig.conclude(True)
             return True
-        said = repeat(now_ns, record)
-        if said is not NO_FRAMES:
-            send(said)
+        sent = repeat(now_ns, record)
+        if sent is not NO_FRAMES:
+            send(sent)
         if recorder:
-            if said is not NO_FRAMES:
-                recorder.bus(now_ns, said, sent=True)
+            if sent is not NO_FRAMES:
+                recorder.bus(now_ns, sent, sent=True)
             recorder.row(now_ns, rig.plant, sensors.reading)
         rig.now_ns = now_ns + tick_ns
         return True

@@ -1,57 +1,102 @@
-"""Nodes at rest send what their services would: the same frames, the same objects."""
+"""On the fast path a node sends what its services would send: the same frames, the same objects."""
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
+from pathlib import Path
 from unittest.mock import patch
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from rigs import START, bench, reference
+from rigs import START, bench
+from service_sessions import SESSIONS, SILENT, Script, ServiceSession, machine
 from session import FAULTS, SYNC, Action, Session, nmt, read, remapped, typed, write
 
+from hil_emulator.device.deadline import NEVER, NOW
+from hil_emulator.device.dictionary import Dictionary
+from hil_emulator.device.services import Services
+from hil_emulator.device.storage import MemoryStorage
 from hil_emulator.frame import Frame
-from hil_emulator.simulation.resting_nodes import RestingNodes
-
-Script = Mapping[int, Iterable[Action]]
+from hil_emulator.platform.paths import shipped
+from hil_emulator.simulation.fast_path_nodes import FastPathNodes
 
 POSITION, PRESSURE, COUNTER, TIME, FORCE = (
     0x20200020, 0x20100010, 0x20400010, 0x20410020, 0x20300020,
 )  # fmt: skip
 """Mapping words of what a TPDO may carry."""
 
-SILENT: Action = ("said",)
+OFF_FAST_PATH = patch.object(FastPathNodes, "enter", lambda self: None)
+
+
+def service_names() -> list[str]:
+    """Return the names of all services of a node, as `Services` has them."""
+    dictionary = Dictionary.from_eds(shipped("eds/hydraulic_actuator.eds"), 5)
+    services = Services(dictionary, (), {}, MemoryStorage(), (), lambda: None, lambda: None)
+    return list(services.by_name)
 
 
 def session(script: Script, ticks: int) -> Session:
+    """Return what is seen of a session with the reference machine."""
+    return played(ServiceSession(script, ticks), Path())
+
+
+def played(given: ServiceSession, folder: Path) -> Session:
     """Return what is seen of a session."""
     seen = Session()
-    with bench(reference()) as b:
+    with bench(given.configured(folder)) as b:
         b.ticks(2)
         b.tick(START)
-        seen.run(b, script, ticks)
+        seen.run(b, given.script, given.ticks)
+        seen.services = dict(b.rig.nodes[0]._services.by_name)
     return seen
 
 
-def attended(script: Script, ticks: int) -> Session:
-    """Return the same of a session in which no node ever rests."""
-    with patch.object(RestingNodes, "settle", lambda self: None):
-        return session(script, ticks)
-
-
 def compare(script: Script, ticks: int) -> Session:
-    """Demand the same of both; return it."""
-    resting, awake = session(script, ticks), attended(script, ticks)
-    assert resting.frames == awake.frames
-    assert resting.objects == awake.objects
-    assert not awake.rested
-    return resting
+    """Demand the same of a session with and without the fast path; return it."""
+    fast = session(script, ticks)
+    with OFF_FAST_PATH:
+        ordinary = session(script, ticks)
+    assert fast == ordinary
+    assert not ordinary.ticks_on_fast_path
+    return fast
 
 
-def test_a_node_that_only_repeats_itself_rests() -> None:
-    """Set points, SYNC and four TPDOs in each tick: a heartbeat is what its services wake for."""
+@pytest.mark.parametrize("name", service_names())
+def test_a_service_acts_the_same_on_and_off_the_fast_path(name: str, tmp_path: Path) -> None:
+    """All frames and objects are equal; without what the service declares they would not be.
+
+    A service that declares `NEVER` is not needed on the fast path, so no session could show it.
+    """
+    assert name in SESSIONS, (
+        f"Services.{name} has no session: add one to SESSIONS in tests/simulation/"
+        "service_sessions.py in which it acts while the node is on the fast path, or keeps it off"
+    )
+    fast = played(SESSIONS[name], tmp_path)
+    with OFF_FAST_PATH:
+        assert fast == played(SESSIONS[name], tmp_path)
+    kind = type(fast.services[name])
+    if getattr(kind, "quiet_until_ns", NOW) is NEVER:
+        assert fast.ticks_on_fast_path > 20
+        return
+    with patch.object(kind, "quiet_until_ns", NEVER, create=True):
+        assert fast != played(SESSIONS[name], tmp_path), f"the session does not need {kind}"
+
+
+def test_a_service_without_a_declaration_keeps_its_node_off_the_fast_path() -> None:
+    """Whatever it is: nothing is known of when it acts."""
+    with bench(machine()) as b:
+        services = b.rig.nodes[0]._services
+        services.added = object()  # type: ignore[attr-defined]
+        b.ticks(2)
+        b.tick(START)
+        b.ticks(10, SYNC)
+        assert not b.rig.nodes[0].fast_path.on
+
+
+def test_a_node_that_only_repeats_itself_is_on_the_fast_path() -> None:
+    """Set points, SYNC and four TPDOs in each tick, and heartbeats."""
     seen = compare({}, 500)
-    assert seen.rested > 450
+    assert seen.ticks_on_fast_path > 450
     assert {0x185, 0x285, 0x385, 0x485, 0x705} <= {frame.can_id for _, frame in seen.frames}
 
 
@@ -63,10 +108,10 @@ def test_reading_an_object_in_every_tick_shows_every_sample() -> None:
 
 
 @pytest.mark.parametrize(("target", "kind"), FAULTS)
-def test_a_fault_does_to_a_resting_node_what_it_does_to_any(target: str, kind: str) -> None:
-    """Faults of every kind, begun and ended while the node rests."""
+def test_a_fault_acts_the_same_on_and_off_the_fast_path(target: str, kind: str) -> None:
+    """Faults of every kind, begun and ended while the node is on the fast path."""
     seen = compare({50: [("fault", target, kind, "60 ms")], 110: [("look",)]}, 200)
-    assert seen.rested >= 50
+    assert seen.ticks_on_fast_path >= 50
 
 
 KINDS = [(0, 0, 0), (1, 0, 0), (3, 0, 0), (252, 0, 0), (253, 0, 0), (254, 0, 0), (255, 0, 0),
@@ -85,35 +130,13 @@ def test_every_transmission_type_is_kept(kind: int, timer: int, inhibit: int) ->
     compare(script, 150)
 
 
-def test_a_master_goes_through_all_services() -> None:
-    """Remapping, NMT, LSS, a lost controller, guarding, parameters, a range left and entered."""
-    lss = [Frame(0x7E5, bytes([4, 1, *[0] * 6])), Frame(0x7E5, bytes([0x5E, *[0] * 7]))]
-    script: Script = {
-        20: [("requests", *remapped(1, [POSITION, COUNTER, PRESSURE]))],
-        60: [("requests", *remapped(2, [TIME, FORCE]), *remapped(3, [POSITION]))],
-        120: [("frames", nmt(2))], 125: [("frames", *lss)], 130: [("frames", nmt(129))],
-        140: [("frames", nmt(1))], 160: [SILENT], 200: [("frames", nmt(128))],
-        205: [("frames", nmt(1))], 220: [("set", "supply_pressure", 300e5)],
-        240: [("look",)], 260: [("set", "supply_pressure", 160e5)],
-        300: [("requests", write(0x1017, 0, 7, 2), write(0x1400, 5, 9, 2))],
-        **{t: [SILENT] for t in range(330, 345)},
-        360: [("said", Frame(0x205, b"\1"), SYNC)], 370: [("said", Frame(0x205, bytes(6)))],
-        380: [("said", Frame(0x080, b"\1"))], 400: [("frames", Frame(0x705, remote=True))],
-        420: [("serve", read(0x2020), SYNC, SYNC)], 440: [("set", "valve_current", 1e-3)],
-        450: [("requests", write(0x2001, 0, 1000, 4), write(0x1019, 0, 10, 1))],
-        470: [("said", Frame(0x080, b"\3"))], 480: [("frames", nmt(130))],
-        490: [("frames", nmt(1))],
-    }  # fmt: skip
-    seen = compare(script, 560)
-    assert seen.rested > 300
-
-
 def two_nodes() -> tuple[list[Frame], int]:
-    """Return what two nodes of a rig send, one of them remapped and reset, and how often both rest.
+    """Return what two nodes of a rig send, and in how many ticks both are on the fast path.
 
-    The second produces a heartbeat that the first consumes, and its third TPDO comes on request.
+    One is remapped and reset. The other produces a heartbeat that the first consumes, and its
+    third TPDO comes on request.
     """
-    first = reference().nodes[0]
+    first = machine().nodes[0]
     second = dataclasses.replace(first, id=6, commands={"valve_current": 0.0})
     events = {
         20: [Frame(0x605, bytes.fromhex("23161001 2c010600"))],  # consumes what node 6 produces
@@ -123,22 +146,22 @@ def two_nodes() -> tuple[list[Frame], int]:
         130: [Frame(0x000, bytes([1, 6]))],
         150: [Frame(0x606, bytes.fromhex("2b171000 00000000"))],  # falls silent
     }
-    rested = 0
-    with bench(dataclasses.replace(reference(), nodes=(first, second))) as b:
+    ticks = 0
+    with bench(dataclasses.replace(machine(), nodes=(first, second))) as b:
         b.ticks(2)
         b.tick(Frame(0x000, bytes([1, 0])))
         for tick in range(500):
             b.tick(*events.get(tick, ()), SYNC)
-            rested += all(node.rest.on for node in b.rig.nodes)
-        return b.heard, rested
+            ticks += all(node.fast_path.on for node in b.rig.nodes)
+        return b.heard, ticks
 
 
-def test_each_of_several_nodes_rests_by_itself() -> None:
+def test_each_of_several_nodes_enters_the_fast_path_by_itself() -> None:
     """A node that is remapped moves its neighbour's part of the record, and nothing else."""
-    heard, rested = two_nodes()
-    with patch.object(RestingNodes, "settle", lambda self: None):
+    heard, ticks = two_nodes()
+    with OFF_FAST_PATH:
         assert two_nodes() == (heard, 0)
-    assert rested > 250
+    assert ticks > 250
     assert {0x185, 0x186, 0x286, 0x386, 0x486, 0x706, 0x085} <= {frame.can_id for frame in heard}
 
 
@@ -176,6 +199,6 @@ SCRIPTS = st.dictionaries(
 @settings(max_examples=25, deadline=None, derandomize=True, database=None,
           suppress_health_check=list(HealthCheck))  # fmt: skip
 @given(SCRIPTS)
-def test_whatever_happens_a_resting_node_is_like_any(script: Script) -> None:
-    """Events of all kinds in any order."""
+def test_events_of_all_kinds_act_the_same_on_and_off_the_fast_path(script: Script) -> None:
+    """In any order."""
     compare(script, 300)

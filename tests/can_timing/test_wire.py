@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil_emulator.frame import BUS_ERROR, BUS_OFF, RESTARTED, Frame
-from hil_emulator.wire.controller import BUS_OFF_ABOVE, ERROR_STEP
-from hil_emulator.wire.frame_length import (
+from hil_emulator.can_timing.controller import BUS_OFF_ABOVE, ERROR_STEP
+from hil_emulator.can_timing.frame_length import (
     END_BITS,
     crc,
     length,
@@ -17,7 +16,8 @@ from hil_emulator.wire.frame_length import (
     stuff_bits,
     stuffed_field,
 )
-from hil_emulator.wire.wire import ERROR_BITS, RECOVERY_BITS, TimedWire
+from hil_emulator.can_timing.wire import ERROR_BITS, RECOVERY_BITS, TimedWire
+from hil_emulator.frame import BUS_ERROR, BUS_OFF, RESTARTED, Frame
 
 BIT_RATE = 500_000
 BIT_NS = 2_000

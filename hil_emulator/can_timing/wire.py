@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from hil_emulator.can_timing.controller import CanController
+from hil_emulator.can_timing.frame_length import INTERMISSION_BITS, Length, length
 from hil_emulator.frame import BUS_ERROR, BUS_OFF, RESTARTED, Frame
-from hil_emulator.wire.controller import CanController
-from hil_emulator.wire.frame_length import INTERMISSION_BITS, Length, length
 
 ERROR_BITS = 31
 """An error frame at its longest, with the intermission (Tindell, Burns, Guaranteeing message

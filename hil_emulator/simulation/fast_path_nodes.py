@@ -1,0 +1,86 @@
+"""When the fast path applies: the only place that decides it.
+
+At the end of a tick each node enters its fast path for which all of these hold:
+
+1. No fault is in force or waits: a fault changes samples and frames between services and bus.
+2. Every channel is inside its measuring range: its end is reported, and looked for in each tick.
+3. The node is OPERATIONAL: in other states it sends no TPDO and takes no set point.
+4. No object is distorted: a distortion overwrites its object after each sample.
+5. Every service has declared that it has nothing to do before a later time (`device/fast_path.py`,
+   which also lists what ends the fast path).
+6. The TPDOs carry nothing but integers of up to 32 bits, on whole bytes, that show a channel, the
+   sample counter or the sample time: that is what the machine code can pack (`model/digits.py`).
+
+A rig passes whole ticks in `fast_tick` if in addition
+
+7. the node on the fast path is its only one: no frames are carried between nodes;
+8. its bus takes no time: no frame waits for the bus to be free;
+9. the cylinder has ends, or the rod has left its stroke: else each tick checks whether it has.
+"""
+
+from collections.abc import Callable
+
+from hil_emulator.device.nmt import State
+from hil_emulator.device.node import Node
+from hil_emulator.device.packed_tpdos import PackedTpdos
+from hil_emulator.simulation.fast_tick import TickingRig, fast_tick
+
+
+class FastPathNodes:
+    """The nodes of a rig, and the record out of which those on the fast path send.
+
+    Args:
+        rig: the rig.
+        steps: integration steps per tick.
+
+    Attributes:
+        tick: lets a tick of the rig pass; False where it cannot, and nothing has happened.
+
+    """
+
+    def __init__(self, rig: TickingRig, steps: int) -> None:
+        self._rig = rig
+        self._steps = steps
+        self._has_ends = rig.plant.has_ends
+        self._packed: dict[Node, PackedTpdos] = {}
+        self.tick: Callable[[], bool] = lambda: False
+
+    def enter(self) -> None:
+        """Let each node enter the fast path for which it applies, and the rig if it applies."""
+        rig = self._rig
+        for node in rig.nodes:
+            if (
+                not node.fast_path.on
+                and not rig.faults.active  # 1
+                and not rig.sensors.ranges  # 2
+                and node.state is State.OPERATIONAL  # 3
+                and not node.distortions  # 4
+                and (until_ns := node.quiet_until_ns) > rig.now_ns  # 5
+                and (packed := node.packed(rig.sensors.count))  # 6
+            ):
+                if packed is not self._packed.get(node):
+                    self._packed[node] = packed
+                    self._lay_out()
+                node.enter_fast_path(until_ns, packed, rig.sample)
+        if (
+            rig.nodes[0].fast_path.on
+            and len(rig.nodes) == 1  # 7
+            and not rig.wire  # 8
+            and (self._has_ends or rig.left_stroke_ns)  # 9
+        ):
+            self.tick = fast_tick(rig, rig.nodes[0], self._steps)
+
+    def leave(self, *, renewed: bool = False) -> None:
+        """Let all nodes leave it: see `Node.leave_fast_path`."""
+        for node in self._rig.nodes:
+            node.leave_fast_path(renewed=renewed)
+
+    def _lay_out(self) -> None:
+        """Give each node its place in the record, one after the other."""
+        words: list[tuple[float, ...]] = []
+        place = 0
+        for packed in self._packed.values():
+            packed.move_to(place)
+            words += [(*w.shown, place + w.start, w.size) for w in packed.words]
+            place += packed.size
+        self._rig.sensors.lay_out(words, place)
