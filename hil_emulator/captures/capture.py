@@ -128,6 +128,12 @@ def _remarks(traffic: Traffic) -> list[str]:
     notes = []
     if traffic.short:
         notes.append(f"{traffic.short} frames were too short for their PDO, and left out")
+    for stream in traffic.streams.values():
+        lacking = [
+            s.name for s in stream.carrier.signals if not np.isfinite(stream.values[s.key]).any()
+        ]
+        if lacking:
+            notes.append(f"no frame of {stream.carrier.name} holds {', '.join(lacking)}")
     for code, times in sorted(traffic.emergencies.items()):
         if code:
             notes.append(f"emergency {code:04X} was sent {times} times")

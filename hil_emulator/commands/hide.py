@@ -1,7 +1,6 @@
 """`hil-emulator hide`: a practice ground for `identify`, its truth in a sealed file."""
 
 import csv
-import json
 import re
 import secrets
 import shutil
@@ -11,6 +10,7 @@ from pathlib import Path
 import click
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.errors import UserError
@@ -21,6 +21,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.measured.reading import SET_POINT
 from hil_emulator.identify.prediction.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.panel.result_folder import result_of
 from hil_emulator.platform.paths import cache_folder, near, shipped
 from hil_emulator.units import factor
 
@@ -109,7 +110,7 @@ def reveal(out: Path) -> None:
         click.echo(f"hidden    {words}")
     for file in (out / "found" / "result.json", out / "result.json"):
         if file.is_file():
-            result = json.loads(file.read_text(encoding="utf-8"))
+            result = result_of(file)
             click.echo(f"result    {near(file)}: {result['verdict']}")
             click.echo("\n".join(sealed.compared(truth, result)))
             return
@@ -177,6 +178,7 @@ def _write(e: Experiment, file: Path) -> None:
 def _stimulus(file: Path, ground: Ground) -> Target:
     """Read a stimulus file of `hil-emulator experiment`."""
     try:
+        input_files.check(file, input_files.COURSE)
         time, position = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2).T
         period = float(np.median(np.diff(time)))
     except (OSError, ValueError) as error:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.units import to_si
 
@@ -41,6 +42,7 @@ def column(file: Path, name: str) -> Points:
 
     """
     try:
+        input_files.check(file, input_files.COURSE)
         with file.open(newline="", encoding="utf-8-sig") as text:
             header, *rows = list(csv.reader(text))
     except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:

@@ -24,10 +24,12 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.input_files import parse_json
 from hil_emulator.recording import SUFFIX
-from hil_emulator.recording.header_shape import header_of_entry
+from hil_emulator.recording.header_shape import LARGEST, header_of_entry
 
 _NAME = b"HILREC"
 MAGIC = _NAME + b"2\n"
@@ -114,6 +116,7 @@ def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
 
     """
     try:
+        input_files.check(file, input_files.RECORDING)
         with file.open("rb") as stream:
             begins = stream.read(len(MAGIC))
             if begins not in _READABLE and begins.startswith(_NAME):
@@ -168,8 +171,8 @@ def _is_sound(kind: int, payload: bytes, width: int) -> bool:
             return timely and all(f[0] <= _LARGEST_ID and f[2] <= _DATA_BYTES for f in frames)
         case EntryKind.EVENT:
             try:
-                what = json.loads(payload[_TIME.size :])
-            except (ValueError, RecursionError):
+                what = parse_json(payload[_TIME.size :]) if len(payload) <= LARGEST else None
+            except ValueError:
                 return False
             return isinstance(what, dict) and _TIME.unpack_from(payload)[0] >= 0
     return False

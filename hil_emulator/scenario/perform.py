@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.errors import UserError
@@ -218,6 +219,7 @@ def _profile(folder: Path, profile: SignalProfile) -> tuple[Curve, Curve]:
     """
     file = folder / profile.file
     try:
+        input_files.check(file, input_files.COURSE)
         rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
         times, values = rows.T
     except (OSError, ValueError) as error:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
 
@@ -95,9 +96,24 @@ def _hdf5(file: Path) -> dict[str, Any]:
 
     try:
         with h5py.File(file) as source:
+            input_files.check_unpacked(file, _stated(h5py, source))
             return content(source)
+    except UserError:
+        raise
     except Exception as error:  # h5py, too, answers with many kinds
         raise UserError(f"{file}: is not a readable MATLAB file: {error}") from None
+
+
+def _stated(h5py: Any, source: Any) -> int:
+    """Return how many bytes all values have as numbers, as the file states it."""
+    sizes: list[int] = []
+
+    def add(_: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            sizes.append(int(item.size or 0) * max(8, item.dtype.itemsize))
+
+    source.visititems(add)
+    return sum(sizes)
 
 
 def _dataset(data: Any) -> Any:

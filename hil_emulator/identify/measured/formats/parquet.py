@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
 
@@ -22,8 +23,12 @@ def read(file: Path) -> LogTable:
     arrow, storage = module("pyarrow", file), module("pyarrow.parquet", file)
     try:
         with storage.ParquetFile(file) as source:  # one file, whatever folders are called
+            stated = source.metadata
+            input_files.check_unpacked(file, 8 * stated.num_rows * stated.num_columns)
             table = source.read()
         found = [_column(arrow, field, table.column(i)) for i, field in enumerate(table.schema)]
+    except UserError:
+        raise
     except Exception as error:  # pyarrow answers damage with many kinds of exception
         raise UserError(f"{file}: is not a readable Parquet file: {error}") from None
     own = OWN_MARK in (table.schema.metadata or {})
