@@ -180,6 +180,8 @@ def _stimulus(file: Path, ground: Ground) -> Target:
     try:
         input_files.check(file, input_files.COURSE)
         time, position = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2).T
+        if len(time) < 2 or not np.isfinite(position).all() or not np.all(np.diff(time) > 0.0):
+            raise ValueError("it has not two or more rows of finite numbers at rising times")
         period = float(np.median(np.diff(time)))
     except (OSError, ValueError) as error:
         raise UserError(
