@@ -41,8 +41,8 @@ EFFECTS = Limit("effect file (Python)", MIB, "split it")
 SHEET = Limit("EDS or DCF", 4 * MIB, "leave out objects that the device does not need")
 """A device with 10,000 objects needs 2 MiB (assumed)."""
 
-DATABASE = Limit("database of messages", 16 * MIB, "keep the messages of the device alone")
-"""Databases of whole vehicles have up to 10 MiB (assumed)."""
+DATABASE = Limit("database of messages", 8 * MIB, "keep the messages of the device alone")
+"""Databases of whole vehicles have up to 5 MiB; their reader needs 100 times that (assumed)."""
 
 COURSE = Limit("CSV of a course", 64 * MIB, "sample it more slowly, or cut it")
 """An hour at 1 kHz: 3.6 million rows of 16 characters (assumed)."""

@@ -28,6 +28,9 @@ from hil_emulator.units import factor
 NOTHING = "nothing"
 """Said in place of an effect: the machine deviates, drifts and is noisy, and lacks nothing."""
 
+SHORTEST, UNEVEN = 1e-5, 0.02
+"""Sample period of a stimulus [s], and by how much of it a step may differ (assumed)."""
+
 _SHOWN = {SET_POINT: ("A", "mA")} | {c.name: (c.unit, c.shown) for c in CHANNELS}
 
 
@@ -180,9 +183,11 @@ def _stimulus(file: Path, ground: Ground) -> Target:
     try:
         input_files.check(file, input_files.COURSE)
         time, position = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2).T
-        if len(time) < 2 or not np.isfinite(position).all() or not np.all(np.diff(time) > 0.0):
-            raise ValueError("it has not two or more rows of finite numbers at rising times")
-        period = float(np.median(np.diff(time)))
+        steps = np.diff(time)
+        period = float(np.median(steps)) if len(steps) else 0.0
+        even = np.all(np.abs(steps - period) < UNEVEN * period)
+        if not (even and period >= SHORTEST and np.isfinite(position).all()):
+            raise ValueError(f"its times do not rise evenly by {SHORTEST:g} s or more")
     except (OSError, ValueError) as error:
         raise UserError(
             f"{file}: no stimulus: {error}; write one with `hil-emulator experiment NAME`"
