@@ -59,6 +59,9 @@ CAPTURE = Limit("CAN capture", GIB, "cut it")
 RECORDING = Limit("recording", 8 * GIB, "record less, or with --trigger")
 """Five hours at 1 kHz with 60 columns of 8 bytes."""
 
+RECORDING_IN_PARTS = Limit("recording", 1024 * GIB, "record less, or with --trigger")
+"""Of one that is never in memory as a whole: three weeks of the above."""
+
 RESULT = Limit("result of an identification", 16 * MIB, "write it anew with identify --out")
 """A result with twenty logs has 0.3 MiB (assumed)."""
 

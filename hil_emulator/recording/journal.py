@@ -27,7 +27,7 @@ import numpy as np
 from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
-from hil_emulator.input_files import parse_json
+from hil_emulator.input_files import RECORDING, RECORDING_IN_PARTS, Limit, parse_json
 from hil_emulator.recording import SUFFIX
 from hil_emulator.recording.header_shape import LARGEST, header_of_entry
 
@@ -108,15 +108,19 @@ class Recording:
         return {name: self.rows[:, i] for i, name in enumerate(self.units)}
 
 
-def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
+def entries(file: Path, limit: Limit = RECORDING_IN_PARTS) -> Iterator[tuple[EntryKind, bytes]]:
     """Yield the complete entries of a journal, the header first.
+
+    Args:
+        file: the file.
+        limit: of its size.
 
     Raises:
         UserError: if the file is no journal, cannot be read or is damaged.
 
     """
     try:
-        input_files.check(file, input_files.RECORDING)
+        input_files.check(file, limit)
         with file.open("rb") as stream:
             begins = stream.read(len(MAGIC))
             if begins not in _READABLE and begins.startswith(_NAME):
@@ -202,7 +206,7 @@ def read(file: Path) -> Recording:
     rows: list[bytes] = []
     found: list[tuple[int, bool, Frame]] = []
     events: list[tuple[int, dict[str, Any]]] = []
-    for kind, payload in entries(file):
+    for kind, payload in entries(file, RECORDING):
         match kind:
             case EntryKind.HEADER:
                 header = header_of_entry(file, payload)

@@ -62,14 +62,14 @@ class Study:
     Attributes:
         counts: how many were read and refused, by reader.
         failures: by cause, the first of each.
-        slowest: time of the slowest file [s], by reader.
+        slowest: processor time of the slowest file [s] and its number, by reader.
 
     """
 
     def __init__(self, seed: int, without: frozenset[str] = frozenset()) -> None:
         self.counts: Counter[tuple[str, str]] = Counter()
         self.failures: dict[str, Failure] = {}
-        self.slowest: dict[str, float] = {}
+        self.slowest: dict[str, list[float]] = {}
         self._readers = [r for r in READERS if r.name not in without]
         self._seed = seed
         self._root = Path(tempfile.mkdtemp())
@@ -96,10 +96,10 @@ class Study:
         self._counted(reader, case, mutated(chance, chance.choice(self._seeds[reader.name])))
 
     def _counted(self, reader: Reader, case: int, content: bytes) -> None:
-        begin = time.perf_counter()
+        begin = time.process_time()
         self.counts[reader.name, self._put(reader, case, content)] += 1
-        taken = time.perf_counter() - begin
-        self.slowest[reader.name] = max(taken, self.slowest.get(reader.name, 0.0))
+        taken = time.process_time() - begin
+        self.slowest[reader.name] = max([taken, case], self.slowest.get(reader.name, [0.0, 0]))
 
     def _put(self, reader: Reader, case: int, content: bytes) -> str:
         file = self._folder / f"mutant.{reader.ending or reader.name}"
@@ -118,11 +118,12 @@ class Study:
     def report(self) -> str:
         """Return the counts as a table, then each kind of failure once."""
         cells = "".join(f"{result:>9}" for result in RESULTS)
-        lines = [f"{'kind':17}{'cases':>9}{cells}  slowest [s]"]
-        names = [reader.name for reader in READERS if reader.name in self.slowest]
+        lines = [f"{'kind':17}{'cases':>9}{cells}  slowest [s], case"]
+        names = [reader.name for reader in self._readers]
         for name in names:
             row = [self.counts[name, result] for result in RESULTS]
-            lines.append(_line(name, row) + f"  {self.slowest[name]:.2f}")
+            taken, case = self.slowest.get(name, [0.0, 0])
+            lines.append(_line(name, row) + f"  {taken:.2f} {case:.0f}")
         lines.append(_line("all", [sum(self.counts[n, r] for n in names) for r in RESULTS]))
         for failure in self.failures.values():
             last = "\n".join(failure.trace.strip().splitlines()[-3:])

@@ -79,8 +79,8 @@ def load(path: Path, node_id: int) -> DataSheet:
 
     Raises:
         UserError: the file is missing, is not an EDS, is that of a modular device, describes an
-            object twice, has too many, lacks a mandatory object, or says something that has no sense; names
-            section and key.
+            object twice, has too many, lacks a mandatory object, or says something that has no
+            sense; names section and key.
 
     """
     report = Report(str(path))
