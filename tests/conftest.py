@@ -6,8 +6,17 @@ import socket
 import pytest
 from hypothesis import settings
 
-settings.register_profile("untimed", deadline=None)  # a busy machine is no failure
-settings.load_profile("untimed")
+from tests.siblings import pairs, without_sibling
+
+# a busy machine is no failure, and the same change passes or fails each time
+settings.register_profile("repeatable", deadline=None, derandomize=True)
+settings.register_profile("random", deadline=None)
+settings.load_profile("repeatable")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add an option that lists the tests of `.ci/full` and what stands for each."""
+    parser.addoption("--siblings", action="store_true", help="list tests marked full, and stop")
 
 
 @pytest.fixture
@@ -28,6 +37,15 @@ def socketcan_channel() -> str:
     return channel
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the longest test, the virtual machine, so that no worker ends with it alone."""
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Check that each test left to `.ci/full` has a sibling; begin with the longest test.
+
+    That is the virtual machine: otherwise one worker ends with it alone.
+    """
+    if config.option.siblings:
+        print("\n".join(f"{test}\n    {sibling}" for test, sibling in pairs(items)))
+        pytest.exit("that is all", 0)
+    if config.args == config.getini("testpaths") and (missing := without_sibling(items)):
+        raise pytest.UsageError("no sibling that every run has: " + "; ".join(missing))
     items.sort(key=lambda item: item.path.name != "test_in_vm.py")

@@ -88,7 +88,7 @@ def test_a_folder_that_vanishes_does_not_end_the_run(tmp_path: Path) -> None:
     assert "recording: " in said
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_folder_that_is_not_writable_is_told_before_the_run")
 def test_a_home_that_is_not_writable_only_costs_the_cache() -> None:
     """The model is compiled for this run alone."""
     nowhere = "/proc/nowhere"
@@ -98,7 +98,9 @@ def test_a_home_that_is_not_writable_only_costs_the_cache() -> None:
     assert "10 ticks" in said
 
 
-@pytest.mark.slow
+@pytest.mark.full(
+    sibling="model/test_compile_once.py::test_processes_that_start_at_once_compile_once"
+)
 def test_four_cold_starts_at_once(tmp_path: Path) -> None:
     """On one empty cache: each runs, and the cache that they leave is a sound one."""
     cache = {"XDG_CACHE_HOME": str(tmp_path)}

@@ -12,7 +12,7 @@ from hil_emulator.identify.conclusion.conclude import conclude
 from hil_emulator.identify.estimation.free_terms import score_terms
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.refits import CandidateRefits
 from hil_emulator.identify.selection.scan import scan

@@ -19,7 +19,7 @@ from hil_emulator.identify.experiment_design.library import Stimulus, Target, li
 from hil_emulator.identify.experiment_design.practice import Ground
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.measured.reading import SET_POINT
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.panel.result_folder import result_of
 from hil_emulator.platform.paths import cache_folder, near, shipped

@@ -38,7 +38,7 @@ class Kind:
 
     name: str
     describes: str
-    needs: Mapping[str, frozenset[str]]
+    needs: Mapping[str, frozenset[str]] = field(hash=False)
     options: tuple[str, ...] = ()
 
     @property

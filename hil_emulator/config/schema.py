@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Annotated, Any
 
 from pydantic import GetJsonSchemaHandler, create_model
@@ -130,8 +131,9 @@ def plant_tables(effects: Iterable[Effect]) -> list[str]:
     return list(dict.fromkeys([*PARAMS, *stages]))
 
 
+@lru_cache(maxsize=8)
 def schema(effects: tuple[Effect, ...], kind: Kind, *, on_bus: bool = False) -> type[StrictTable]:
-    """Return the model of a whole configuration.
+    """Return the model of a whole configuration; the last eight are kept.
 
     Args:
         effects: the catalogue.

@@ -19,7 +19,7 @@ from hil_emulator.identify.estimation.set_point_course import (
     shifts,
 )
 from hil_emulator.identify.measured.between_rows import SetPoints
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.selection.certainty import disbelief, hardly_believed
 from hil_emulator.identify.selection.levels import NORMAL_95, TOLD_APART
 from hil_emulator.identify.selection.progress import Search

@@ -21,14 +21,14 @@ from hil_emulator.identify.data_checks.sound import without_contradictions
 from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.boundary import as_stated, bounded, with_gain
-from hil_emulator.identify.prediction.cluster_pool import ClusterPool
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.benches.boundary import as_stated, bounded, with_gain
 from hil_emulator.identify.prediction.instrumentation import examinable, predicting, priors
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.pool import Pool, Threads
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.parallel.cluster_pool import ClusterPool
+from hil_emulator.identify.prediction.parallel.pool import Pool, Threads
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.second_search import Searched, Tell, course, searched, widen
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.platform.cluster import connected

@@ -74,6 +74,7 @@ def test_the_rod_moves_as_fast_as_the_orifice_equation_says(knee: hil.Actuator) 
     assert speed == pytest.approx(brentq(unbalanced, 0.0, 1.0), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_small_step_is_what_the_linear_model_says(knee: hil.Actuator) -> None:
     """What 10 uA more do to the rod at rest is what the exact linear model says, within 3 %.
 
@@ -164,6 +165,7 @@ def test_a_linear_model_shows_itself(knee: hil.Actuator) -> None:
     assert "<table>" in model._repr_html_()
 
 
+@pytest.mark.slow
 def test_a_table_with_units_is_as_good_as_its_file(tmp_path: Path) -> None:
     """`gap` measures the same of a log, of the table read from it, and of one in other units."""
     rig = packaged()["friction_rig"]

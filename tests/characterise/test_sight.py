@@ -31,6 +31,7 @@ def measured(result: BenchResult, beginning: str) -> float:
     return next(c.measured for c in result.comparisons if c.quantity.startswith(beginning))
 
 
+@pytest.mark.slow
 def test_a_worn_valve_loses_pressure_sensitivity(bench: Put) -> None:
     """Twice the clearance halves the slope at null; what creeps through a slit is four times."""
     worn = bench(land_leakage_clearance=56e-6)
@@ -45,6 +46,7 @@ def test_the_null_is_found_where_it_is(bench: Put) -> None:
     assert pressure_gain.find_null(bench(null_bias_bias=1e-4)) == pytest.approx(-1e-4, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_piston_leakage_is_told_from_valve_leakage(bench: Put) -> None:
     """Conductances past the piston and outwards come back beside an unchanged valve."""
     leaking = bench(internal_leakage_conductance=1.7e-13, external_leakage_conductance=2e-14)
@@ -60,6 +62,7 @@ def test_a_gain_that_depends_on_direction_shows_in_the_flow_curve(bench: Put) ->
     assert flow.max() / -flow.min() == pytest.approx(1.05 / 0.95, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_spool_without_rate_limit_has_one_bandwidth(bench: Put) -> None:
     """It is the rate limit that makes the full-amplitude bandwidth smaller."""
     notes = spool_response.run(bench(spool_rate_limit_rate=np.inf)).comparisons
@@ -74,6 +77,7 @@ def test_more_air_softens_the_oil_at_low_pressure(bench: Put) -> None:
     assert all(c.agrees for c in foamy.comparisons)
 
 
+@pytest.mark.slow
 def test_a_pilot_stage_at_lower_pressure_is_slower(bench: Put) -> None:
     """With the pilot fed from the supply, 160 bar give sqrt(160/210) of both bandwidths."""
     found = spool_response.run(bench(pilot_supply_share=1.0)).comparisons
@@ -168,6 +172,7 @@ def test_friction_is_seen_through_the_sensors(bench: Put) -> None:
     assert added == pytest.approx(0.04 * 500.0, rel=0.3)
 
 
+@pytest.mark.slow
 def test_four_times_the_mass_halves_the_natural_frequency(bench: Put) -> None:
     """The springs stay; the damping ratio halves too."""
     light, heavy = (natural_frequency.run(bench(load_mass=mass)) for mass in (50.0, 200.0))

@@ -223,6 +223,7 @@ def test_a_rod_that_leaves_its_stroke_is_told(ends: str, layer: Callable[[str], 
     assert ("stroke    the rod left it at 0." in text) == (ends == "off")
 
 
+@pytest.mark.slow
 def test_a_leg_of_two_actuators_runs_on_two_buses(
     layer: Callable[[str], Path], tmp_path: Path
 ) -> None:
@@ -254,6 +255,7 @@ def test_a_leg_of_two_actuators_runs_on_two_buses(
     assert "such as hip.valve stuck" in refused("run", leg, "--fault", "valve stuck")
 
 
+@pytest.mark.slow
 def test_each_actuator_of_a_machine_is_recorded_and_can_break(
     layer: Callable[[str], Path], tmp_path: Path
 ) -> None:

@@ -28,7 +28,7 @@ def asked(*arguments: object) -> tuple[int, str]:
 
 @pytest.mark.parametrize("words", [
     ("linear",), ("experiment", "steps", "--out", "steps.csv"),
-    ("characterise", "leakage", "--out", "pages"),
+    pytest.param(("characterise", "leakage", "--out", "pages"), marks=pytest.mark.slow),
     ("hide", "nothing", "--duration", "0.8 s", "--out", "practice"),
 ])  # fmt: skip
 def test_what_needs_no_bus_needs_no_node(

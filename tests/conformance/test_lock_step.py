@@ -12,10 +12,15 @@ from hil_emulator.config.load import load
 from hil_emulator.platform.paths import shipped
 
 EDS_FILES = sorted(shipped("eds/hydraulic_actuator.eds").parent.glob("*.eds"))
+DEVICES = [
+    pytest.param(eds, id=eds.stem, marks=[] if eds.stem == "valve_driver" else pytest.mark.slow)
+    for eds in EDS_FILES
+]
+"""The combined device is asked on the reference machine as well."""
 
 
-@pytest.mark.parametrize("eds", EDS_FILES, ids=lambda path: path.stem)
-@pytest.mark.parametrize("node_id", [1, 127])
+@pytest.mark.parametrize("eds", DEVICES)
+@pytest.mark.parametrize("node_id", [1, pytest.param(127, marks=pytest.mark.slow)])
 def test_every_shipped_device_conforms(eds: Path, node_id: int) -> None:
     """Each device whose EDS is shipped passes all cases, at either end of the node-IDs."""
     settings = own_channel()
@@ -28,7 +33,8 @@ def test_every_shipped_device_conforms(eds: Path, node_id: int) -> None:
     "files",
     [pytest.param(["configs/hyq_knee.toml"], id="combined"),
      pytest.param(["configs/hyq_knee.toml", "configs/hyq_knee_separate.toml"],
-                  id="separate", marks=pytest.mark.slow)],
+                  id="separate",
+                  marks=pytest.mark.full(sibling="test_the_emulator_conforms"))],
 )  # fmt: skip
 def test_the_emulator_conforms(files: list[str]) -> None:
     """On the reference machine, hydraulics and noise included, all nodes of a layout conform."""

@@ -34,7 +34,7 @@ def test_a_mutant_is_noticed_where_it_is_broken(name: str) -> None:
     assert found.case == CASES[name]
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_mutant_is_noticed_where_it_is_broken")
 @pytest.mark.parametrize("name", [name for name in MUTANTS if name not in UNNOTICED])
 def test_a_mutant_is_noticed(name: str) -> None:
     """By the case that is kept for it, as a device that misbehaves and not one that breaks down.

@@ -44,7 +44,7 @@ def test_the_emulator_conforms_over_tcp(tmp_path: Path) -> None:
         check(port, load([COMBINED]).nodes[0])
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_the_emulator_conforms_over_tcp")
 def test_a_node_of_the_separate_layout_conforms_over_tcp(tmp_path: Path) -> None:
     """The first of four conforms with the others on the same bus; in lock-step each does."""
     with emulator(tmp_path, str(SEPARATE)) as (port, _):

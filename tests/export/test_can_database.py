@@ -98,7 +98,7 @@ def test_pdos_decode_to_the_sensors_readings(config: Configuration, folder: Path
     assert drive(config, folder, 1000) > 4000
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_pdos_decode_to_the_sensors_readings")
 def test_ten_seconds_of_pdos_decode(config: Configuration, folder: Path) -> None:
     """Nothing drifts within ten seconds."""
     assert drive(config, folder, 10_000) > 40_000

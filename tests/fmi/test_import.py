@@ -23,6 +23,7 @@ pytest.importorskip("fmpy")
 
 KNEE = shipped("configs/hyq_knee.toml")
 HERE = Path(__file__).parent
+FULL = pytest.mark.full(sibling="test_an_fmu_that_fails_does_not_take_the_bus_down")
 
 WIRED = """
 [plant]
@@ -103,10 +104,10 @@ def test_what_stands_around_the_plant_works_as_with_the_built_in_one(crane: Path
     ("misdeed", "said"),
     [
         (2, "has crashed: signal 11"), (5, "has not answered for 0.5 s"),
-        pytest.param(3, "its step from 0.05 s failed", marks=pytest.mark.slow),
-        pytest.param(4, "its step from 0.05 s discarded", marks=pytest.mark.slow),
-        pytest.param(6, "has ended with exit code 7", marks=pytest.mark.slow),
-        pytest.param(7, "has an output that is no finite number", marks=pytest.mark.slow),
+        pytest.param(3, "its step from 0.05 s failed", marks=FULL),
+        pytest.param(4, "its step from 0.05 s discarded", marks=FULL),
+        pytest.param(6, "has ended with exit code 7", marks=FULL),
+        pytest.param(7, "has an output that is no finite number", marks=FULL),
     ],
 )  # fmt: skip
 def test_an_fmu_that_fails_does_not_take_the_bus_down(crane: Path, misdeed: int, said: str) -> None:

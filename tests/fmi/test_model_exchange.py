@@ -21,6 +21,7 @@ from tests.fmi.slides import slide
 pytest.importorskip("fmpy")
 
 KNEE = shipped("configs/hyq_knee.toml")
+FULL = pytest.mark.full(sibling="test_one_that_fails_does_not_take_the_bus_down")
 FORCE, PUSH, ONSET, REACH, REBOUND = 2e3, 1e3, 0.0123456, 15.0, 0.5
 
 BOTH = 'ModelExchange modelIdentifier="slide"/><CoSimulation'
@@ -120,14 +121,14 @@ def test_an_event_that_is_due_at_the_end_of_a_tick_is_seen_in_it(sliding: Path) 
     [
         (2, "has crashed: signal 11"),
         (9, "finds no end of its events at 0.05 s"),
-        pytest.param(3, "its integration from 0.0", marks=pytest.mark.slow),
-        pytest.param(4, "discarded", marks=pytest.mark.slow),
-        pytest.param(5, "has not answered for 0.5 s", marks=pytest.mark.slow),
-        pytest.param(6, "has ended with exit code 7", marks=pytest.mark.slow),
-        pytest.param(7, "has a state that is no finite number", marks=pytest.mark.slow),
-        pytest.param(8, "has ended its simulation at 0.0", marks=pytest.mark.slow),
-        pytest.param(10, "has over 100 events within 2e-05 s", marks=pytest.mark.slow),
-        pytest.param(13, "an event indicator that is no number", marks=pytest.mark.slow),
+        pytest.param(3, "its integration from 0.0", marks=FULL),
+        pytest.param(4, "discarded", marks=FULL),
+        pytest.param(5, "has not answered for 0.5 s", marks=FULL),
+        pytest.param(6, "has ended with exit code 7", marks=FULL),
+        pytest.param(7, "has a state that is no finite number", marks=FULL),
+        pytest.param(8, "has ended its simulation at 0.0", marks=FULL),
+        pytest.param(10, "has over 100 events within 2e-05 s", marks=FULL),
+        pytest.param(13, "an event indicator that is no number", marks=FULL),
     ],
 )
 def test_one_that_fails_does_not_take_the_bus_down(

@@ -36,7 +36,7 @@ def test_some_hundred_mutants() -> None:
     study(range(300), seed=18, without=COMPILED)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_some_hundred_mutants")
 def test_two_thousand_mutants() -> None:
     """Others than those above."""
     study(range(2_000), seed=19)

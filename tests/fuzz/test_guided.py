@@ -11,7 +11,7 @@ pytest.importorskip("atheris", reason="atheris is for Linux")
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="fuzz/test_files.py::test_some_hundred_mutants")
 @pytest.mark.parametrize(
     ("target", "runs"),
     [("quantity", 100_000), ("socketcand", 100_000), ("frames", 10_000), ("eds", 500),

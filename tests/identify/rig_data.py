@@ -9,7 +9,7 @@ import numpy as np
 
 from hil_emulator.config.load import Configuration, load
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
 from hil_emulator.platform.paths import cache_folder

@@ -13,9 +13,9 @@ from hil_emulator.identify.estimation.free_terms import score_terms
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.session import Question, identify
 from tests.identify.rig_data import CACHE, INSTRUMENTS, KNEE, campaign, knee, knee_model, recorded
@@ -52,7 +52,10 @@ def misread(experiment: Experiment, channel: str) -> Experiment:
     return replace(experiment, readings={**experiment.readings, channel: read})
 
 
-@pytest.mark.parametrize("channel", WAVES)
+@pytest.mark.parametrize(
+    "channel",
+    [c if c == "pressure_a" else pytest.param(c, marks=pytest.mark.slow) for c in WAVES],
+)
 def test_a_waving_calibration_shows_at_its_sensor(channel: str) -> None:
     """Of all free terms that over the sensor's own reading explains the most, with that wave."""
     data = [misread(recorded({}, kind, 3), channel) for kind in ("multisine", "steps")]
@@ -72,7 +75,7 @@ def bent(values: Array, curve: Array) -> Array:
     return np.asarray(curve - np.polyval(np.polyfit(values, curve, 1), values))
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_waving_calibration_shows_at_its_sensor")
 @pytest.mark.parametrize("channel", ["position", "load_force"])
 def test_a_waving_calibration_is_told_as_something_unknown_there(channel: str) -> None:
     """No effect is named, and what is unknown is above all in the reading of that sensor."""
@@ -86,7 +89,7 @@ def test_a_waving_calibration_is_told_as_something_unknown_there(channel: str) -
     assert result.unknown[0].balance == BALANCES[channel]
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_waving_calibration_shows_at_its_sensor")
 @pytest.mark.parametrize("channel", ["position", "load_force"])
 def test_a_calibration_that_is_added_closes_the_gap(channel: str, tmp_path: Path) -> None:
     """The emulator with the table misreads as the bench does, on data that took no part."""

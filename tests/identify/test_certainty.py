@@ -10,8 +10,8 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.estimation.sizes import Sizes
-from hil_emulator.identify.prediction.balances import CELL, PISTON
-from hil_emulator.identify.prediction.parameters import candidates, ordinary
+from hil_emulator.identify.prediction.free_terms.balances import CELL, PISTON
+from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.selection.certainty import (
     apart,
     borne_elsewhere,

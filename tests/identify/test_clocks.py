@@ -11,11 +11,11 @@ from hil_emulator.identify.data_checks.clocks import two_clocks
 from hil_emulator.identify.data_checks.plausible import contradictions, hydraulic_force
 from hil_emulator.identify.experiment_design.practice import campaign, ground, hide
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.resonance import on_oil
-from tests.identify.generator.benches import CRANE
-from tests.identify.generator.cases import cases_called, recording
 from tests.identify.rig_data import CACHE, knee_model
+from tests.studies.generator.benches import CRANE
+from tests.studies.generator.cases import cases_called, recording
 
 KINDS = ("multisine", "steps", "triangles", "chirp", "pseudo_random")
 
@@ -65,8 +65,10 @@ def test_practice_data_have_one_clock(number: int) -> None:
     assert found(undriven(e)) == []
 
 
-SWINGING = [("none-509", "slow"), ("medium-500", "slow"), ("medium-501", "fast"),
-            ("medium-509", "chirp")]  # fmt: skip
+SWINGING = [
+    pytest.param("none-509", "slow", marks=pytest.mark.slow), ("medium-500", "slow"),
+    ("medium-501", "fast"), ("medium-509", "chirp"),
+]  # fmt: skip
 """A mass of eight tons that swings at 9 Hz: noise hides its acceleration, a chirp passes its
 resonance, and its speed turns against the current."""
 

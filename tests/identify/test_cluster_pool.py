@@ -12,10 +12,10 @@ from click.testing import CliRunner
 
 from hil_emulator.__main__ import main
 from hil_emulator.config.effect_files import effect_files, read_effects, restored
-from hil_emulator.identify.prediction.cluster_pool import ClusterPool
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.pool import Point, Threads
-from hil_emulator.identify.prediction.static import StaticObserver
+from hil_emulator.identify.prediction.benches.force_balance import StaticObserver
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.parallel.cluster_pool import ClusterPool
+from hil_emulator.identify.prediction.parallel.pool import Point, Threads
 from hil_emulator.identify.session import Question, identify
 from hil_emulator.platform import cluster
 from hil_emulator.platform.cluster import connected
@@ -131,7 +131,7 @@ def test_the_result_is_the_same_on_a_cluster(workers: str) -> None:
     assert np.array_equal(there.search.final.at, here.search.final.at)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="platform/test_cluster.py::test_a_task_that_kills_workers")
 def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
     """What a dead worker had frozen is frozen again; the residuals are the same."""
     observer = Observer(knee_model(), INSTRUMENTS)
@@ -146,7 +146,7 @@ def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
             assert np.array_equal(mine.gains.kalman, fetched.gains.kalman)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_the_result_is_the_same_on_a_cluster")
 def test_workers_share_a_noise(workers: str) -> None:
     """What logs on several workers tell of their noise weighs all of them, as in one process."""
     observer = StaticObserver(knee_model())

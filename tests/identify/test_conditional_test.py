@@ -8,9 +8,9 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
-from hil_emulator.identify.prediction.balances import FLOW_B, LEAKAGE, LOAD, Balance
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.prediction.free_terms.balances import FLOW_B, LEAKAGE, LOAD, Balance
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.parameters import candidates
 from hil_emulator.identify.selection.evidence import Evidence, Trial, ranked
 from hil_emulator.identify.selection.law_form import ConditionalTest, judge, others_beside
 from hil_emulator.identify.selection.progress import Round, Search

@@ -6,9 +6,9 @@ import pytest
 from hil_emulator.identify.estimation.fit import TOLERATED, Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.selection.starts import Confirmation

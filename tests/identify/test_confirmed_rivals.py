@@ -5,8 +5,8 @@ import pytest
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.rivals import confirmed
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.correlation import Noise, block_time, correlogram, shared
+from hil_emulator.identify.prediction.residuals.correlation import (
+    Noise,
+    block_time,
+    correlogram,
+    shared,
+)
 
 TIME_CONSTANT = 0.3
 """Of the process that tests look at [s]."""

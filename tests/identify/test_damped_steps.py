@@ -10,9 +10,9 @@ from hil_emulator.identify.estimation.levenberg_marquardt import (
     steps,
 )
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.huber import OUTLIER, WORST, tamed
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.residuals.huber import OUTLIER, WORST, tamed
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 WEIGHTS = np.ones(2)

@@ -12,10 +12,10 @@ from hil_emulator.identify.estimation.log_evidence import LogEvidence
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.shape_sums import ShapeSums, Sums
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.pool import Threads
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.parallel.pool import Threads
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
@@ -164,6 +164,7 @@ def test_nothing_is_left_beside_the_true_law(returning: tuple[Fitter, Fitter]) -
     assert found.other_laws() == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "name"),
     [({"fixed_pump_flow": 3e-5}, "fixed_pump"),
@@ -206,6 +207,7 @@ def test_sums_are_those_of_whole_columns(returning: tuple[Fitter, Fitter]) -> No
     assert sums.power == pytest.approx(float(fit.residual @ fit.residual))
 
 
+@pytest.mark.slow
 def test_neither_threads_nor_pieces_change_what_free_shapes_are_worth(
     returning: tuple[Fitter, Fitter], monkeypatch: pytest.MonkeyPatch
 ) -> None:

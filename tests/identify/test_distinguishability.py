@@ -7,7 +7,7 @@ import pytest
 
 from hil_emulator.identify.estimation.clusters import UNCORRELATED, Clusters
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.levels import TOLD_APART
 from hil_emulator.identify.selection.rivals import rivals_of, separability

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from hil_emulator.config.load import load
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from tests.identify.generator.bench import record
-from tests.identify.generator.cases import case, machine
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.parameters import candidates
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from tests.identify.rig_data import CACHE, KNEE
+from tests.studies.generator.bench import record
+from tests.studies.generator.cases import case, machine
 
 CHANNELS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
 

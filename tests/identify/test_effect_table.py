@@ -12,13 +12,13 @@ from hil_emulator.identify.conclusion.findings import Unexplained, in_words
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.gap import compare, measure
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.session import Question, identify
 from hil_emulator.model.declare import Effect
-from tests.identify.generator.cases import Case, campaign
 from tests.identify.rig_data import CACHE, INSTRUMENTS, KNEE, knee
+from tests.studies.generator.cases import Case, campaign
 
 SPEEDS = (-0.3, -0.1, 0.0, 0.03, 0.15, 0.35)
 DRAG = Unexplained("force on the piston", "velocity", "N", SPEEDS,
@@ -110,7 +110,7 @@ def test_the_symmetry_of_a_curve_is_about_zero(curve: object, words: str) -> Non
     assert words in in_words("velocity", knots, curve(knots), "N")  # type: ignore[operator]
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_the_law_goes_through_the_fitted_values")
 def test_a_table_closes_the_gap_on_held_out_data(tmp_path: Path) -> None:
     """A leak that opens at 20 bar is in no catalogue: unknown, and mostly gone with its table."""
     train, held = campaign(

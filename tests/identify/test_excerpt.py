@@ -9,9 +9,9 @@ from hil_emulator.identify.estimation import excerpt
 from hil_emulator.identify.estimation.clusters import Clusters
 from hil_emulator.identify.estimation.excerpt import Excerpt, excerpt_of
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.windows import first_samples
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.windows import first_samples
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.scan import anew, scan
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee, knee_model, recorded
@@ -97,7 +97,7 @@ def test_few_data_are_looked_at_as_a_whole() -> None:
     assert seen.clusters(clusters) is clusters
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_excerpt_stands_for_all_data")
 @pytest.mark.parametrize(
     ("changes", "name"),
     [

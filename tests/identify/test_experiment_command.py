@@ -64,7 +64,7 @@ def test_an_experiment_is_played_on_the_bus_and_recorded(tmp_path: Path) -> None
     assert {"pressure_a", "pressure_b", "supply_pressure", "load_force"} <= found.readings.keys()
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_experiment_is_played_on_the_bus_and_recorded")
 def test_a_machine_as_configured_lacks_nothing_on_the_bus(tmp_path: Path) -> None:
     """Recorded through the bus, the emulator and its own configuration agree."""
     files = [played(n, tmp_path) for n in ("multisine", "steps", "triangles", "fast_multisine")]

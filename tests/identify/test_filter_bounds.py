@@ -4,13 +4,13 @@ import numpy as np
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from tests.identify.generator.benches import AXIS
-from tests.identify.generator.cases import campaign, case
-from tests.identify.generator.sensors import CHANNELS
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from tests.identify.rig_data import CACHE
+from tests.studies.generator.benches import AXIS
+from tests.studies.generator.cases import campaign, case
+from tests.studies.generator.sensors import CHANNELS
 
 NEAR = {"valve_gain": 1.04, "valve_damping_ratio": 1.37, "land_leakage": 0.45,
         "viscous_friction": 0.28, "load_viscous_friction": -0.8}  # fmt: skip

@@ -14,8 +14,8 @@ from hil_emulator.identify.estimation.finite_difference import (
 )
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 SMALL = 1e-4
@@ -63,7 +63,7 @@ def test_a_step_from_an_end_of_the_range_stays(at: float, step: float) -> None:
     assert steps.of(wanted) == pytest.approx(step)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_the_first_jacobian_holds_no_noise")
 def test_a_healthy_machine_agrees_with_its_configuration() -> None:
     """Simulated with the configuration itself, a sweep of 1 to 3 Hz: nothing disagrees."""
     assert hil.gap(hil.load("hyq_knee"), _healthy("6 s")).verdict == "agrees"

@@ -7,7 +7,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.plant import parameters
 from tests.identify.rig_data import knee_model
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.flow_bench import FlowBench, flow_bench
+from hil_emulator.identify.prediction.benches.flow_bench import FlowBench, flow_bench
 from hil_emulator.identify.session import Question, identify
 from hil_emulator.model.plant import Plant
 from tests.identify.rig_data import CACHE, PERIOD, knee, knee_model
@@ -65,6 +65,7 @@ def test_a_flow_alone_is_too_little() -> None:
     assert "flow_a without pressure_a" in result.reason
 
 
+@pytest.mark.slow
 def test_the_edge_that_is_worn_is_named() -> None:
     """A-T opens late by 0.2 mA: not P-A, not a shifted null, no lap of all edges, no gain."""
     late = {"lap_at_lap": 2e-4}
@@ -81,14 +82,17 @@ def test_the_edge_that_is_worn_is_named() -> None:
     assert high - low < 3e-5
 
 
+FULL = pytest.mark.full(sibling="test_effects_of_the_valve_are_named")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "names"),
     [
-        ({"null_bias_bias": 1e-4}, [{"null_bias"}]),
+        pytest.param({"null_bias_bias": 1e-4}, [{"null_bias"}], marks=FULL),
         # seen from one chamber, with a gain that is unknown, these are one and the same
         ({"gain_asymmetry_asymmetry": 0.05}, [{"gain_asymmetry", "gain_sa", "gain_at"}]),
-        ({}, []),
+        pytest.param({}, [], marks=FULL),
     ],
 )
 def test_effects_of_the_valve_are_named(

@@ -11,9 +11,9 @@ from hil_emulator.identify.disagreement.gap import compare, measure
 from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.noise import noise_levels
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.residuals.noise import noise_levels
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 LEAKAGE = 1e-13

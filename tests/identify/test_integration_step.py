@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.integration_steps import CAREFUL_STEP, LARGEST_STEP
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.integration_steps import CAREFUL_STEP, LARGEST_STEP
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.stages import element
 from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_model, recorded
 

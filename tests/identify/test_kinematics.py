@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.kinematics import motion, resolution
+from hil_emulator.identify.prediction.benches.kinematics import motion, resolution
 
 PERIOD = 1e-3
 

@@ -5,9 +5,16 @@ import pytest
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
-from hil_emulator.identify.prediction.balances import CELL, LOAD, PISTON, RULER, TAP_A, Balance
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.parameters import candidates, ordinary
+from hil_emulator.identify.prediction.free_terms.balances import (
+    CELL,
+    LOAD,
+    PISTON,
+    RULER,
+    TAP_A,
+    Balance,
+)
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.selection.certainty import hardly_believed, not_by_chance
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.law_between import left_in_place

@@ -7,15 +7,15 @@ import pytest
 from scipy.stats import chi2
 
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.prediction.balances import PISTON
-from hil_emulator.identify.prediction.free_shapes import HATS
+from hil_emulator.identify.prediction.free_terms.balances import PISTON
+from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
 from hil_emulator.identify.selection import discrepancies, levels
 from hil_emulator.identify.selection.evidence import Evidence, Trial, ranked
 from hil_emulator.identify.selection.law_form import judge
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
-from tests.identify.rules import changed
 from tests.identify.test_law_objections import effect, named, term
+from tests.studies.rules.rules import changed
 
 BELIEFS = ("OWN_SIZES", "SHARES", "SMOOTH")
 BELIEVED = ("discrepancies",)

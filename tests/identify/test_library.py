@@ -14,7 +14,7 @@ from hil_emulator.identify.experiment_design.library import (
     stimulus,
     target,
 )
-from hil_emulator.identify.prediction.rating import velocity_gain
+from hil_emulator.identify.prediction.plant.rating import velocity_gain
 from hil_emulator.platform.paths import shipped
 from tests.identify.rig_data import INSTRUMENTS, knee, knee_model
 

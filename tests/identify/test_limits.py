@@ -9,16 +9,16 @@ from hil_emulator.config.load import Configuration, load
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.starts import Confirmation
 from hil_emulator.identify.session import identify
-from tests.identify.generator.bench import TRAINING, VALIDATION, record
-from tests.identify.generator.cases import case, machine
-from tests.identify.generator.sensors import CHANNELS
 from tests.identify.rig_data import CACHE, KNEE
+from tests.studies.generator.bench import TRAINING, VALIDATION, record
+from tests.studies.generator.cases import case, machine
+from tests.studies.generator.sensors import CHANNELS
 
 RATE = 1.5
 """Rate limit of the machine's spool [A/s]: its largest steps take 8 ms."""
@@ -55,7 +55,7 @@ def test_a_limit_is_tried_nearer_than_infinity(unlimited: Configuration) -> None
     assert likeliest.statistic > 100.0
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_limit_is_tried_nearer_than_infinity")
 @pytest.mark.parametrize("rate", [0.8, 2.0])
 def test_a_slow_spool_is_named(unlimited: Configuration, rate: float) -> None:
     """A rate limit that no data sheet has is found, with its value in its interval."""

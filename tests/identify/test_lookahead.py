@@ -8,7 +8,7 @@ import pytest
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.refits import Lookahead
 from hil_emulator.identify.selection.scan import Pair, Score, pairs_of, score_of
 

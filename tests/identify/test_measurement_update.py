@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.prediction.extended_kalman_filter import estimate_of, update
+from hil_emulator.identify.prediction.filter.extended_kalman_filter import estimate_of, update
 
 STATES, READINGS = 6, 3
 

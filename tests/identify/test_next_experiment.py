@@ -23,8 +23,8 @@ from hil_emulator.identify.experiment_design.next_experiment import (
     possible,
     recommend,
 )
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.session import identify
@@ -79,7 +79,7 @@ def test_the_better_experiment_is_known_beforehand() -> None:
     assert asked.realised(chirp, truth, 5) > 3.0 * asked.realised(steps, truth, 5)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_the_better_experiment_is_known_beforehand")
 def test_forecasts_come_true() -> None:
     """Over experiments that say little and much, refits to new recordings rank as forecast.
 
@@ -154,7 +154,7 @@ def test_it_says_so_where_no_experiment_helps() -> None:
     assert "hil-emulator" not in text
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_the_better_experiment_is_known_beforehand")
 def test_a_result_with_a_class_says_what_to_record() -> None:
     """A gain error of a pressure that is never negative is one slope of two, too: a class.
 

@@ -8,11 +8,11 @@ from hil_emulator.identify.data_checks.plausible import dissipative
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.ordinary_least_squares import ordinary_least_squares
 from hil_emulator.identify.measured.data import load_experiments
-from hil_emulator.identify.prediction.parameters import STATIC_PRIORS, candidates, ordinary
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.static import StaticObserver
-from tests.identify.rates import DATA, terms
+from hil_emulator.identify.prediction.benches.force_balance import StaticObserver
+from hil_emulator.identify.prediction.plant.parameters import STATIC_PRIORS, candidates, ordinary
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from tests.identify.rig_data import CACHE
+from tests.studies.logs.rates import DATA, terms
 
 NAMES = ("coulomb_friction", "pressure_friction")
 

@@ -3,10 +3,10 @@
 import pytest
 
 from hil_emulator.config.load import load
-from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from tests.identify.generator.benches import BENCHES
+from hil_emulator.identify.prediction.plant.parameters import candidates
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from tests.identify.rig_data import CACHE, INSTRUMENTS
+from tests.studies.generator.benches import BENCHES
 
 
 @pytest.mark.parametrize("bench", ["", "axis"])

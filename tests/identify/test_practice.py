@@ -14,11 +14,11 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.data_checks.plausible import contradictions
 from hil_emulator.identify.experiment_design import practice, sealed
 from hil_emulator.identify.measured.data import load_experiments
-from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.simulation.node_factory import nodes
-from tests.identify.generator import cases
-from tests.identify.generator.bench import record
 from tests.identify.rig_data import knee_model
+from tests.studies.generator import cases
+from tests.studies.generator.bench import record
 
 
 def said(*words: object) -> str:

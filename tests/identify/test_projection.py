@@ -7,7 +7,7 @@ import pytest
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
-from hil_emulator.identify.prediction import parameters
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.scan import ROWS_AT_ONCE, pairs_of, score_of
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 

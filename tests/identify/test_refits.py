@@ -4,8 +4,8 @@ import numpy as np
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.outer_iteration import converge
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.refits import CandidateRefits
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.search import Searcher

@@ -13,10 +13,10 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_t
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.balances import LEAKAGE
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.regressors import Regressors, regressors
+from hil_emulator.identify.prediction.free_terms.balances import LEAKAGE
+from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.progress import Round
 from tests.identify.rig_data import INSTRUMENTS, OFF, knee_model, recorded
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.prediction.regressors import Trajectory
+from hil_emulator.identify.prediction.free_terms.regressors import Trajectory
 
 PERIOD = 1e-3
 TIME = np.arange(20) * PERIOD

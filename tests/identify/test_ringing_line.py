@@ -10,10 +10,10 @@ from hil_emulator.identify.estimation.free_terms import score_terms
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.balances import TAP_A, TAP_B
-from hil_emulator.identify.prediction.law_places import is_curve
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.free_terms.balances import TAP_A, TAP_B
+from hil_emulator.identify.prediction.free_terms.term_matching import is_curve
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 FREQUENCY, DAMPING = 2.0 * np.pi * 120.0, 0.1

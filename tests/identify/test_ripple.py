@@ -11,13 +11,14 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.ripple import Ripple, ripples
 from hil_emulator.identify.estimation.settled import settled
-from hil_emulator.identify.prediction import parameters, windows
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from tests.identify.generator.bench import record
-from tests.identify.generator.benches import FIRST
-from tests.identify.generator.plant import Machine
+from hil_emulator.identify.prediction.observer import windows
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from tests.identify.rig_data import CACHE, INSTRUMENTS
+from tests.studies.generator.bench import record
+from tests.studies.generator.benches import FIRST
+from tests.studies.generator.plant import Machine
 
 HIDDEN = {"stribeck_friction": 40.0, "position_friction": 0.4, "friction_asymmetry": -0.12}
 """Sizes of three laws of friction, SI."""
@@ -88,6 +89,7 @@ def test_what_lasts_widens_no_belief(rippling: tuple[Fitter, Fit]) -> None:
         assert deviation <= told.deviations[coordinate.name] <= max(1.0, 3.0 * deviation)
 
 
+@pytest.mark.slow
 def test_without_ripple_nothing_changes() -> None:
     """None is found, or so little that the estimate stays within a fraction of its deviation."""
     fitter, fit = fitted(0.0)
@@ -112,6 +114,7 @@ def test_pieces_tell_the_same_as_the_whole(
     assert left @ left == pytest.approx(fit.residual @ fit.residual, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
     rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:

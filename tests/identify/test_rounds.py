@@ -8,7 +8,7 @@ from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction.balances import LOAD, PISTON
+from hil_emulator.identify.prediction.free_terms.balances import LOAD, PISTON
 from hil_emulator.identify.selection.progress import Round
 
 

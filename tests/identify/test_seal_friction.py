@@ -8,14 +8,15 @@ import pytest
 from hil_emulator.config.load import load
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.measured.data import load_experiments
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.static import StaticObserver
+from hil_emulator.identify.prediction.benches.force_balance import StaticObserver
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.session import identify
 from hil_emulator.platform.paths import cache_folder
-from tests.identify.rates import least_squares
+from tests.studies.logs.rates import least_squares
 
 DATA = Path(__file__).parent / "data"
 CACHE = cache_folder()
+FULL = pytest.mark.full(sibling="test_friction_and_its_growth_with_pressure_are_named")
 
 
 def files(seal: str, *bars: int) -> list[Path]:
@@ -50,7 +51,9 @@ def error(result: Result, round_: int) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seal", "before"), [("oring", 6.0), ("napn", 9.0)])
+@pytest.mark.parametrize(
+    ("seal", "before"), [("oring", 6.0), pytest.param("napn", 9.0, marks=FULL)]
+)
 def test_friction_and_its_growth_with_pressure_are_named(seal: str, before: float) -> None:
     """Coulomb friction and its growth with pressure are found, and other pressures confirm it.
 

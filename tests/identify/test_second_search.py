@@ -14,9 +14,9 @@ from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.measured.between_rows import CONTROLLER, SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.parameters import candidates, ordinary
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.second_search import Searched, searched, widen
 from hil_emulator.identify.selection.certainty import disbelief
 from hil_emulator.identify.selection.progress import Search

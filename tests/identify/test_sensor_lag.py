@@ -5,8 +5,8 @@ import pytest
 from rig_data import INSTRUMENTS, knee_model, recorded
 
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.parameters import ordinary
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.parameters import ordinary
 
 
 @pytest.mark.parametrize(

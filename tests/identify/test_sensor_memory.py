@@ -5,7 +5,7 @@ import pytest
 from rig_data import INSTRUMENTS, OFF, knee_model, recorded
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
 
 
 def innovations(field: str, value: float) -> Array:

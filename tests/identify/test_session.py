@@ -17,6 +17,7 @@ from hil_emulator.identify.session import Question, identify
 from tests.identify.rig_data import CACHE, campaign, knee, without
 
 SLOW = pytest.mark.slow
+FULL = pytest.mark.full(sibling="test_one_hidden_effect_is_named_with_its_value")
 
 
 def found(changes: Mapping[str, float], **extra: object) -> Result:
@@ -29,8 +30,8 @@ def found(changes: Mapping[str, float], **extra: object) -> Result:
     ("field", "value", "name"),
     [
         pytest.param("internal_leakage_conductance", 1e-13, "internal_leakage", marks=SLOW),
-        pytest.param("stribeck_friction_excess", 40.0, "stribeck_friction", marks=SLOW),
-        pytest.param("transport_delay_time", 1.5e-3, "transport_delay", marks=SLOW),
+        pytest.param("stribeck_friction_excess", 40.0, "stribeck_friction", marks=FULL),
+        pytest.param("transport_delay_time", 1.5e-3, "transport_delay", marks=FULL),
     ],
 )
 def test_one_hidden_effect_is_named_with_its_value(field: str, value: float, name: str) -> None:
@@ -40,6 +41,7 @@ def test_one_hidden_effect_is_named_with_its_value(field: str, value: float, nam
     assert result.effects[0].value == pytest.approx(value, rel=0.15)
 
 
+@pytest.mark.slow
 def test_every_experiment_says_which_size_it_wants() -> None:
     """Of a leak that is the catalogue's, the same; the file has the numbers and the page a picture.
 
@@ -71,7 +73,7 @@ def test_a_sensor_competes_on_equal_terms() -> None:
     assert result.effects[0].value == pytest.approx(3e5, rel=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_sensor_competes_on_equal_terms")
 def test_it_works_with_fewer_channels() -> None:
     """Without load cell and supply pressure, leakage is still named and the cell is not."""
     train, other = campaign({"internal_leakage_conductance": 1e-13})
@@ -92,7 +94,7 @@ def test_a_reversed_position_is_refused() -> None:
     assert "reverse the sign of position" in result.reason
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_healthy_machine_lacks_nothing")
 def test_noise_gets_no_name() -> None:
     """Random numbers in every channel are no machine."""
     train, other = campaign({})
@@ -114,7 +116,7 @@ def test_an_effect_that_does_not_exist_is_refused() -> None:
         identify(knee(), train, other, Question(only=["internal_leak"]), cache=CACHE)
 
 
-@pytest.mark.parametrize("moment", [1, pytest.param(4, marks=SLOW)])
+@pytest.mark.parametrize("moment", [1, pytest.param(4, marks=FULL)])
 def test_an_interrupted_search_keeps_what_it_found(moment: int) -> None:
     """Before the first round is complete nothing is known; after it, the first effect is."""
     train, other = campaign({"internal_leakage_conductance": 1e-13})

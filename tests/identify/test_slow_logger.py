@@ -14,19 +14,19 @@ from hil_emulator.identify.conclusion.result import Result, Verdict
 from hil_emulator.identify.estimation.set_point_course import Investigation, followed
 from hil_emulator.identify.measured.between_rows import BRIDGE, SetPoints, moving
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.balances import SPOOL
+from hil_emulator.identify.prediction.free_terms.balances import SPOOL
 from hil_emulator.identify.prediction.instrumentation import predicting, priors
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.parameters import candidates, ordinary
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.levels import TOLD_APART
-from tests.identify.generator.benches import BENCHES
-from tests.identify.generator.cases import campaign as blind
-from tests.identify.generator.cases import case
 from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee_model, recorded, thinned
-from tests.identify.slow_logger import CASES, logged, sort_of
+from tests.studies.generator.benches import BENCHES
+from tests.studies.generator.cases import campaign as blind
+from tests.studies.generator.cases import case
+from tests.studies.logs.slow_logger import CASES, logged, sort_of
 
-SLOW = pytest.mark.slow
+FULL = pytest.mark.full(sibling="test_the_machine_tells_whether_its_current_was_held")
 EVERY = 5
 TICKS = np.arange(1000)
 
@@ -74,8 +74,10 @@ def test_a_jump_between_two_rows_is_known_as_one() -> None:
     assert course.jumps.sum() < 6
 
 
-@SLOW
-@pytest.mark.parametrize(("ticks", "answer"), [(1, "moves"), (EVERY, "held")])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("ticks", "answer"), [pytest.param(1, "moves", marks=FULL), (EVERY, "held")]
+)
 def test_the_machine_tells_whether_its_current_was_held(ticks: int, answer: str) -> None:
     """A controller at 1 kHz and one as slow as the logger leave other traces, to two threads."""
     model = knee_model()
@@ -162,7 +164,7 @@ def test_a_term_on_the_spool_may_be_the_current_between_the_rows(
         assert bool(result.unknown) == (held or verdict == "unknown_effect")
 
 
-@SLOW
+@FULL
 @pytest.mark.parametrize(
     ("name", "rate", "held"),
     [("healthy-1", 200, False), ("leakage", 200, False), ("delay", 200, False),
@@ -174,7 +176,7 @@ def test_few_rows_raise_no_false_alarm(name: str, rate: int, held: bool) -> None
     assert sort_of(result, CASES[name].effect) in ("right", "open"), result.reason
 
 
-@SLOW
+@FULL
 def test_where_the_readings_do_not_tell_it_the_simpler_answer_does() -> None:
     """Nothing is missing of a healthy axis whose current is held, and it is said on what it rests.
 
@@ -187,7 +189,7 @@ def test_where_the_readings_do_not_tell_it_the_simpler_answer_does() -> None:
     assert "if the current is held" in result.reason
 
 
-@SLOW
+@FULL
 @pytest.mark.parametrize("number", [530, 548])
 def test_a_current_that_is_held_is_not_told_to_move(number: int) -> None:
     """Both answers are fitted until they stand; a valve's frequency beside a dead time creeps."""
@@ -199,7 +201,7 @@ def test_a_current_that_is_held_is_not_told_to_move(number: int) -> None:
     assert followed(predictor, known, TOLD_APART).answer != "moves"
 
 
-@SLOW
+@FULL
 @pytest.mark.parametrize(("rate", "held"), [(500, False), (500, True), (200, True)])
 def test_a_dead_time_of_one_and_a_half_milliseconds_has_a_name(rate: int, held: bool) -> None:
     """Of 500 rows it is longer than a hold, which is not to be seen then; within 200 it acts."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hil_emulator.identify.prediction.records import Entries, Gains, Jacobians
-from hil_emulator.identify.prediction.smoothing import smooth
+from hil_emulator.identify.prediction.filter.smoothing import smooth
+from hil_emulator.identify.prediction.model_run.records import Entries, Gains, Jacobians
 
 SAMPLES, STATES, CHANNELS, DECAY, VARIANCE = 30, 3, 2, 0.8, 2.5
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.prediction.observer import BURN_IN, Observer
-from hil_emulator.identify.prediction.parameters import candidates, ordinary
-from tests.identify.generator.bench import record
-from tests.identify.generator.cases import case, machine
+from hil_emulator.identify.prediction.observer.observer import BURN_IN, Observer
+from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from tests.identify.rig_data import INSTRUMENTS, knee_model
+from tests.studies.generator.bench import record
+from tests.studies.generator.cases import case, machine
 
 
 @pytest.mark.parametrize("kind", ["chirp", "multisine", "steps"])

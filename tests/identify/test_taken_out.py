@@ -3,7 +3,7 @@
 import numpy as np
 
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.prediction.parameters import candidates
+from hil_emulator.identify.prediction.plant.parameters import candidates
 from hil_emulator.identify.selection.progress import Search
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 

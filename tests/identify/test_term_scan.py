@@ -8,9 +8,9 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, chance,
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.projection import Projection
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.balances import NULL_FLOW, RETURN, TERMS
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.free_terms.balances import NULL_FLOW, RETURN, TERMS
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.scan import scan
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded

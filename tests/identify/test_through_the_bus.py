@@ -112,7 +112,7 @@ def test_an_effect_in_the_emulator_is_named_from_captures(tmp_path: Path) -> Non
     assert effect["value"] == pytest.approx(1e-13, rel=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_in_the_emulator_is_named_from_captures")
 @pytest.mark.parametrize(
     ("hidden", "name", "value"),
     [
@@ -130,7 +130,7 @@ def test_delays_friction_and_sensors_are_named_too(
     assert found[name] == pytest.approx(value, rel=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_in_the_emulator_is_named_from_captures")
 def test_an_emulator_that_is_as_configured_lacks_nothing(tmp_path: Path) -> None:
     """Quantisation, transport and the timing of PDOs are no effects."""
     assert examined(tmp_path, "", 2.0)["verdict"] == "nothing_missing"

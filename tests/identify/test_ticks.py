@@ -8,13 +8,13 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction import ticks
-from hil_emulator.identify.prediction.machine_code import bind
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel, probed
-from hil_emulator.identify.prediction.records import Tick
-from hil_emulator.identify.prediction.run import INPUT_COUNT
-from hil_emulator.identify.prediction.ticks import Ticks
+from hil_emulator.identify.prediction.model_run.records import Tick
+from hil_emulator.identify.prediction.model_run.run import INPUT_COUNT
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import ticks
+from hil_emulator.identify.prediction.plant.machine_code import bind
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel, probed
+from hil_emulator.identify.prediction.plant.ticks import Ticks
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.quantities import INPUTS
 from hil_emulator.model.sensors import CHANNELS, wiring

@@ -10,10 +10,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.probes import PROBES
-from hil_emulator.identify.prediction.transition import Slopes, map_part, slopes_of
-from hil_emulator.identify.prediction.tuning import SLIP
+from hil_emulator.identify.prediction.filter.transition import Slopes, map_part, slopes_of
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.tuning import SLIP
+from hil_emulator.identify.prediction.plant.probes import PROBES
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 WIDTH, STEPS = 5e-4, 2

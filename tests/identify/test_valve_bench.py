@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.metered import through_edge
-from hil_emulator.identify.prediction.valve_bench import ValveBench, bench
+from hil_emulator.identify.prediction.benches.edge_flow import through_edge
+from hil_emulator.identify.prediction.benches.valve_bench import ValveBench, bench
 from hil_emulator.identify.session import identify
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
@@ -107,7 +107,12 @@ def test_neither_pressures_nor_spool_is_too_little() -> None:
 @pytest.mark.parametrize(
     ("changes", "name", "value"),
     [
-        ({"null_bias_bias": 3e-5}, "null_bias", 3e-5),
+        pytest.param(
+            {"null_bias_bias": 3e-5},
+            "null_bias",
+            3e-5,
+            marks=pytest.mark.full(sibling="test_an_effect_of_the_valve_is_named"),
+        ),
         ({"overlap_lap": 1e-4}, "overlap", 1e-4),
     ],
 )
@@ -124,7 +129,7 @@ def test_an_effect_of_the_valve_is_named(
     assert {"stribeck_friction", "load_spring", "gravity"} <= set(result.unseen)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_an_effect_of_the_valve_is_named")
 def test_a_healthy_valve_lacks_nothing() -> None:
     """Ordinary parameters off by a usual amount, and no name."""
     train = [only(blocked({}, kind, 1 + i), *CHANNELS) for i, kind in

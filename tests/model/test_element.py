@@ -79,6 +79,7 @@ def test_anti_aliasing_passes_half_the_power_at_its_cut_off_and_little_beyond(
     assert abs(beyond) == pytest.approx((200.0 / 1730.0) ** 2, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("values", "rates"),
     [

@@ -60,6 +60,7 @@ def test_no_load_pressures_are_those_of_the_area_ratio(
     assert found["pressure_b"] == pytest.approx(closed_form.pressure_b, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_simulated_stroke_settles_at_the_equilibrium_found(kernel: Kernel) -> None:
     """Newton's equilibrium is where the model itself goes under a constant current."""
     light = MACHINE | {"load_mass": 5.0, "initial_position": 0.02}

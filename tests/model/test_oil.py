@@ -128,6 +128,7 @@ def _exact_air(
     )
 
 
+@pytest.mark.slow
 def test_entrained_air_moves_the_machine_as_its_exact_power_does() -> None:
     """After 2 s every state is within 1e-9 of its range of a machine with the power itself."""
     values = bare(

@@ -78,6 +78,7 @@ class CommonSupply:
         return np.array(rows)
 
 
+@pytest.mark.slow
 def test_two_actuators_and_their_supply_are_exact_to_a_ten_thousandth_of_the_range(
     supplied: Supplied,
 ) -> None:

@@ -151,7 +151,7 @@ def configurations(
 
 
 @settings(
-    max_examples=40, deadline=None,
+    max_examples=12, deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )  # fmt: skip
 @given(values=configurations(choice) | configurations(near), seed=st.integers(0, 2**31))
@@ -161,7 +161,8 @@ def test_no_configuration_leaves_physics(
     """Whatever is allowed, at the step it needs: finite, no tension in oil, no energy made.
 
     Losses in valve and leaks are never negative at any moment; what friction, end stops and the
-    coupling have taken in since the start is never negative either.
+    coupling have taken in since the start is never negative either, but for the work of the largest
+    friction along the presliding distance: seals that bent under less friction give back more.
     """
     step = min(STEP, required_step(model, values))
     if "backlash_gap" in values or "coupling_compliance_compliance" in values:
@@ -169,7 +170,7 @@ def test_no_configuration_leaves_physics(
     plant = Plant(model, values, step)
     rng = np.random.default_rng(seed)
     force = values["cylinder_piston_area"] * values["supply_pressure"]
-    friction = stop = passed = throughput = 0.0
+    friction = stop = passed = throughput = largest = 0.0
     # the weight of the load stretches it from the start
     coupling = 0.5 * abs(float(plant.signals.load_force * plant.state.stretch))
     alpha, piston = values["cylinder_area_ratio"], values["cylinder_piston_area"]
@@ -185,6 +186,7 @@ def test_no_configuration_leaves_physics(
             assert s.valve_loss >= -1e-9 * abs(s.supply_power)
             assert s.leakage_loss >= 0.0
             friction += s.friction_loss * step
+            largest = max(largest, abs(s.friction_force))
             # oil that a cushion traps only keeps what it gets from piston and chamber
             oil = (
                 s.cushion_pressure_a - s.pressure_a - alpha * (s.cushion_pressure_b - s.pressure_b)
@@ -195,5 +197,7 @@ def test_no_configuration_leaves_physics(
             throughput += step * (
                 abs(s.friction_loss) + abs(s.stop_force * s.velocity) + abs(s.load_power)
             )
-    assert min(friction, stop) >= -1e-2 * throughput
+    bent = largest * values["friction_presliding_distance"]
+    assert friction >= -1e-2 * throughput - bent
+    assert stop >= -1e-2 * throughput
     assert coupling >= -5e-2 * (throughput + passed)

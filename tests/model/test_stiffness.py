@@ -95,7 +95,7 @@ def test_every_effect_together_is_exact_to_a_thousandth(model: Kernel) -> None:
     assert error < 1e-3
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_every_effect_together_is_exact_to_a_thousandth")
 @pytest.mark.parametrize("effect", PLANT, ids=lambda e: e.name)
 def test_each_effect_is_exact_to_a_thousandth(effect: Effect, model: Kernel) -> None:
     """The same with one effect at a time on top of the reference machine."""

@@ -19,7 +19,9 @@ from hil_emulator.simulation.loop import Timing, run
 TICKS = 60_000
 
 
-@pytest.mark.slow
+@pytest.mark.full(
+    sibling="recording/test_exports.py::test_cantools_decodes_what_the_sensors_reported"
+)
 def test_a_minute_is_the_same_in_all_tools(tmp_path: Path) -> None:
     """All columns in asammdf and pandas, the PDOs decoded by cantools from BLF."""
     files = [tmp_path / f"run.{ending}" for ending in ("rec", "mf4", "parquet", "blf")]

@@ -46,6 +46,7 @@ def test_faults_and_settings_are_repeated_with_the_frames(recording: Recording) 
     assert not compare(without, load([REFERENCE])).same
 
 
+@pytest.mark.slow
 def test_the_command_says_where_another_machine_differs(journal: Path, tmp_path: Path) -> None:
     """The same files give exit code 0; a lower supply gives 1, the frame and the signals."""
     assert hil_emulator("replay", journal).returncode == 0
@@ -58,7 +59,10 @@ def test_the_command_says_where_another_machine_differs(journal: Path, tmp_path:
     assert "supply_pressure" in result.stdout
 
 
-@pytest.mark.parametrize("ending", [".blf", ".asc", ".log"])
+@pytest.mark.parametrize(
+    "ending",
+    [*(pytest.param(e, marks=pytest.mark.slow) for e in (".blf", ".asc")), ".log"],
+)
 def test_a_log_of_frames_can_be_replayed_too(tmp_path: Path, ending: str) -> None:
     """With the configuration named, the controller's frames of any log are enough."""
     config = reference()
@@ -115,6 +119,7 @@ def test_a_capture_is_not_replayed(recording: Recording, tmp_path: Path) -> None
     assert "only a recording from the start can be replayed" in result.stderr
 
 
+@pytest.mark.slow
 def test_a_picture_shows_the_chosen_signals(journal: Path, tmp_path: Path) -> None:
     """The picture is written; an unknown signal is answered with the known ones."""
     picture = tmp_path / "run.png"

@@ -18,7 +18,7 @@ def test_all_ten_pass() -> None:
     assert all(o.checks for o in outcomes)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_all_ten_pass")
 def test_they_are_the_same_with_two_workers_and_on_a_cluster() -> None:
     """Every frame and signal of all ten: in this process, in two, on a Dask cluster."""
     from distributed import LocalCluster

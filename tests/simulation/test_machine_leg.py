@@ -47,6 +47,7 @@ def hips_way(file: Path) -> float:
     return max(seen)
 
 
+@pytest.mark.slow
 def test_a_kick_of_the_lower_leg_shakes_the_upper_one(write: Write) -> None:
     """Oil gives way under the reaction, wherever the knee is in the file; apart, hardly."""
     head = LEG.partition("[[actuator]]")[0]

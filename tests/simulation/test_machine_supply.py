@@ -110,6 +110,7 @@ def move(machine: Machine, peers: dict[str, Bus], ticks: int, *names: str) -> li
     return pressures(machine)
 
 
+@pytest.mark.slow
 def test_the_supply_droops_further_when_both_move(write: Write, assembled: Assembled) -> None:
     """Each reads the one pressure, whoever draws."""
     lowest = []
@@ -209,6 +210,7 @@ def test_a_recording_says_with_whom_its_supply_was_shared(
     assert any("supply shared with hip" in note for note in experiment.notes)
 
 
+@pytest.mark.slow
 def test_an_actuator_may_keep_a_supply_of_its_own(write: Write, assembled: Assembled) -> None:
     """What the hip draws is nothing to a knee that names no supply."""
     text = PAIR.removesuffix('supply = "pump"\n')

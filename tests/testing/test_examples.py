@@ -40,7 +40,7 @@ def examples(controller: str, log: Path, *options: str) -> tuple[set[str], str]:
     return set(re.findall(r"^FAILED \S+::(\w+)", result.stdout, re.M)), result.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_wrong_sign_fails_all_that_moves")
 @pytest.mark.parametrize("controller", EXPECTED)
 def test_each_mistake_fails_the_tests_that_are_about_it(controller: str, tmp_path: Path) -> None:
     """A deaf, a trusting and a careless controller fail theirs, and no others."""

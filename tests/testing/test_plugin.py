@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 FAILING = """
 def test_fails(emulator, network, inject, run_for):
     network[5].nmt.state = "OPERATIONAL"
@@ -36,6 +38,7 @@ def test_a_failing_test_tells_frames_signals_seed_and_replay(tmp_path: Path) -> 
     assert "--emulator-seed 1" in text
 
 
+@pytest.mark.slow
 def test_the_command_in_the_report_replays_the_failure(tmp_path: Path) -> None:
     """The frames and the fault of the failed test, bit for bit."""
     text = suite(tmp_path, FAILING, "--emulator-seed", "4")
@@ -51,6 +54,7 @@ def test_the_command_in_the_report_replays_the_failure(tmp_path: Path) -> None:
     assert "the same, bit for bit" in result.stdout, result.stdout + result.stderr
 
 
+@pytest.mark.slow
 def test_the_report_reaches_the_terminal_under_xdist(tmp_path: Path) -> None:
     """What a worker process has seen is shown by the one that started it."""
     text = suite(tmp_path, FAILING, "-n", "2")
@@ -70,6 +74,7 @@ def test_the_example_of_the_pages_passes(tmp_path: Path) -> None:
     assert "1 passed" in suite(tmp_path, code, "--emulator-config", "hyq_knee")
 
 
+@pytest.mark.slow
 def test_nothing_is_imported_for_tests_that_do_not_use_it(tmp_path: Path) -> None:
     """A suite that knows nothing of emulators pays nothing: numba and python-can stay out."""
     text = """

@@ -4,6 +4,7 @@ import shutil
 import socket
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -21,8 +22,17 @@ def vcan_files() -> list[str]:
     )
 
 
+REPRESENTATIVE = ("tests/bus/test_contract.py",)
+"""What every run asks of the kernel: that a bus opened there does what any bus does."""
+
+FULL = pytest.mark.full(sibling="test_what_needs_socketcan_holds_in_a_virtual_machine")
+
+
 @pytest.mark.slow
-def test_all_that_needs_socketcan_holds_in_a_virtual_machine() -> None:
+@pytest.mark.parametrize(
+    "files", [REPRESENTATIVE, pytest.param(vcan_files(), marks=FULL)], ids=["bus", "all"]
+)
+def test_what_needs_socketcan_holds_in_a_virtual_machine(files: Sequence[str]) -> None:
     """The tests this machine has to skip pass on a stock kernel, none of them skipped there."""
     if "vcan0" in (name for _, name in socket.if_nameindex()):
         pytest.skip("this machine has vcan0: the tests run here")
@@ -31,7 +41,7 @@ def test_all_that_needs_socketcan_holds_in_a_virtual_machine() -> None:
         pytest.skip(f"not installed: {', '.join(missing)} (tests/vcan/README.md)")
     pytest_vcan = [sys.executable, "-m", "pytest", "-m", "vcan", "-p", "no:cacheprovider"]
     guest = subprocess.run(
-        [str(RUN_IN_VM), *pytest_vcan, *vcan_files()],
+        [str(RUN_IN_VM), *pytest_vcan, *files],
         cwd=TESTS.parent,
         capture_output=True,
         text=True,

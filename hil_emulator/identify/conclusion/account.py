@@ -25,8 +25,8 @@ from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.ordinary_least_squares import ordinary_least_squares
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.regressors import regressors
+from hil_emulator.identify.prediction.free_terms.regressors import regressors
+from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.selection.certainty import standing
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.search import Searcher

@@ -17,7 +17,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.experiment_design.contrast import contrast
 from hil_emulator.identify.experiment_design.next_experiment import recommend
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.certainty import (
     borne_elsewhere,
     discrepancy_uncertainty,

@@ -7,9 +7,9 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.estimation.set_point_course import DEAD_TIME, hold
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.balances import SPOOL
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.free_terms.balances import SPOOL
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.selection.certainty import hardly_believed
 
 ADVICE = "log valve_current at the rate at which it is set, or say with --set-points what it did"
@@ -17,7 +17,7 @@ ADVICE = "log valve_current at the rate at which it is set, or say with --set-po
 SHORTEST = 2.0
 """Seconds of a moving actuator from which a name means something (assumed). Of 12 healthy machines
 whose null drifts as usual, recorded for a second, 2 were said to lack something:
-`python -m tests.identify.short_records 1`."""
+`python -m tests.studies.logs.short_records 1`."""
 
 
 def doubt_rows(

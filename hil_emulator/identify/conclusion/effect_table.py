@@ -13,8 +13,8 @@ from scipy.interpolate import PchipInterpolator
 from hil_emulator.identify.conclusion.findings import Unexplained
 from hil_emulator.identify.conclusion.term_places import place_of
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.balances import LOAD, PISTON
-from hil_emulator.identify.prediction.regressors import REGRESSORS
+from hil_emulator.identify.prediction.free_terms.balances import LOAD, PISTON
+from hil_emulator.identify.prediction.free_terms.regressors import REGRESSORS
 from hil_emulator.model.declare import Stage
 
 _FILE = '''\

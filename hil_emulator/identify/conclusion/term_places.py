@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from hil_emulator.identify.conclusion.findings import Unexplained
-from hil_emulator.identify.prediction.balances import (
+from hil_emulator.identify.prediction.free_terms.balances import (
     CELL,
     LEAKAGE,
     LOAD,

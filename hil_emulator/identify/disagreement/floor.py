@@ -16,10 +16,10 @@ from scipy.optimize import lsq_linear
 
 from hil_emulator.identify.disagreement.freerun import RESTART_INTERVAL, Replay
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.filter import DISTURBANCES
-from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.records import Restarts
+from hil_emulator.identify.prediction.filter.innovations import DISTURBANCES
+from hil_emulator.identify.prediction.model_run.records import Restarts
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.observer import Observer
 
 AGES = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2, RESTART_INTERVAL)
 """Ends of the ages of the free run by which the sources' strengths are read [s] (assumed)."""

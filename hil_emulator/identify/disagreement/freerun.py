@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, Index, Single
-from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.records import Restarts
+from hil_emulator.identify.prediction.model_run.records import Restarts
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.observer import Observer
 
 RESTART_INTERVAL = 0.5
 """Time between two restarts [s]."""

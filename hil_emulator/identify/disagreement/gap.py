@@ -14,12 +14,12 @@ from hil_emulator.identify.disagreement.floor import Floor, spread, strengths
 from hil_emulator.identify.disagreement.freerun import Replay, replay
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.pool import Point, side_by_side
-from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.prediction.static import MeasuredStates
-from hil_emulator.identify.prediction.sweep_bench import SweepStates
+from hil_emulator.identify.prediction.benches.force_balance import MeasuredStates
+from hil_emulator.identify.prediction.benches.sweep_bench import SweepStates
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.parallel.pool import Point, side_by_side
 
 Gap = dict[str, dict[str, dict[str, float]]]
 """By channel and part of the data: see `measure`."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from hil_emulator.identify.disagreement.gap import Compared, Gap, View, floor_of
 from hil_emulator.identify.measured.experiment import Array, Mask
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.observer.predictor import Predictor
 
 SLOW_BORDER = 1.0 / 3.0
 """Upper border of slow motion over the 90 % quantile of the speed (assumed)."""

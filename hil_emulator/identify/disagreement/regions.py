@@ -15,7 +15,7 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, combined
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Mask
-from hil_emulator.identify.prediction.regressors import Regressors
+from hil_emulator.identify.prediction.free_terms.regressors import Regressors
 
 LEAST_FURTHER_SHARE = 0.02
 """Share of the gap below which a further term is not worth a line (assumed)."""

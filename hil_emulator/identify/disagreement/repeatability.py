@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from hil_emulator.identify.disagreement.gap import View
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.observer.predictor import Predictor
 
 STATES = ("position", "velocity", "pressure_a", "pressure_b")
 """What a visit is like."""

@@ -13,14 +13,14 @@ from hil_emulator.identify.estimation.fit import Fit, prior_rows
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.balances import Balance
-from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.pool import side_by_side
-from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.prediction.records import Entries
-from hil_emulator.identify.prediction.regressors import REGRESSORS
-from hil_emulator.identify.prediction.static import MeasuredStates
+from hil_emulator.identify.prediction.benches.force_balance import MeasuredStates
+from hil_emulator.identify.prediction.free_terms.balances import Balance
+from hil_emulator.identify.prediction.free_terms.regressors import REGRESSORS
+from hil_emulator.identify.prediction.model_run.records import Entries
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.parallel.pool import side_by_side
 
 TERM_STRENGTH = 0.03
 """Standard deviation of a term over the largest force, flow, current or pressure (assumed)."""

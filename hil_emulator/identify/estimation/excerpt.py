@@ -14,9 +14,9 @@ from hil_emulator.identify.estimation.clusters import Clusters
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array, Index, Single
-from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.pool import LocalBatch
-from hil_emulator.identify.prediction.windows import WINDOW, counted, first_samples, window
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.windows import WINDOW, counted, first_samples, window
+from hil_emulator.identify.prediction.parallel.pool import LocalBatch
 
 ENOUGH = 10_000
 """Samples that show which candidates are likely: what makes 1 % of the variance of one channel,

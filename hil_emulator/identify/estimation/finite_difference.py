@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 DIFFERENCE = 0.05
 """Step of a derivative by an ordinary parameter, in prior standard deviations."""

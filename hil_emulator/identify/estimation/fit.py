@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.pool import Batch
+from hil_emulator.identify.prediction.parallel.pool import Batch
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 TOLERATED = 2.0
 """Prior standard deviations within which an ordinary parameter is believed: 95 % of machines have

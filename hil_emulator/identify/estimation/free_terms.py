@@ -15,17 +15,17 @@ import numpy as np
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array, Single
-from hil_emulator.identify.prediction.balances import Balance
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.free_shapes import (
+from hil_emulator.identify.prediction.free_terms.balances import Balance
+from hil_emulator.identify.prediction.free_terms.free_shapes import (
     FreeShape,
     along_the_stroke,
     hats,
     shapes_along,
 )
-from hil_emulator.identify.prediction.pool import side_by_side
-from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.prediction.regressors import Regressors
+from hil_emulator.identify.prediction.free_terms.regressors import Regressors
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.parallel.pool import side_by_side
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 ROWS_AT_ONCE = 4096
 """Rows of a term's columns that are combined at once."""
@@ -123,7 +123,7 @@ def score_terms(
         return _score(shape, columns, project, seed, fitter.correlation_length)
 
     values = list(side_by_side(seen, frozen, fitter.jobs))
-    asked = [s for s in shapes_along(predictor, values) if only is None or s.title in only]
+    asked = [s for s in shapes_along(predictor.balances, values) if only is None or s.title in only]
     found: list[DiscrepancyTerm] = []
     # what the first one computes of each experiment serves all others
     first = (scored(shape, fitter.jobs) for shape in asked[:1])

@@ -11,10 +11,10 @@ from hil_emulator.identify.estimation.finite_difference import Derivative, Steps
 from hil_emulator.identify.estimation.fit import Fit, Linearised, prior_rows
 from hil_emulator.identify.estimation.levenberg_marquardt import learn, steps
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.correlation import block_time
-from hil_emulator.identify.prediction.pool import Batch, LocalBatch, Point, Pool, Threads
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.parallel.pool import Batch, LocalBatch, Point, Pool, Threads
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.residuals.correlation import block_time
 
 LEAST_GAIN = 0.5
 """Gain in chi-square of an iteration below which it was the last one."""

@@ -11,8 +11,8 @@ from scipy.optimize import least_squares
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 STEP = 1e-3
 """Step of the numerical derivatives, in units of a coordinate's scale (assumed)."""

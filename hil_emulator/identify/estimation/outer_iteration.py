@@ -8,7 +8,7 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.restarts import nudged, relaxed
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 CONVERGED = 0.3
 """Change in posterior standard deviations below which an estimate has converged (assumed)."""

@@ -20,12 +20,12 @@ from hil_emulator.identify.estimation.log_evidence import LogEvidence
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.shape_sums import TOGETHER, Sums
 from hil_emulator.identify.measured.experiment import Array, Single
-from hil_emulator.identify.prediction.balances import PISTON
-from hil_emulator.identify.prediction.free_shapes import hats
-from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.pool import by_turns, side_by_side
-from hil_emulator.identify.prediction.regressors import Regressors
-from hil_emulator.identify.prediction.windows import pieces
+from hil_emulator.identify.prediction.free_terms.balances import PISTON
+from hil_emulator.identify.prediction.free_terms.free_shapes import hats
+from hil_emulator.identify.prediction.free_terms.regressors import Regressors
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.windows import pieces
+from hil_emulator.identify.prediction.parallel.pool import by_turns, side_by_side
 
 SHARES = (1e-4, 1.0)
 """Standard deviations of the ripple over the friction among which the likeliest is looked for: from

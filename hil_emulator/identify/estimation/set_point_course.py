@@ -19,12 +19,12 @@ from hil_emulator.identify.measured.between_rows import (
     slower_than_controller,
 )
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.frozen import Frozen
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.parameters import candidates
-from hil_emulator.identify.prediction.pool import LocalBatch, Threads
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.parallel.pool import LocalBatch, Threads
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.parameters import candidates
 
 DEAD_TIME = "transport_delay"
 """The effect that makes a current late."""

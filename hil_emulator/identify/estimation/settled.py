@@ -13,7 +13,7 @@ from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.ripple import Along, Ripple, ripples
 from hil_emulator.identify.estimation.sizes import Sizes, parts_of_each
 from hil_emulator.identify.measured.experiment import Array, Single
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ import numpy as np
 from hil_emulator.identify.estimation.fit import Fit, Linearised, prior_rows
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array, Single
-from hil_emulator.identify.prediction.free_shapes import FreeShape, hats, shapes_along
-from hil_emulator.identify.prediction.pool import Batch, by_turns, side_by_side
-from hil_emulator.identify.prediction.regressors import Regressors
+from hil_emulator.identify.prediction.free_terms.free_shapes import FreeShape, hats, shapes_along
+from hil_emulator.identify.prediction.free_terms.regressors import Regressors
+from hil_emulator.identify.prediction.parallel.pool import Batch, by_turns, side_by_side
 
 R = TypeVar("R")
 
@@ -103,7 +103,7 @@ class ShapeSums:
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._fitter, self._fit = fitter, fit
         self._values = list(self._regressors(fitter.batch))
-        self.shapes = list(shapes_along(fitter.predictor, self._values))
+        self.shapes = list(shapes_along(fitter.predictor.balances, self._values))
 
     def training(self) -> Sums:
         """Return the sums over the training data."""

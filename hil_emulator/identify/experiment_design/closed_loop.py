@@ -12,8 +12,8 @@ import numpy as np
 
 from hil_emulator.identify.experiment_design.library import Target
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.rating import largest_current, velocity_gain
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant.rating import largest_current, velocity_gain
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
 

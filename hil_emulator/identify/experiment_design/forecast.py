@@ -23,11 +23,11 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.experiment_design.closed_loop import SimulatedBench, World
 from hil_emulator.identify.experiment_design.library import Target
 from hil_emulator.identify.measured.experiment import Array, Experiment
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.noise import noise_levels
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.rating import largest_current
-from hil_emulator.identify.prediction.tuning import NULL_DRIFT
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.tuning import NULL_DRIFT
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.rating import largest_current
+from hil_emulator.identify.prediction.residuals.noise import noise_levels
 
 COST_CONVERGED = 0.03
 """Relative gain of a step below which parameters are at their minimum (assumed)."""

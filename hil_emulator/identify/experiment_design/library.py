@@ -14,7 +14,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design import shapes
 from hil_emulator.identify.experiment_design.shapes import ENTRY, Shape, smooth
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.rating import largest_current, velocity_gain
+from hil_emulator.identify.prediction.plant.rating import largest_current, velocity_gain
 from hil_emulator.units import show
 
 CLEARANCE = 0.05

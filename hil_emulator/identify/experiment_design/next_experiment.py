@@ -14,7 +14,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.experiment_design.forecast import Explanation, Forecaster
 from hil_emulator.identify.experiment_design.library import LIBRARY, Target, limits, target
-from hil_emulator.identify.prediction.observer import Observer
+from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.rivals import weighed
 from hil_emulator.identify.selection.search import Searcher

@@ -20,12 +20,12 @@ from hil_emulator.identify.experiment_design.library import (
     target,
 )
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.rating import largest_current
-from hil_emulator.identify.prediction.tuning import NULL_DRIFT
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.tuning import NULL_DRIFT
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant.rating import largest_current
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.units import show, to_si
 

@@ -13,8 +13,8 @@ from typing import Any
 from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design.practice import Ground, Hidden, hideable, knob_of
-from hil_emulator.identify.prediction import parameters
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.input_files import MIB
 from hil_emulator.units import show
 

@@ -1,1 +1,1 @@
-"""What predicts the next sample: the model as a Kalman filter, or one balance alone."""
+"""Predictors: Kalman filter and single balances; `instrumentation` chooses one for the channels."""

@@ -6,21 +6,22 @@ from collections.abc import Mapping, Sequence
 from hil_emulator.identify.data_checks import plausible
 from hil_emulator.identify.data_checks.sound import DRIVEN, travel
 from hil_emulator.identify.measured.experiment import FLOW, REFERENCE, Experiment
-from hil_emulator.identify.prediction import parameters, static
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.flow_bench import FLOW_PRIORS, FlowBench, flow_bench
-from hil_emulator.identify.prediction.flow_bench import examinable as flow_examinable
-from hil_emulator.identify.prediction.observer import Observer
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.predictor import Predictor
-from hil_emulator.identify.prediction.sweep_bench import (
+from hil_emulator.identify.prediction.benches import force_balance
+from hil_emulator.identify.prediction.benches.flow_bench import FLOW_PRIORS, FlowBench, flow_bench
+from hil_emulator.identify.prediction.benches.flow_bench import examinable as flow_examinable
+from hil_emulator.identify.prediction.benches.sweep_bench import (
     SWEEP_PRIORS,
     SweepBench,
     averaged,
     sweep_bench,
 )
-from hil_emulator.identify.prediction.sweep_bench import examinable as at_rest
-from hil_emulator.identify.prediction.valve_bench import VOLUME_PRIORS, ValveBench, bench
+from hil_emulator.identify.prediction.benches.sweep_bench import examinable as at_rest
+from hil_emulator.identify.prediction.benches.valve_bench import VOLUME_PRIORS, ValveBench, bench
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
 
 FORCES = {
@@ -88,7 +89,7 @@ def predicting(
     if "load_force" in names and {"pressure_a", "pressure_b"} & set(names):
         turned = plausible.dissipative(everything, model.plant_values)
         return (
-            static.StaticObserver(model), turned[: len(learn)], turned[len(learn) :], ""
+            force_balance.StaticObserver(model), turned[: len(learn)], turned[len(learn) :], ""
         )  # fmt: skip
     why = (
         f"with {', '.join(names)} alone no balance can be examined; add valve_current, or a "
@@ -109,7 +110,7 @@ def _balance(
     driven = kind == "driven axis"
     turned = plausible.dissipative([*learn, *check], model.plant_values, driven)
     return (
-        static.StaticObserver(model, driven), turned[: len(learn)], turned[len(learn) :], ""
+        force_balance.StaticObserver(model, driven), turned[: len(learn)], turned[len(learn) :], ""
     )  # fmt: skip
 
 
@@ -131,7 +132,7 @@ def priors(predictor: Predictor) -> Mapping[str, float]:
         return FLOW_PRIORS
     if isinstance(predictor, SweepBench):
         return SWEEP_PRIORS
-    if isinstance(predictor, static.StaticObserver):
+    if isinstance(predictor, force_balance.StaticObserver):
         return parameters.DRIVEN_PRIORS if predictor.driven else parameters.STATIC_PRIORS
     return parameters.PRIORS
 
@@ -155,8 +156,8 @@ def examinable(model: PlantModel, predictor: Predictor) -> list[Coordinate]:
         return [c for c in found if flow_examinable(c)]
     if isinstance(predictor, SweepBench):
         return [c for c in found if at_rest(c, predictor)]
-    if isinstance(predictor, static.StaticObserver):
-        return [c for c in found if static.examinable(c, predictor.driven)]
+    if isinstance(predictor, force_balance.StaticObserver):
+        return [c for c in found if force_balance.examinable(c, predictor.driven)]
     return found
 
 

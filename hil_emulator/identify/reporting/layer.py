@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hil_emulator.identify.conclusion.findings import Finding, Refitted
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.model import quantities
 

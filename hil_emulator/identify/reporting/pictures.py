@@ -9,7 +9,7 @@ from hil_emulator.identify.conclusion.findings import Unexplained
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.residuals import SHOWN, Binned, Map
 from hil_emulator.identify.measured.experiment import UNITS, Array
-from hil_emulator.identify.prediction.regressors import REGRESSORS
+from hil_emulator.identify.prediction.free_terms.regressors import REGRESSORS
 from hil_emulator.identify.reporting.canvas import (
     AFTER,
     BEFORE,

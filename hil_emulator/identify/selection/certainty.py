@@ -18,8 +18,8 @@ from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.estimation.sizes import Sizes
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.free_shapes import HATS
-from hil_emulator.identify.prediction.law_places import calibrates
+from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
+from hil_emulator.identify.prediction.free_terms.term_matching import calibrates
 from hil_emulator.identify.selection.levels import (
     FALSE_ALARM,
     GREATER_PART,

@@ -18,9 +18,9 @@ from hil_emulator.identify.estimation.log_evidence import LogEvidence
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.shape_sums import ShapeSums, inverse
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.free_shapes import HATS, FreeShape
-from hil_emulator.identify.prediction.law_places import is_part
+from hil_emulator.identify.prediction.free_terms.free_shapes import HATS, FreeShape
+from hil_emulator.identify.prediction.free_terms.term_matching import is_part
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import INEXACT, NOTICEABLE
 
 OWN_SIZES = (0.05, 0.1, 0.2, 0.4)

@@ -14,7 +14,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.prediction.pool import Batch
+from hil_emulator.identify.prediction.parallel.pool import Batch
 from hil_emulator.identify.selection.evidence import LEAST_HELD_OUT
 from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, SMALL_PART
 from hil_emulator.identify.selection.progress import Completion, Round, Search, StandIn

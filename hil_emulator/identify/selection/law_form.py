@@ -16,14 +16,14 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.law_places import (
+from hil_emulator.identify.prediction.free_terms.term_matching import (
     acts_in,
     calibrates,
     depends_on,
     is_curve,
     is_part,
 )
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Trial, ranked
 from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round, Search

@@ -9,8 +9,8 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, leading
 from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.measured.experiment import Array, Index
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.free_shapes import HATS
+from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.levels import NOTICEABLE, needed_delta_chi2
 from hil_emulator.identify.selection.scan import Score

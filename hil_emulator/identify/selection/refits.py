@@ -20,8 +20,8 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.restarts import nudged
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.pool import Batch
+from hil_emulator.identify.prediction.parallel.pool import Batch
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import (
     Evidence,
     Trial,

@@ -21,7 +21,7 @@ from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, TOLD_APART
 from hil_emulator.identify.selection.progress import Round, Search, StandIn

@@ -12,7 +12,7 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import NEARLY_ALL, SMALL_PART, TOLD_APART
 
 NOTHING = 1e-9

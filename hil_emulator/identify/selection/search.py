@@ -14,9 +14,9 @@ from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.settled import settled
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.coordinate import Coordinate
-from hil_emulator.identify.prediction.pool import Batch, Pool
-from hil_emulator.identify.prediction.predictor import Predictor
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.parallel.pool import Batch, Pool
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.certainty import apart, faint, not_by_chance, re_examine
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial

@@ -15,7 +15,7 @@ from hil_emulator.identify.estimation.fit import TOLERATED, Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.prediction.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import GREATER_PART
 from hil_emulator.identify.selection.scan import Score, scan, score_of
 

@@ -12,8 +12,8 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.measured.experiment import REFERENCE, Experiment
-from hil_emulator.identify.prediction.commanded import found_gain
-from hil_emulator.identify.prediction.plant_model import PlantModel
+from hil_emulator.identify.prediction.benches.position_loop import found_gain
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.platform.paths import cache_folder
 from tests.identify.benches.asked import asked, bench, names, recorded
 from tests.identify.benches.valve import CREEPING, GAIN, Array, noisy
@@ -86,7 +86,7 @@ def free_loop(folder: Path) -> Path:
     return free
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_dead_band_is_named")
 def test_a_loop_as_configured_agrees(tmp_path: Path) -> None:
     """The loop's current is known from reference, position and gain."""
     file = looped(tmp_path / "loop.csv", 1, 0.0)
@@ -108,7 +108,7 @@ def test_a_gain_follows_from_flow_and_deviation(lap: float) -> None:
     assert found == pytest.approx(PROPORTIONAL, rel=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_gain_follows_from_flow_and_deviation")
 def test_a_free_gain_is_found(tmp_path: Path) -> None:
     """Whoever does not know the gain of the loop is told which one fits, and that all agrees."""
     file = looped(tmp_path / "loop.csv", 1, 0.0)

@@ -34,6 +34,7 @@ def carriage(file: Path, kind: int, viscous: float) -> Path:
     })  # fmt: skip
 
 
+@pytest.mark.slow
 def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
     """Nothing but a mass was configured; the mass found and the friction named are the true ones.
 
@@ -50,7 +51,10 @@ def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
     assert mass["low"] < MASS < mass["high"]
 
 
-@pytest.mark.parametrize("phase", [0.02, pytest.param(0.2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "phase",
+    [0.02, pytest.param(0.2, marks=pytest.mark.full(sibling="test_fast_motion_gives_the_mass"))],
+)
 def test_fast_motion_gives_the_mass(tmp_path: Path, phase: float) -> None:
     """Strokes that reverse within 20 ms, position in steps of 1 um, still tell the true mass.
 

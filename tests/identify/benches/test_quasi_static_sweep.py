@@ -7,9 +7,9 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.boundary import bounded, with_values
-from hil_emulator.identify.prediction.plant_model import PlantModel
-from hil_emulator.identify.prediction.sweep_bench import sweep_bench
+from hil_emulator.identify.prediction.benches.boundary import bounded, with_values
+from hil_emulator.identify.prediction.benches.sweep_bench import sweep_bench
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.platform.paths import cache_folder
 from tests.identify.benches.asked import asked, bench, names, recorded
 from tests.identify.benches.valve import LITRES, blocked_ports, noisy, open_port, triangle
@@ -40,6 +40,7 @@ def blocked_valve(file: Path, top: float, cycles: int, underlap: float) -> Path:
     })  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_valve_as_configured_agrees(tmp_path: Path) -> None:
     """The orifice equation is what remains of the model at rest: the gap is the meter's noise.
 
@@ -81,7 +82,7 @@ def test_overlap_is_named_from_an_open_port(tmp_path: Path) -> None:
     assert low < 1.5e-4 < high
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_overlap_is_named_from_an_open_port")
 def test_underlap_is_named_from_blocked_ports(tmp_path: Path) -> None:
     """The pressures of blocked ports are solved for, and fall where both edges are open."""
     tops = (3e-4, 2e-4, 2.5e-4)

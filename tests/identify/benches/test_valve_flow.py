@@ -34,7 +34,9 @@ def metered(file: Path, seed: int, lap: float) -> Path:
     })  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.full(
+    sibling="identify/benches/test_quasi_static_sweep.py::test_overlap_is_named_from_an_open_port"
+)
 def test_overlap_is_named_without_a_cylinder(tmp_path: Path) -> None:
     """Of a valve that is configured alone; `gap` agrees without the overlap, and not with it."""
     sound = metered(tmp_path / "sound.csv", 7, 0.0)

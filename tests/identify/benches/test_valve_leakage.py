@@ -25,7 +25,7 @@ def leaking(file: Path, top: float, cycles: int, underlap: float, pilot: float =
     })  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.full(sibling="test_a_new_valve_agrees")
 def test_edges_that_wore_are_named(tmp_path: Path) -> None:
     """Leakage that grew around null is an underlap, and the pilot stage is as it was."""
     tops = (3e-4, 2e-4, 2.5e-4)

@@ -1,0 +1,1 @@
+"""Predictors of rigs that are not a complete actuator, chosen by `instrumentation`."""

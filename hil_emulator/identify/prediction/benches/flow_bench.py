@@ -1,0 +1,172 @@
+"""A valve alone, with a flow meter: current, pressures at its ports, and the flow through port a.
+
+The model's spool follows the recorded current, and its metering edges see the recorded pressures;
+the rod is locked, and the chambers are so large that no flow changes their pressure. The meter is
+taken as ideal: what it adds of its own shows as an effect of the valve.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment
+from hil_emulator.identify.prediction.benches.boundary import OPEN_PORTS, with_values
+from hil_emulator.identify.prediction.benches.force_balance import MeasuredStates
+from hil_emulator.identify.prediction.free_terms.balances import FLOW_A, Balance
+from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
+from hil_emulator.identify.prediction.model_run.run import INPUT_COUNT
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
+from hil_emulator.identify.prediction.residuals.correlation import Noise
+from hil_emulator.identify.prediction.residuals.noise import noise_levels, quiet_weights
+from hil_emulator.model.stages import SAMPLED, friction, inertia, stop
+
+SPOOL_STEP = 1e-4
+"""Integration step [s]: the spool is all that moves (250 Hz, damped)."""
+
+FLOW_PRIORS = {"valve_gain": 0.10, "valve_natural_frequency": 0.10, "valve_damping_ratio": 0.15}
+"""Relative standard deviations of ordinary parameters (assumed)."""
+
+BENCH_CORRELATION_TIME = 0.2
+"""Time over which residuals may be correlated [s] (assumed: a null that drifts)."""
+
+SPOOL_SETTLING = 0.05
+"""Time at the start of an experiment that counts for nothing [s]: the spool settles."""
+
+UNSEEN = ("cross_leakage", "outward_leakage", "oil", "coupling", "play", "load", "load_inertia")
+"""Stages whose effects do not reach the flow at given pressures."""
+
+
+class FlowBench:
+    """Computes the residual of a flow, with the interface of `predictor.Predictor`.
+
+    Args:
+        model: the model of the whole actuator; it stays as it is.
+
+    """
+
+    measure = "m^3/s"
+    balances: tuple[Balance, ...] = (FLOW_A,)
+
+    def __init__(self, model: PlantModel) -> None:
+        self.model = with_values(model, OPEN_PORTS)
+        self.channels: tuple[str, ...] = (FLOW,)
+        states, self._flow = list(model.kernel.state.names or ()), model.signal_names.index(FLOW)
+        self._ports = [states.index(name) for name in ("pressure_a", "pressure_b")]
+
+    @property
+    def correlation_time(self) -> float:
+        """Time over which residuals may be correlated [s]."""
+        return BENCH_CORRELATION_TIME
+
+    def cost(self, par: Array) -> float:
+        """Return that every prediction takes as long as any other."""
+        return 1.0
+
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> MeasuredStates:
+        """Turn readings into pressures at the ports."""
+        states = np.tile(self.model.start(par, SPOOL_STEP, None), (experiment.samples, 1))
+        present = np.isfinite(experiment.readings[FLOW])
+        for place, name in zip(self._ports, ("pressure_a", "pressure_b"), strict=True):
+            if name in experiment.readings:
+                values = experiment.readings[name]
+                good = np.isfinite(values)
+                index = np.arange(len(values))
+                states[:, place] = np.interp(index, index[good], values[good])
+                present &= good
+        present[: round(SPOOL_SETTLING / experiment.period)] = False
+        measured = experiment.matrix(self.channels)
+        return MeasuredStates(
+            experiment, self.channels, measured, states, np.zeros(len(states)), present, np.ones(1)
+        )
+
+    def innovations(
+        self, frozen: MeasuredStates, par: Array, chan: Array, track: bool = False
+    ) -> tuple[Array, Array]:
+        """Return the weighted residual of the flow, shape (samples, 1), and the signals."""
+        path = self._path(frozen, par.copy())
+        residual = np.where(frozen.present, frozen.measured[:, 0] - path[:, self._flow], 0.0)
+        return residual[:, None] * frozen.weights, path
+
+    def with_other_sensors(
+        self, frozen: MeasuredStates, par: Array, chan: Array, others: Sequence[Array]
+    ) -> Array:
+        """Return the residuals with other sensors: nothing corrects the states."""
+        return np.stack([self.innovations(frozen, par, other)[0] for other in others])
+
+    def _path(self, frozen: MeasuredStates, par: Array) -> Array:
+        """Return the model's signals along the recorded current and pressures."""
+        model, e = self.model, frozen.experiment
+        tick = model.kernel.tick
+        supply = e.readings.get("supply_pressure", np.full(e.samples, par[model.supply]))
+        supply = np.where(np.isfinite(supply), supply, par[model.supply])
+        memory = frozen.states[0].copy()
+        past, inputs = np.full(model.remembered[0], np.nan), np.zeros(INPUT_COUNT)
+        signals = np.zeros(len(model.signal_names))
+        path = np.zeros((e.samples, len(signals)))
+        steps = max(1, int(np.ceil(e.period / SPOOL_STEP - 1e-9)))
+        met = np.empty((steps, len(model.names)))
+        for k in range(e.samples):
+            memory[self._ports] = frozen.states[k, self._ports]
+            par[model.supply] = supply[k]
+            inputs[0] = e.current[max(0, k - 1)]
+            tick(memory, past, par, inputs, signals, met, e.period / steps, steps if k else 0)
+            path[k] = signals
+        return path
+
+    def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
+        """Give residuals a standard deviation of one where nothing is missing."""
+        frozen.weights = np.ones(1)
+        residual = self.innovations(frozen, par, chan)[0]
+        noise = noise_levels(frozen.experiment, self.channels)
+        present = frozen.present[:, None]
+        stretch = round(BENCH_CORRELATION_TIME / frozen.experiment.period)
+        frozen.weights = quiet_weights(residual, present, noise, stretch, frozen.experiment.copies)
+
+    def noise_seen(self, frozen: MeasuredStates) -> None:
+        """Return that every experiment has a noise of its own."""
+
+    def share(self, frozen: MeasuredStates, noise: Noise) -> None:
+        """Do nothing: there is none."""
+
+    def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
+        """Return what a term may depend on."""
+        return regressors(path, self.model.signal_names, frozen.experiment.period)
+
+    def through(self, frozen: MeasuredStates, balance: Balance, terms: Array) -> Array:
+        """Return the change of the residual that terms make."""
+        return np.asarray(np.where(frozen.present, -terms.T, 0.0) * frozen.weights[0])
+
+
+def flow_bench(
+    model: PlantModel, experiments: Sequence[Experiment]
+) -> tuple[FlowBench | None, str]:
+    """Return what predicts a measured flow, or None and the reason.
+
+    Args:
+        model: the model.
+        experiments: at least one of them has the flow.
+
+    """
+    for e in experiments:
+        lacking = [n for n in (FLOW, "pressure_a") if n not in e.readings]
+        if not len(e.current) or np.ptp(e.current) == 0.0:
+            lacking.append("valve_current")
+        if lacking:
+            return None, f"{e.name} has {FLOW} without {', '.join(lacking)}" if (
+                FLOW in e.readings
+            ) else f"{e.name} has no {FLOW}, which others have"
+    return FlowBench(model), ""
+
+
+def examinable(candidate: Coordinate) -> bool:
+    """Whether a flow at given pressures can show an effect."""
+    effect = candidate.effect
+    if effect is None or candidate.channel:
+        return False
+    hidden = (*SAMPLED, inertia, stop)
+    return all(
+        law.stage not in hidden and law.stage.table != friction.table
+        and law.stage.name not in UNSEEN
+        for law in effect.laws
+    )  # fmt: skip

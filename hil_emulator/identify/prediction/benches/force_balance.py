@@ -1,0 +1,216 @@
+"""The force balance alone: pressures, position and load force, without a valve.
+
+A friction rig or a test machine moves the rod; the model's force on the load is computed from the
+measured state, sample by sample. A chamber that was not measured is at tank pressure. On an axis
+that something else drives, the force is that of the drive: it moves the load against friction.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
+from hil_emulator.identify.prediction.benches.kinematics import Motion, motion
+from hil_emulator.identify.prediction.free_terms.balances import CELL, PISTON, Balance
+from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
+from hil_emulator.identify.prediction.model_run.records import Moments, Places
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
+from hil_emulator.identify.prediction.residuals.correlation import (
+    Correlogram,
+    Noise,
+    correlogram,
+    shared,
+)
+from hil_emulator.model.constants import SLIDING_BEND
+from hil_emulator.model.stages import SAMPLED, friction, inertia, load, stop
+
+PRESLIDING = 1e-3
+"""Travel after a reversal in which seals bend before they slide [m] (assumed)."""
+
+PRESLIDING_OF_GUIDES = 5e-5
+"""The same for the guides of a driven axis [m]: rolling elements slide after 10 to 50 um
+(Armstrong-Helouvry et al. 1994). Short motions would be lost in more."""
+
+RETREAT = 0.1
+"""Way back from which a rod has reversed, over that travel (assumed: it bends a seal by little)."""
+
+
+@dataclass
+class MeasuredStates:
+    """One experiment as a series of measured states."""
+
+    experiment: Experiment
+    channels: tuple[str, ...]
+    measured: Array
+    states: Array
+    acceleration: Array
+    present: Mask
+    weights: Array
+    correlogram: Correlogram | None = None
+
+
+class StaticObserver:
+    """Computes the residual of the force balance, with the interface of `observer.Observer`.
+
+    Args:
+        model: the model.
+        driven: whether the force is that of a drive, and not what the rod passes on.
+
+    """
+
+    measure = "N"
+    balances: tuple[Balance, ...] = (PISTON, CELL)
+
+    def __init__(self, model: PlantModel, driven: bool = False) -> None:
+        self.model = model
+        self.driven = driven
+        self.channels: tuple[str, ...] = ("load_force",)
+        at = model.signal_names.index
+        self._places = Places(
+            at("hydraulic_force"), at("friction_force"), at("stop_force"), at("load_force"),
+            at("resisting_force"), at("rod_mass"),
+            list(model.kernel.parameters.names or ()).index("load_mass"),
+            model.names.index("load_force"), driven,
+        )  # fmt: skip
+        self._motions: dict[int, tuple[Experiment, Motion]] = {}
+
+    @property
+    def correlation_time(self) -> float:
+        """Nothing is assumed of it: see `noise_seen`."""
+        return 0.0
+
+    def cost(self, par: Array) -> float:
+        """Return that every prediction takes as long as any other."""
+        return 1.0
+
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> MeasuredStates:
+        """Turn readings into states."""
+        names = list(self.model.kernel.state.names or ())
+        states = np.tile(self.model.start(par, 1e-5, None), (experiment.samples, 1))
+        position, velocity, acceleration = self._motion(experiment).states.T
+        tank = float(par[list(self.model.kernel.parameters.names or ()).index("tank_pressure")])
+        for side in ("pressure_a", "pressure_b"):
+            level = experiment.readings.get(side, np.full(experiment.samples, tank))
+            states[:, names.index(side)] = level
+        states[:, names.index("position")] = position
+        states[:, names.index("velocity")] = velocity
+        # what is present slides
+        states[:, names.index("seal_bend")] = SLIDING_BEND * np.sign(velocity)
+        measured = experiment.matrix(self.channels)
+        present = np.isfinite(states).all(axis=1) & np.isfinite(measured[:, 0])
+        seen = np.isfinite(experiment.readings["position"])
+        present &= seen
+        # between the readings around a gap nothing tells where the rod turned
+        bend = PRESLIDING_OF_GUIDES if self.driven else PRESLIDING
+        present[seen] &= _sliding(position[seen], velocity[seen], bend)
+        states[~present] = 0.0
+        return MeasuredStates(
+            experiment, self.channels, measured, states, acceleration, present, np.ones(1)
+        )
+
+    def _motion(self, experiment: Experiment) -> Motion:
+        """Return the motion of the rod, which no parameter of the model changes."""
+        if id(experiment) not in self._motions:
+            found = motion(experiment.readings["position"], experiment.period)
+            self._motions[id(experiment)] = experiment, found
+        return self._motions[id(experiment)][1]
+
+    def innovations(
+        self, frozen: MeasuredStates, par: Array, chan: Array, track: bool = False
+    ) -> tuple[Array, Array]:
+        """Return the weighted residual of the load force, shape (samples, 1), and the signals.
+
+        Without `track` the signals have no rows: most of the time went into writing them.
+        """
+        model = self.model
+        path = np.zeros((len(frozen.states) if track else 0, len(model.signal_names)))
+        force = model.loops.forces(
+            model.at(par, chan), Moments(frozen.states, frozen.acceleration, frozen.present),
+            self._places, frozen.experiment.period, path,
+        )  # fmt: skip
+        residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
+        return residual[:, None] * frozen.weights, path
+
+    def with_other_sensors(
+        self, frozen: MeasuredStates, par: Array, chan: Array, others: Sequence[Array]
+    ) -> Array:
+        """Return the residuals with other sensors: nothing corrects the states."""
+        return np.stack([self.innovations(frozen, par, other)[0] for other in others])
+
+    def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
+        """Weigh residuals by the noise of this experiment, until it shares that of others."""
+        frozen.weights = np.ones(1)
+        residual = self.innovations(frozen, par, chan)[0][:, 0]
+        e = frozen.experiment
+        seen = correlogram(residual, frozen.present, e.period, e.copies)
+        frozen.correlogram = seen
+        self.share(frozen, shared([seen]))
+
+    def noise_seen(self, frozen: MeasuredStates) -> Correlogram | None:
+        """Return what an experiment tells of the noise that all share."""
+        return frozen.correlogram
+
+    def share(self, frozen: MeasuredStates, noise: Noise) -> None:
+        """Weigh residuals so that the sum of their squares counts independent values."""
+        e = frozen.experiment
+        frozen.weights = np.array([noise.weight(e.period, e.copies)])
+
+    def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
+        """Return what a term may depend on."""
+        return regressors(path, self.model.signal_names, frozen.experiment.period)
+
+    def through(self, frozen: MeasuredStates, balance: Balance, terms: Array) -> Array:
+        """Return the change of the residual that terms make."""
+        sign = 1.0 if balance is PISTON and not self.driven else -1.0
+        return np.asarray(np.where(frozen.present, sign * terms.T, 0.0) * frozen.weights[0])
+
+
+def _sliding(position: Array, velocity: Array, bend: float) -> Mask:
+    """Tell where the rod has slid on since its last reversal, and goes on to slide.
+
+    A balance without memory holds only there: seals bend before they slide, by `bend` [m].
+    """
+    edges = _reversals(position, velocity, RETREAT * bend)
+    run = np.clip(np.searchsorted(edges, np.arange(len(position)), "right") - 1, 0, len(edges) - 2)
+    begin, end = position[edges[run]], position[edges[run + 1]]
+    along = velocity * (end - begin) > 0.0
+    begun = np.abs(position - begin) > bend
+    return np.asarray(along & begun & (np.abs(position - end) > 0.5 * bend))
+
+
+def _reversals(position: Array, velocity: Array, retreat: float) -> NDArray[np.int64]:
+    """Return where the rod turned, and the first and the last sample.
+
+    It turned where it then went back by more than what bends a seal a little: a noisy reading turns
+    with every sample.
+    """
+    kept, onwards = [0], 0.0
+    for i in (*(np.flatnonzero(np.diff(np.sign(velocity))) + 1), len(position) - 1):
+        moved = position[i] - position[kept[-1]]
+        if moved * onwards > 0.0:
+            kept[-1] = int(i)
+        elif abs(moved) > retreat:
+            kept.append(int(i))
+            onwards = moved
+    return np.array([*kept[:-1], len(position) - 1] if len(kept) > 1 else [0, len(position) - 1])
+
+
+def examinable(candidate: Coordinate, driven: bool = False) -> bool:
+    """Whether the force balance alone can show an effect; bristles need their past.
+
+    The force of a drive shows what acts on the load, too; but all friction is one friction there,
+    and all mass one mass.
+    """
+    effect = candidate.effect
+    if effect is None or candidate.channel not in ("", "load_force"):
+        return False
+    inside = all(
+        law.stage in (stop, *SAMPLED) or law.stage.table == friction.table
+        or (law.stage == load and "velocity" not in law.arguments if driven
+            else law.stage == inertia)
+        for law in effect.laws
+    )  # fmt: skip
+    return inside and (effect.stage in SAMPLED or not effect.states)

@@ -1,0 +1,305 @@
+"""A valve in a slow sweep: every row an equilibrium, so that a sweep of minutes takes no longer.
+
+Where the flow through a port is metered, the port is open and its recorded pressure is given;
+otherwise both ports are blocked, and their pressures are predicted. A line that collects leakage
+takes what the pilot stage would else give to the return line.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import FLOWS, Array, Experiment, Index
+from hil_emulator.identify.prediction.benches.force_balance import MeasuredStates
+from hil_emulator.identify.prediction.free_terms.balances import (
+    FLOW_A,
+    FLOW_B,
+    LEAKAGE,
+    NULL_FLOW,
+    SPOOL,
+    SUPPLY,
+    Balance,
+)
+from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
+from hil_emulator.identify.prediction.model_run.records import Sweep, Unknowns
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
+from hil_emulator.identify.prediction.plant.probes import PROBES
+from hil_emulator.identify.prediction.residuals.correlation import Noise
+from hil_emulator.identify.prediction.residuals.noise import noise_levels, quiet_weights
+from hil_emulator.model.equilibrium import SCALES, units_of_states
+from hil_emulator.model.stages import friction, late_set_point, pilot, set_point, spool
+
+ROWS = 3000
+"""Rows to which a recording is averaged: a sweep over the full range then steps by 0.1 % of it."""
+
+PORTS = {"flow_a": "pressure_a", "flow_b": "pressure_b"}
+"""The pressure that has to be known where a flow is metered."""
+
+SHOWN = ("pressure_a", "pressure_b", "spool_position")
+"""Channels that a sweep with blocked ports may predict besides flows."""
+
+METERED = {
+    FLOW_A: ("flow_a",), FLOW_B: ("flow_b",), NULL_FLOW: ("supply_flow", "return_flow"),
+}  # fmt: skip
+"""Channels that show a flow as it is, by balance."""
+
+UNSEEN = (friction.table, "cylinder", "load", "oil")
+"""Tables whose effects do not reach a valve at rest."""
+
+SWEEP_PRIORS = {"valve_gain": 0.10}
+"""Relative standard deviation of the only ordinary parameter at rest (assumed)."""
+
+CORRELATED_SHARE = 0.01
+"""Part of a sweep over which its residuals may be correlated (assumed)."""
+
+TAKES_TIME = (set_point, late_set_point, pilot, spool)
+"""Stages that act on motion alone."""
+
+PROBE_STEPS = 10.0
+"""Step of a derivative by a term, in usual sizes of its probe (assumed)."""
+
+
+@dataclass(kw_only=True)
+class SweepStates(MeasuredStates):
+    """One experiment as rows at rest.
+
+    Attributes:
+        data: what is given in each row.
+        noise: of each channel.
+        par: the plant's parameters at which it was frozen.
+        chan: the transducers'.
+        responses: of each row's readings to a term, by probe.
+
+    """
+
+    data: Sweep
+    noise: Array
+    par: Array
+    chan: Array
+    responses: dict[str, Array]
+
+
+class SweepBench:
+    """Computes residuals of a slow sweep, with the interface of `predictor.Predictor`.
+
+    Args:
+        model: the model, bounded by its bench.
+        channels: what is predicted: flows, and of blocked ports the pressures.
+        given: pressures of the ports whose flow is metered.
+        correlation_time: over which residuals may be correlated [s].
+
+    """
+
+    measure = "standard deviations of the noise"
+
+    def __init__(
+        self, model: PlantModel, channels: tuple[str, ...], given: tuple[str, ...],
+        correlation_time: float,
+    ) -> None:  # fmt: skip
+        self.model, self.channels, self.given = model, channels, given
+        self.correlation_time = correlation_time
+        self._states = list(model.kernel.state.names or ())
+        units = units_of_states(model.kernel)
+        self._scales = np.array([SCALES.get(units.get(n, ""), 1e-3) for n in self._states])
+        self._least = np.array([0.0 if n in SHOWN[:2] else -np.inf for n in self._states])
+        at = model.signal_names.index
+        self._meters = {
+            "flow_a": (at("flow_a"),), "flow_b": (at("flow_b"),),
+            "supply_flow": (at("supply_flow"),), "return_flow": (at("tank_flow"),),
+            "leakage_line_flow": (at("pilot_flow"), at("outward_flow")),
+        }  # fmt: skip
+        self._drained = at("pilot_flow")
+
+    @property
+    def balances(self) -> tuple[Balance, ...]:
+        """The balances that the channels can show."""
+        found = [SPOOL]
+        found += [FLOW_A] if {"flow_a", "pressure_a"} & set(self.channels) else []
+        found += [FLOW_B] if {"flow_b", "pressure_b"} & set(self.channels) else []
+        found += [LEAKAGE] if {"pressure_a", "pressure_b"} <= set(self.channels) else []
+        found += [NULL_FLOW] if set(METERED[NULL_FLOW]) & set(self.channels) else []
+        return tuple(found)
+
+    def cost(self, par: Array) -> float:
+        """Return that every prediction takes as long as any other."""
+        return 1.0
+
+    def freeze(self, experiment: Experiment, par: Array, chan: Array) -> SweepStates:
+        """Turn readings into what each row is given."""
+        e = experiment
+        supply = e.readings.get("supply_pressure", np.full(e.samples, par[self.model.supply]))
+        given = np.column_stack(
+            [np.zeros((e.samples, 0)), *(_whole(e.readings[n]) for n in self.given)]
+        )
+        places = np.array([self._states.index(n) for n in self.given], dtype=np.int64)
+        data = Sweep(
+            e.current, _whole(supply), given, places, np.zeros((e.samples, len(PROBES))), e.period
+        )
+        measured = e.matrix(self.channels)
+        return SweepStates(
+            e, self.channels, measured, np.zeros((e.samples, 0)), np.zeros(e.samples),
+            np.asarray(np.isfinite(measured).any(axis=1)), np.ones(len(self.channels)), data=data,
+            noise=noise_levels(e, self.channels), par=par, chan=chan, responses={},
+        )  # fmt: skip
+
+    def innovations(
+        self, frozen: SweepStates, par: Array, chan: Array, track: bool = False
+    ) -> tuple[Array, Array]:
+        """Return the weighted residuals, shape (samples, channels), and the signals."""
+        predicted, path = self._predicted(frozen.data, par, chan)
+        residual = np.nan_to_num(frozen.measured - predicted)
+        return residual * frozen.weights, path
+
+    def with_other_sensors(
+        self, frozen: SweepStates, par: Array, chan: Array, others: Sequence[Array]
+    ) -> Array:
+        """Return the residuals with other sensors: nothing corrects the states."""
+        return np.stack([self.innovations(frozen, par, other)[0] for other in others])
+
+    def _predicted(self, data: Sweep, par: Array, chan: Array) -> tuple[Array, Array]:
+        """Return what each channel should show, shape (samples, channels), and the signals."""
+        model = self.model
+        still = {"position", "velocity", *self.given}
+        places: Index = np.array(
+            [self._states.index(n) for n in model.active(par) if n not in still], dtype=np.int64
+        )
+        solved = Unknowns(places, self._scales[places], self._least[places])
+        half = 0.5 * float(data.supply[0])
+        start = model.start(par, 1e-5, (half, half))
+        shown, path = model.loops.sweep(model.at(par, chan), data, start, solved, model.probes)
+        columns = [self._metered(n, path) if n in FLOWS else shown[:, model.names.index(n)]
+                   for n in self.channels]  # fmt: skip
+        return np.column_stack(columns), path
+
+    def _metered(self, name: str, path: Array) -> Array:
+        """Return what a flow meter shows."""
+        flow = path[:, self._meters[name]].sum(axis=1)
+        if name == "return_flow" and "leakage_line_flow" in self.channels:
+            return np.asarray(flow - path[:, self._drained])
+        return np.asarray(flow)
+
+    def weigh(self, frozen: SweepStates, par: Array, chan: Array) -> None:
+        """Give each channel's residual a standard deviation of one where nothing is missing."""
+        frozen.weights = np.ones(len(self.channels))
+        residual = self.innovations(frozen, par, chan)[0]
+        present = np.isfinite(frozen.measured)
+        stretch = round(self.correlation_time / frozen.experiment.period)
+        frozen.weights = quiet_weights(
+            residual, present, frozen.noise, stretch, frozen.experiment.copies
+        )
+
+    def noise_seen(self, frozen: SweepStates) -> None:
+        """Return that every experiment has a noise of its own."""
+
+    def share(self, frozen: SweepStates, noise: Noise) -> None:
+        """Do nothing: there is none."""
+
+    def regressors(self, frozen: SweepStates, path: Array) -> Regressors:
+        """Return what a term may depend on."""
+        return regressors(path, self.model.signal_names, frozen.experiment.period)
+
+    def _columns_of(self, balance: Balance) -> list[int]:
+        """Return the channels that show a flow as it is."""
+        return [i for i, n in enumerate(self.channels) if n in METERED.get(balance, ())]
+
+    def through(self, frozen: SweepStates, balance: Balance, terms: Array) -> Array:
+        """Return the change of the residuals that terms make."""
+        return np.stack([self._through(frozen, balance, term) for term in terms.T])
+
+    def _through(self, frozen: SweepStates, balance: Balance, term: Array) -> Array:
+        column = np.zeros(frozen.measured.shape)
+        direct = self._columns_of(balance)
+        if direct:
+            column[:, direct] = -term[:, None]
+        else:
+            for probe, weight in balance.probes:
+                column -= weight * term[:, None] * self._response(frozen, probe)
+        column[~np.isfinite(frozen.measured)] = 0.0
+        return np.asarray((column * frozen.weights).ravel())
+
+    def _response(self, frozen: SweepStates, probe: str) -> Array:
+        """Return the derivative of what the channels show by a term that is the same in all rows.
+
+        Rows at rest know little of each other, so a term in one of them is seen in it alone.
+        """
+        if probe not in frozen.responses:
+            place = [p.name for p in PROBES].index(probe)
+            step = PROBE_STEPS * float(self.model.probe_sizes[place])
+            found = []
+            for size in (-step, step):
+                terms = frozen.data.terms.copy()
+                terms[:, place] = size
+                data = frozen.data._replace(terms=terms)
+                found.append(self._predicted(data, frozen.par, frozen.chan)[0])
+            frozen.responses[probe] = np.asarray((found[1] - found[0]) / (2.0 * step))
+        return frozen.responses[probe]
+
+
+def sweep_bench(
+    model: PlantModel, experiments: Sequence[Experiment]
+) -> tuple[SweepBench | None, str]:
+    """Return what predicts slow sweeps, or None and the reason.
+
+    Args:
+        model: the model.
+        experiments: all of them with the same channels.
+
+    """
+    shown = set.intersection(*(set(e.readings) for e in experiments))
+    given = tuple(p for flow, p in PORTS.items() if flow in shown)
+    for e in experiments:
+        lacking = [p for p in given if p not in e.readings]
+        lacking += [] if len(e.current) else ["valve_current"]
+        if lacking:
+            return None, f"{e.name} has no {' and no '.join(lacking)}, which a sweep needs"
+    channels = [n for n in (*SHOWN, *FLOWS) if n in shown and n not in given]
+    if not channels:
+        return None, (
+            "no channel that a sweep could show: add a flow "
+            f"({', '.join(FLOWS)}), or the pressures of blocked ports"
+        )
+    shortest = min(e.samples * e.period for e in experiments)
+    return SweepBench(model, tuple(channels), given, CORRELATED_SHARE * shortest), ""
+
+
+def averaged(e: Experiment) -> Experiment:
+    """Return an experiment of at most `ROWS` rows, each the mean of several."""
+    block = -(-e.samples // ROWS)
+    if block == 1:
+        return e
+    note = f"averaged over {block * e.period:.3g} s each: a slow sweep needs no more rows"
+    return replace(
+        e, period=block * e.period, current=_means(e.current, block),
+        readings={n: _means(v, block) for n, v in e.readings.items()}, notes=(*e.notes, note),
+    )  # fmt: skip
+
+
+def _means(values: Array, block: int) -> Array:
+    rows = values[: len(values) // block * block].reshape(-1, block)
+    good = np.isfinite(rows)
+    count = good.sum(axis=1)
+    total = np.where(good, rows, 0.0).sum(axis=1)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+
+
+def _whole(values: Array) -> Array:
+    """Return values without holes."""
+    good = np.isfinite(values)
+    index = np.arange(len(values))
+    return np.asarray(np.interp(index, index[good], values[good]))
+
+
+def examinable(candidate: Coordinate, predictor: SweepBench) -> bool:
+    """Whether a valve at rest can show an effect: nothing that takes time."""
+    effect = candidate.effect
+    if effect is None:
+        return False
+    if candidate.channel:
+        return not effect.states and candidate.channel in predictor.channels
+    return all(
+        law.stage not in TAKES_TIME and law.stage.table not in UNSEEN
+        and SUPPLY.name not in law.stage.balances
+        for law in effect.laws
+    )  # fmt: skip

@@ -1,0 +1,121 @@
+"""The Jacobian of one sample period, by which the extended Kalman filter propagates covariance.
+
+It follows from the Jacobian of the rates (`transition`), with two exceptions:
+
+- While the rod hardly slides, friction changes within the uncertainty of the velocity. The model
+  runs a second time with the velocity changed by that uncertainty: a secant.
+- Where a chamber empties, gas becomes softer than oil within a fraction of the period. The model
+  runs once more for every change of the state.
+"""
+
+from hil_emulator.identify.measured.experiment import Array, Single
+from hil_emulator.identify.prediction.filter.transition import (
+    Slopes,
+    carry_on,
+    differentiate,
+    map_part,
+)
+from hil_emulator.identify.prediction.model_run.run import (
+    Passage,
+    begin_period,
+    elapse,
+    elapse_part,
+    end_period,
+    follow,
+)
+from hil_emulator.identify.prediction.model_run.small_matrices import multiply
+from hil_emulator.model.constants import SLIDING_BEND
+from hil_emulator.model.effects.oil import LARGEST_GAS_PRESSURE
+
+NEARLY_EMPTY = 2.0 * LARGEST_GAS_PRESSURE
+"""State of a chamber below which it is nearly empty [Pa] (assumed: at half of it gas may be as soft
+as oil, and a sample's period goes as far)."""
+
+CREEPING = 2.0
+"""Velocity over the width of its secant below which friction bends within that (assumed)."""
+
+SLID = SLIDING_BEND - 0.2
+"""Bend of seals that slide: dry friction still grows by 0.3 %, tanh 3 over tanh 2.8."""
+
+
+def elapse_linearly(passage: Passage, k: int, slopes: Slopes) -> None:
+    """Let a sample's period pass, and find what a change at its begin comes to."""
+    run, currents, onward = passage.run, passage.data.current[k], slopes.onward
+    follow(passage.corrected, run)
+    for i in range(len(onward)):
+        for j in range(len(onward)):
+            onward[i, j] = 1.0 if i == j else 0.0
+    begin_period(run)
+    for i in range(len(currents)):
+        elapse_part(run, currents, i, passage.steps)
+        differentiate(passage, slopes)
+        map_part(slopes, run.step, passage.steps)
+        carry_on(slopes)
+    end_period(run)
+    multiply(slopes.readings, onward, slopes.sensed)
+    before, after = passage.corrected.z, run.z
+    slow = slopes.secant[0] > 0.0 and creeps(slopes, before, after, run.bend)
+    empty = empties(slopes, before, after)
+    for j in range(len(onward)):
+        wide = slow and j == slopes.speed
+        if wide or empty:
+            move_on(passage, k, slopes, j, slopes.secant[0] if wide else slopes.widths[j])
+
+
+def empties(slopes: Slopes, before: Array, after: Array) -> bool:
+    """Tell whether a chamber is nearly empty."""
+    lowest = NEARLY_EMPTY
+    for i in slopes.chambers:
+        lowest = min(lowest, before[i], after[i])
+    return lowest < NEARLY_EMPTY
+
+
+def creeps(slopes: Slopes, before: Array, after: Array, bend: int) -> bool:
+    """Tell whether friction bends within the secant of the velocity."""
+    v0, v1 = before[slopes.speed], after[slopes.speed]
+    if v0 * v1 < 0.0 or min(abs(v0), abs(v1)) < CREEPING * slopes.secant[0]:
+        return True
+    return bend >= 0 and before[bend] * v0 < SLID * abs(v0)
+
+
+def move_on(passage: Passage, k: int, slopes: Slopes, j: int, width: float) -> None:
+    """Find what a change of some width comes to: the model runs once more."""
+    run, moved, data = passage.run, passage.moved, passage.data
+    follow(moved, passage.corrected)
+    place, here = 0, moved.par[0]
+    if j < len(moved.z):
+        moved.z[j] += width
+    else:
+        place = slopes.places[j - len(moved.active)]
+        here = moved.par[place]
+        moved.par[place] = here + width
+    elapse(moved, data.current[k], passage.steps)
+    moved.par[place] = here
+    for i in range(len(run.z)):
+        slopes.onward[i, j] = (moved.z[i] - run.z[i]) / width
+    for i in range(len(data.chosen)):
+        source = run.sources[data.chosen[i]]
+        slopes.sensed[i, j] = (moved.signals[source] - run.signals[source]) / width
+
+
+def read_widely(passage: Passage, slopes: Slopes) -> None:
+    """Let readings, too, tell the velocity by its secant."""
+    run, chosen, width = passage.run, passage.data.chosen, slopes.secant[0]
+    place = run.active[slopes.speed]
+    here = run.memory[place]
+    run.memory[place] = here + width
+    passage.rate(run.memory, slopes.moved, run.par, run.inputs, slopes.moved_signals)
+    run.memory[place] = here
+    for i in range(len(chosen)):
+        source = run.sources[chosen[i]]
+        change = slopes.moved_signals[source] - slopes.signals[source]
+        slopes.readings[i, slopes.speed] = change / width
+
+
+def note(slopes: Slopes, first: int, maps: Single, senses: Single) -> None:
+    """Note the derivatives of the next z and readings by changes from the first one on."""
+    for j in range(maps.shape[1]):
+        for i in range(len(maps)):
+            maps[i, j] = slopes.onward[i, first + j]
+        for i in range(len(senses)):
+            senses[i, j] = slopes.sensed[i, first + j]

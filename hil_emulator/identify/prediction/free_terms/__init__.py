@@ -1,0 +1,1 @@
+"""Terms that no effect declares, by balance and regressor, used to find what the model lacks."""

@@ -1,0 +1,86 @@
+"""Free shapes: what a law of any form in any balance would do to the residuals.
+
+A free shape is one balance and one regressor; hat functions of the regressor are put into the
+balance along the predicted trajectory.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.free_terms.balances import PISTON, TERMS, Balance
+from hil_emulator.identify.prediction.free_terms.regressors import Regressors
+
+HATS = 6
+"""Hat functions of a shape."""
+
+FINE = 24
+"""The same over the place along the stroke: a tight spot is as long as a seal."""
+
+
+@dataclass(frozen=True)
+class FreeShape:
+    """A term of any shape.
+
+    Attributes:
+        balance: where it sits.
+        regressor: what it depends on.
+        knots: values of the regressor at the tips of its hats.
+
+    """
+
+    balance: Balance
+    regressor: str
+    knots: Array
+
+    @property
+    def title(self) -> str:
+        """The balance and its regressor in words."""
+        return f"{self.balance.name} over {self.regressor}"
+
+    @property
+    def ripples(self) -> bool:
+        """Whether friction that every machine has changes over this, along the stroke."""
+        return along_the_stroke(self.balance, self.regressor)
+
+
+def along_the_stroke(balance: Balance, regressor: str) -> bool:
+    """Tell whether a term over this is friction that changes along the stroke."""
+    return balance is PISTON and regressor.startswith("position")
+
+
+def shapes_along(
+    balances: Collection[Balance], values: Sequence[Regressors]
+) -> Iterator[FreeShape]:
+    """Yield the shapes over everything that does not stand still.
+
+    Args:
+        balances: those that the channels can show.
+        values: of the regressors in each experiment.
+
+    """
+    for balance, regressor in TERMS:
+        if balance not in balances:
+            continue
+        fine = along_the_stroke(balance, regressor)
+        along = np.concatenate([v[regressor] for v in values])
+        knots = _knots(along, FINE if fine else HATS)
+        if knots is not None:
+            yield FreeShape(balance, regressor, knots)
+
+
+def hats(values: Array, knots: Array) -> Array:
+    """Return hat functions of `values` on `knots`, shape (samples, knots)."""
+    clipped = np.clip(values, knots[0], knots[-1])
+    return np.column_stack([np.interp(clipped, knots, row) for row in np.eye(len(knots))])
+
+
+def _knots(values: Array, count: int) -> Array | None:
+    """Return knots at the quantiles of a regressor; None for one that stands still."""
+    spread = np.quantile(values, np.linspace(0.01, 0.99, count))
+    if spread[-1] - spread[0] < 1e-12:
+        return None
+    even = np.linspace(spread[0], spread[-1], count)
+    return np.asarray(0.5 * (spread + even))

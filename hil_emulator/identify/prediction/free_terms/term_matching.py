@@ -1,0 +1,62 @@
+"""Which free terms may be a part of an effect's law: by balance, regressor and sensor channel."""
+
+import inspect
+import math
+from typing import Protocol
+
+from hil_emulator.identify.prediction.free_terms.balances import Balance
+from hil_emulator.identify.prediction.free_terms.regressors import REGRESSORS
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+
+
+class Term(Protocol):
+    """What a balance may lack over one regressor."""
+
+    @property
+    def balance(self) -> Balance:
+        """Where it sits."""
+
+    @property
+    def regressor(self) -> str:
+        """What it depends on."""
+
+
+def acts_in(coordinate: Coordinate, balance: Balance) -> bool:
+    """Tell whether the law of an effect acts in a balance, or in the channel that it is about."""
+    if balance.channel or coordinate.channel:
+        return coordinate.channel == balance.channel
+    return coordinate.effect is not None and balance.name in coordinate.effect.stage.balances
+
+
+def depends_on(coordinate: Coordinate, regressor: str) -> bool:
+    """Tell whether the law of an effect depends on the regressor of a term."""
+    effect, arguments = coordinate.effect, REGRESSORS[regressor].arguments
+    return effect is not None and bool(arguments & set(inspect.signature(effect.law).parameters))
+
+
+def calibrates(term: Term, coordinate: Coordinate) -> bool:
+    """Tell whether a term is a calibration curve of which an error of that sensor is a shape.
+
+    So are errors that change with the reading, and with nothing else.
+    """
+    effect = coordinate.effect
+    if effect is None or not is_curve(term) or not acts_in(coordinate, term.balance):
+        return False
+    takes = set(inspect.signature(effect.law).parameters) - {"reading"}
+    given = {effect.knob.name: effect.knob.typical, "span": 1.0}
+    if not takes <= given.keys():
+        return False
+    half, full = (effect.law(x, **{n: given[n] for n in takes}) - x for x in (0.5, 1.0))
+    return not math.isclose(half, full, rel_tol=1e-6)
+
+
+def is_curve(term: Term) -> bool:
+    """Tell whether a term is what a sensor is off by, over its own reading."""
+    return bool(term.balance.channel) and "reading" in REGRESSORS[term.regressor].arguments
+
+
+def is_part(term: Term, coordinate: Coordinate) -> bool:
+    """Tell whether a term, in the balance in which an effect acts, may be a part of its law."""
+    return acts_in(coordinate, term.balance) and (
+        not is_curve(term) or calibrates(term, coordinate)
+    )

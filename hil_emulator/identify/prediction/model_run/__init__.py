@@ -1,0 +1,1 @@
+"""Compiled loops that run the model along a recording; the filter and the benches use them."""

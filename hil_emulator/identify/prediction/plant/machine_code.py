@@ -1,0 +1,219 @@
+"""The predictor's loops compiled, kept for the next start.
+
+They take the functions of a model as values, so their machine code serves every model. It is kept
+as a module that is written out from all that they are made of: numba's own cache looks at the age
+of one file only, and would go on predicting as before an edit elsewhere.
+"""
+
+import hashlib
+import inspect
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array, Index, Single
+from hil_emulator.identify.prediction.filter import (
+    extended_kalman_filter,
+    free_run,
+    innovations,
+    propagation,
+    sample_jacobian,
+    sensor_replay,
+    smoothing,
+    transition,
+)
+from hil_emulator.identify.prediction.model_run import (
+    quasi_static,
+    run,
+    small_matrices,
+    static_forces,
+)
+from hil_emulator.identify.prediction.model_run.records import (
+    Data,
+    Entries,
+    Errors,
+    Gains,
+    Jacobians,
+    Moments,
+    ParametrisedModel,
+    Places,
+    Rate,
+    Restarts,
+    Seen,
+    Sense,
+    Start,
+    Sweep,
+    Tuning,
+    Unknowns,
+)
+from hil_emulator.identify.prediction.plant.function_values import RATE, SENSE, FunctionValue
+from hil_emulator.identify.prediction.plant.ticks import Ticks
+from hil_emulator.model.compile_once import entry
+from hil_emulator.model.constants import SLIDING_BEND
+from hil_emulator.model.inlined import inlined
+from hil_emulator.model.kernel import Kernel, keep, sources_digest
+
+_MAKERS: tuple[Callable[..., object], ...] = (
+    run.begin,
+    run.beside,
+    run.install,
+    run.enter,
+    extended_kalman_filter.estimate_of,
+    transition.slopes_of,
+    free_run.show,
+    free_run.widen,
+    smoothing.observe,
+    smoothing.proceed,
+    smoothing.forwards,
+    smoothing.backwards,
+    quasi_static.implicit_step,
+)
+"""Parts of a loop that make arrays."""
+
+_PARTS: tuple[Callable[..., object], ...] = (
+    run.advance,
+    run.follow,
+    run.correct,
+    run.compare,
+    run.move,
+    run.refine,
+    run.begin_period,
+    run.elapse_part,
+    run.end_period,
+    run.elapse,
+    sample_jacobian.creeps,
+    sample_jacobian.empties,
+    sample_jacobian.move_on,
+    small_matrices.copy,
+    small_matrices.root_of_inverse,
+    small_matrices.multiply,
+    small_matrices.divide,
+    small_matrices.duplicate,
+    small_matrices.congruence,
+    small_matrices.multiply_eights,
+    innovations.predict_samples,
+    innovations.pick,
+    extended_kalman_filter.update,
+    transition.differentiate,
+    transition.approximate,
+    transition.map_part,
+    transition.carry_on,
+    sample_jacobian.elapse_linearly,
+    sample_jacobian.note,
+    sample_jacobian.read_widely,
+    extended_kalman_filter.set_secant,
+    extended_kalman_filter.measure,
+    extended_kalman_filter.spread,
+    extended_kalman_filter.filter_samples,
+    propagation.propagate_samples,
+)
+"""Parts that work on given ones."""
+
+_LOOPS: tuple[Callable[..., object], ...] = (
+    innovations.predict, extended_kalman_filter.linearise, propagation.propagate,
+    sensor_replay.reread, static_forces.forces, free_run.run_freely, free_run.carry,
+    smoothing.smooth, quasi_static.sweep,
+)  # fmt: skip
+
+_RECORDS = (
+    run.Run, run.Instruments, run.Passage, transition.Slopes, extended_kalman_filter.Estimate,
+    propagation.Changes, Gains, Jacobians, Entries, Errors, Seen, smoothing.Driven,
+    smoothing.Forwards,
+)  # fmt: skip
+"""Named tuples that the loops make."""
+
+
+@dataclass(frozen=True)
+class Loops:
+    """The loops, and the functions of one model for them.
+
+    Attributes:
+        predict: see `innovations.predict`.
+        linearise: see `extended_kalman_filter.linearise`.
+        propagate: see `propagation.propagate`.
+        reread: see `sensor_replay.reread`.
+        forces: see `static_forces.forces`.
+        run_freely: see `free_run.run_freely`.
+        carry: see `free_run.carry`.
+        smooth: see `smoothing.smooth`.
+        sweep: see `quasi_static.sweep`.
+        ticks: the model's integrations, of which each run takes one.
+        rate: the derivative of its state.
+        sense: its sensor chain.
+
+    """
+
+    predict: Callable[[ParametrisedModel, Data, Start, Gains, Array, Array, Seen], None]
+    linearise: Callable[
+        [ParametrisedModel, Data, Start, Tuning, Array, Gains, Array, Index], Jacobians
+    ]
+    propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Single], None]
+    reread: Callable[[ParametrisedModel, Data, Seen, Array], None]
+    forces: Callable[[ParametrisedModel, Moments, Places, float, Array], Array]
+    run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]
+    carry: Callable[[Gains, Jacobians, Array, Array, Array, Restarts, Array, Array], None]
+    smooth: Callable[[Gains, Jacobians, Entries, Array, Array, float, float, Array], None]
+    sweep: Callable[[ParametrisedModel, Sweep, Array, Unknowns, Index], tuple[Array, Array]]
+    ticks: Ticks
+    rate: Rate
+    sense: Sense
+
+
+@lru_cache(maxsize=4)
+def bind(kernel: Kernel, cache: Path | None) -> Loops:
+    """Return the loops with the functions of a model.
+
+    Args:
+        kernel: the compiled model.
+        cache: folder for machine code; None compiles for this process alone.
+
+    """
+    rate, sense = FunctionValue(kernel.rate, RATE), FunctionValue(kernel.sense, SENSE)
+    return Loops(**_compiled(cache), ticks=Ticks(kernel, cache), rate=rate, sense=sense)
+
+
+@lru_cache(maxsize=4)
+def _compiled(cache: Path | None) -> dict[str, Any]:
+    """Return the loops by name."""
+    chapters = (("lean", _PARTS), ("compiled", _MAKERS), ("entry", _LOOPS))
+    parts = [f"@{name}\n{inspect.getsource(f)}" for name, functions in chapters for f in functions]
+    source = "\n\n".join(["from __future__ import annotations\n", *parts])
+    folder = cache and cache / _digest(sources_digest(()))
+    file = keep(source, folder, "hil_emulator_identify") if folder else None
+    # numba finds the functions again through a module of this name
+    module = ModuleType(file.stem if file else "hil_emulator_identify")
+    sys.modules[module.__name__] = module
+    module.__dict__.update({record.__name__: record for record in _RECORDS})
+    # inlined, a seventh of a prediction is saved, and a sixth more without numba's runtime, where
+    # nothing is made: it is the counting of references to arrays
+    options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+    module.__dict__.update(
+        np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND, SLID=sample_jacobian.SLID,
+        CREEPING=sample_jacobian.CREEPING, NEARLY_EMPTY=sample_jacobian.NEARLY_EMPTY,
+        FAINTEST=propagation.FAINTEST,
+        compiled=inlined(**options),
+        lean=inlined(**options, _nrt=False),
+        entry=entry(file, rolled=True, error_model="numpy", nogil=True),
+    )  # fmt: skip
+    exec(compile(source, str(file or "<identify>"), "exec"), module.__dict__)
+    return {loop.__name__: getattr(module, loop.__name__) for loop in _LOOPS}
+
+
+def digest(kernel: Kernel) -> str:
+    """Return a digest of the model's machine code and of what the loops are made of."""
+    return _digest(sources_digest(kernel.effects) + kernel.source)
+
+
+def _digest(model: str) -> str:
+    """Return a digest of some text and of what the loops are made of."""
+    found = hashlib.sha256(model.encode())
+    folder = Path(__file__).parents[1]
+    for file in sorted(folder.rglob("*.py")):
+        found.update(str(file.relative_to(folder)).encode() + file.read_bytes())
+    return found.hexdigest()[:16]

@@ -1,0 +1,59 @@
+"""How much of the variance free terms explain in healthy machines, which `NOTICEABLE` rests on.
+
+    python -m tests.studies.rules.healthy_terms none-600:20 none-600:10@axis
+
+Every machine has ripple of its friction and of its supply: terms that are there and significant. A
+word on these would be a false alarm, a word on less than these never was one.
+"""
+
+import argparse
+
+import numpy as np
+
+from hil_emulator.config.load import load
+from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
+from hil_emulator.identify.selection.levels import NOTICEABLE
+from hil_emulator.identify.selection.search import Searcher
+from tests.identify.rig_data import CACHE, INSTRUMENTS
+from tests.studies.generator.cases import Case, campaign, short_cases
+
+
+def largest(which: Case) -> tuple[float, str]:
+    """Return the largest share of the variance that a significant term explains, and its title.
+
+    As the product counts: chance set aside, and a term of many hats in proportion less.
+    """
+    model = PlantModel(load([which.bench.config]), CACHE)
+    searcher = Searcher(
+        Observer(model, INSTRUMENTS), campaign(which)[0], [], [], parameters.ordinary(model)
+    )
+    found = searcher.look().rounds[-1]
+    shares = [(t.surplus * HATS / len(t.knots) / found.base.sample_size, t.title)
+              for t in found.significant]  # fmt: skip
+    return max(shares, default=(0.0, ""))
+
+
+def main() -> None:
+    """Print the largest term of each machine, and how they are distributed."""
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    options.add_argument(
+        "cases", nargs="+", type=short_cases, help="healthy ones, as none-600 or none-600:20@axis"
+    )
+    shares, noticed = [], 0
+    for which in (c for some in options.parse_args().cases for c in some):
+        share, title = largest(which)
+        shares.append(share)
+        noticed += share > NOTICEABLE
+        bench = " ".join(w for w, on in (("wide", which.wide), ("dirty", which.dirty)) if on)
+        print(f"{which.name:16} {share:8.4%}  {title} {bench}", flush=True)
+    print(f"{len(shares)} machines: median {np.median(shares):.3%}, 90 % below "
+          f"{np.quantile(shares, 0.9):.3%}, {noticed} above {NOTICEABLE:.0%}")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
