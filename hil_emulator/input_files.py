@@ -44,14 +44,14 @@ SHEET = Limit("EDS or DCF", 4 * MIB, "leave out objects that the device does not
 DATABASE = Limit("database of messages", 8 * MIB, "keep the messages of the device alone")
 """Databases of whole vehicles have up to 5 MiB; their reader needs 100 times that (assumed)."""
 
-COURSE = Limit("CSV of a course", 64 * MIB, "sample it more slowly, or cut it")
-"""An hour at 1 kHz: 3.6 million rows of 16 characters (assumed)."""
+COURSE = Limit("CSV of a course", 16 * MIB, "sample it more slowly, or cut it")
+"""A quarter of an hour at 1 kHz, in rows of 16 characters (assumed)."""
 
 LOG = Limit("log", 4 * GIB, "cut it, or leave out columns")
 """Three hours at 1 kHz with 40 columns of 10 characters."""
 
-LABVIEW_TEXT = Limit("LabVIEW measurement (.lvm)", 512 * MIB, "save it as TDMS")
-"""An hour at 1 kHz with 14 columns of 10 characters."""
+LABVIEW_TEXT = Limit("LabVIEW measurement (.lvm)", 256 * MIB, "save it as TDMS")
+"""An hour at 1 kHz with 7 columns of 10 characters."""
 
 CAPTURE = Limit("CAN capture", GIB, "cut it")
 """Over two hours of 2,000 frames a second with 64 characters each."""

@@ -24,8 +24,8 @@ _PACKED = (10, 2)
 LARGEST_CONTAINER = 64 * input_files.MIB
 """Unpacked size of a container [B]; Vector's tools write 128 KiB (assumed)."""
 
-MOST_FRAMES = 20_000_000
-"""Frames of a log: over two hours of 2,000 a second (assumed)."""
+MOST_FRAMES = 10_000_000
+"""Frames of a log: over an hour of 2,000 a second, in 2.5 GB of memory (assumed)."""
 
 _NS_PER_S = 1e9
 _LATEST_S = 4e9  # of a time in a log [s]: since 1970, until 2096 (assumed)
@@ -113,14 +113,18 @@ def _messages(file: Path) -> Iterator[can.Message]:
 
 
 def _reader(file: Path) -> can.io.generic.MessageReader:
-    return _Objects(str(file)) if file.suffix.lower() == ".blf" else can.LogReader(str(file))
+    return _Objects(file) if file.suffix.lower() == ".blf" else can.LogReader(str(file))
 
 
 class _Objects(can.BLFReader):
-    """Reads a BLF file whose containers unpack to a bounded size and whose objects have a size.
+    """Reads a BLF file whose containers unpack to bounded sizes and whose objects have a size.
 
     The base class unpacks a container whole, and never ends at an object without a size.
     """
+
+    def __init__(self, file: Path) -> None:
+        super().__init__(str(file))
+        self._most = input_files.largest_unpacked(file)
 
     def __iter__(self) -> Generator[can.Message, None, None]:
         begin = self.file.tell()
@@ -129,16 +133,20 @@ class _Objects(can.BLFReader):
         yield from super().__iter__()
 
     def _check_containers(self) -> None:
+        unpacked = 0
         while len(header := self.file.read(_CONTAINER.size)) == _CONTAINER.size:
             signature, size, kind, method = _CONTAINER.unpack(header)
             if signature != _OBJECT or size < _CONTAINER.size:
                 return  # the base class says what is wrong with it
             packed = self.file.read(size - _CONTAINER.size + size % 4)
             if (kind, method) == _PACKED:
-                zlib_stream = zlib.decompressobj()
-                zlib_stream.decompress(packed, LARGEST_CONTAINER)
-                if zlib_stream.unconsumed_tail:
-                    raise ValueError(f"a container unpacks to more than {LARGEST_CONTAINER} bytes")
+                unpacker = zlib.decompressobj()
+                unpacked += len(unpacker.decompress(packed, LARGEST_CONTAINER))
+                if unpacker.unconsumed_tail or unpacked > self._most:
+                    raise ValueError(
+                        f"a container unpacks to more than {LARGEST_CONTAINER} bytes, or all "
+                        f"to more than {self._most}"
+                    )
 
     def _parse_data(self, data: bytes) -> Iterator[can.Message]:
         at = data.find(_OBJECT, 0, 8)

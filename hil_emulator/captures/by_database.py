@@ -51,7 +51,7 @@ def from_file(file: Path, names: Mapping[str, str]) -> list[Carrier]:
 
 
 def _check_places(message: Any) -> None:
-    """Raise ValueError where a known channel does not lie inside its frame."""
+    """Raise ValueError where a signal does not lie inside the frame of its message."""
     for signal in message.signals:
         first, bits = signal.start, 8 * message.length
         if signal.byte_order == "big_endian":  # numbered from the highest bit of each byte

@@ -145,8 +145,8 @@ def _fmu(file: Path) -> None:
 
 
 READERS = (
-    Reader("rec", _recording, 0.14),
-    Reader("rec on the panel", _on_panel, 0.03, "rec"),
+    Reader("rec", _recording, 0.16),
+    Reader("rec on the panel", _on_panel, 0.01, "rec"),
     Reader("rec to identify", _log, 0.02, "rec"),
     Reader("toml", lambda file: load_machine([file]), 0.03),
     Reader("scenario", schema.load, 0.08, "toml"),

@@ -59,6 +59,7 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
 
     """
     input_files.check(file, input_files.LOG)
+    _check_lines(file)
     encoding, note = encoding_of(file)
     last = list(deque(_rows(file, encoding), _LOOKED_AT))
     if not last:
@@ -76,28 +77,32 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
 
 
 def encoding_of(file: Path) -> tuple[str, str]:
-    """Return the encoding of a text, and in words one that is not UTF-8.
+    """Return the encoding of a text, and in words one that is not UTF-8."""
+    if next(_chunks(file), b"").startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16", "encoded in UTF-16"
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    try:
+        for chunk in _chunks(file):
+            decoder.decode(chunk)
+        decoder.decode(b"", final=True)
+    except UnicodeDecodeError:
+        return "latin-1", "encoded in Latin-1"
+    return "utf-8-sig", ""
 
-    Raises:
-        UserError: a line is longer than `LONGEST_LINE`.
 
-    """
-    utf8 = codecs.getincrementaldecoder("utf-8")()
-    encoding, note = "utf-8-sig", ""
+def _check_lines(file: Path) -> None:
+    """Refuse a text with a line that would be a table by itself."""
+    for chunk in _chunks(file):
+        if len(chunk) == LONGEST_LINE and b"\n" not in chunk and b"\r" not in chunk:
+            raise UserError(
+                f"{file}: has a line of more than {LONGEST_LINE} characters; it is no table"
+            )
+
+
+def _chunks(file: Path) -> Iterator[bytes]:
     with file.open("rb") as stream:
         while chunk := stream.read(LONGEST_LINE):
-            if stream.tell() == len(chunk) and chunk.startswith((b"\xff\xfe", b"\xfe\xff")):
-                encoding, note = "utf-16", "encoded in UTF-16"
-            if len(chunk) == LONGEST_LINE and not {10, 13} & set(chunk):
-                raise UserError(
-                    f"{file}: has a line of more than {LONGEST_LINE} characters; it is no table"
-                )
-            try:
-                if encoding == "utf-8-sig":
-                    utf8.decode(chunk)
-            except UnicodeDecodeError:
-                encoding, note = "latin-1", "encoded in Latin-1"
-    return encoding, note
+            yield chunk
 
 
 def _lines(file: Path, encoding: str) -> Iterator[str]:

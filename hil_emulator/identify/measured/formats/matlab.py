@@ -4,6 +4,7 @@ Names cannot hold a unit, so it is their end, as in `position_mm`, or the text o
 structure `units`.
 """
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -90,7 +91,12 @@ def _hdf5(file: Path) -> dict[str, Any]:
     """Return the content of a file of version 7.3."""
     h5py = module("h5py", file, "logs")
 
+    left = itertools.repeat(None, input_files.MEMBERS)
+
     def content(group: Any) -> dict[str, Any]:
+        """Return what is in a group; links may lead to the same one by many ways."""
+        if next(left, "") is not None:
+            raise ValueError(f"has more than {input_files.MEMBERS} groups")
         return {n: _dataset(v) if isinstance(v, h5py.Dataset) else content(v)
                 for n, v in group.items() if not n.startswith("#")}  # fmt: skip
 

@@ -206,9 +206,10 @@ class _Cells:
         values = _numbers(cells, decimal_comma)
         self._numbers.append(values)
         if self._moments is not None:
-            self._moments += [moment(c) for c in cells] if not np.isfinite(values).any() else []
-            if not any(m is not None for m in self._moments):
-                self._moments = None  # the first rows say what a column holds
+            self._moments += map(moment, cells)
+            times = any(m is not None for m in self._moments)
+            if not times or np.isfinite(values).any():
+                self._moments = None  # the first rows show what a column holds
 
     def column(self, notes: list[str]) -> LogColumn:
         """Return the column."""
