@@ -60,7 +60,7 @@ RECORDING = Limit("recording", 8 * GIB, "record less, or with --trigger")
 """Five hours at 1 kHz with 60 columns of 8 bytes."""
 
 RECORDING_IN_PARTS = Limit("recording", 1024 * GIB, "record less, or with --trigger")
-"""Of one that is never in memory as a whole: three weeks of the above."""
+"""Of one that is never in memory as a whole: four weeks of the above."""
 
 RESULT = Limit("result of an identification", 16 * MIB, "write it anew with identify --out")
 """A result with twenty logs has 0.3 MiB (assumed)."""
@@ -77,11 +77,12 @@ SEALED = Limit("sealed file", MIB, "hide the effects again")
 FMU = Limit("FMU", GIB, "leave its documentation and the libraries of other systems out")
 """Libraries for several systems with their resources (assumed)."""
 
-EXPANSION = 100
-"""Unpacked size of a file over its packed size. Noise compresses by less than 10, XML by up to 50;
-a zip bomb by 1,000 (assumed)."""
+EXPANSION = 200
+"""Unpacked size of a file over its packed size. The times of a log compress by 2, so that one of
+100 columns that are all at rest reaches this; noise compresses by less than 10, XML by 50, a zip
+bomb by 1,000 (assumed)."""
 
-UNPACKED_ALWAYS = 256 * MIB
+UNPACKED_ALWAYS = 512 * MIB
 """Unpacked size that any file may have: every computer has that memory (assumed)."""
 
 UNPACKED = 4 * GIB

@@ -51,17 +51,14 @@ def read(file: Path) -> None:
         RuntimeError: the process has ended otherwise.
 
     """
-    cache = file.parent / "kernels"
-    target = sorted(cache.rglob(_KERNEL + file.suffix))[0]
-    sound = target.read_bytes()
-    target.write_bytes(file.read_bytes())
-    try:
-        child = os.fork()
-        if child == 0:
-            os._exit(_loaded(cache))
-        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    finally:
-        target.write_bytes(sound)
+    cache = file.parent / "damaged kernels"
+    shutil.rmtree(cache, ignore_errors=True)  # what is damaged may have been removed
+    shutil.copytree(file.parent / "kernels", cache)
+    next(cache.rglob(_KERNEL + file.suffix)).write_bytes(file.read_bytes())
+    child = os.fork()
+    if child == 0:
+        os._exit(_loaded(cache))
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if status == _MADE_ANEW:
         raise UserError(f"{file}: is made anew")
     if status:

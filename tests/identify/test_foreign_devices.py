@@ -180,3 +180,21 @@ def test_frames_that_no_multiplexer_knows_hold_nothing(tmp_path: Path) -> None:
     meaning = Meaning(databases=[file], names=pairs(["pressure_a=Pa", "position=CylPos"]))
     with pytest.raises(UserError, match=r"log\.asc"):
         experiments([capture(tmp_path / "log.asc")], reference(), meaning)
+
+
+def test_a_night_and_a_wrong_time_in_a_capture(tmp_path: Path) -> None:
+    """A pause of eight hours parts it in two; a frame of another year is left out with a note."""
+    file = tmp_path / "log.asc"
+    with can.Logger(str(file)) as log:
+        for k in range(SAMPLES):
+            data = struct.pack(">H", 8000) + b"\0" + struct.pack("<i", 300_000 + 100 * k) + b"\0"
+            times = [TIME[k] + (28_800.0 if k >= 100 else 0.0), *([4e8] if k == 150 else [])]
+            for time in times:
+                log(can.Message(time, 2364540158 & 0x1FFFFFFF, True, data=data, channel=0))
+    meaning = Meaning(
+        databases=[described(tmp_path)], names=pairs(["pressure_a=Pa", "position=CylPos"])
+    )
+    first, second = experiments([file], reference(), meaning)
+    assert (first.samples, second.samples) == (100, SAMPLES - 100)
+    np.testing.assert_allclose(second.readings["position"][:3], [41e-3, 41.01e-3, 41.02e-3])
+    assert any("far from all others, left out: 1" in note for note in first.notes)
