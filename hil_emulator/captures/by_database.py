@@ -95,6 +95,6 @@ def _channel(name: str, unit: str) -> str:
 def _decoded(message: Any, data: bytes) -> dict[str, float]:
     try:
         values = message.decode(data, decode_choices=False, allow_truncated=True)
+        return {name: float(value) for name, value in values.items() if not isinstance(value, str)}
     except (cantools.Error, ValueError, LookupError, OverflowError):  # such as no such multiplexer
         return {}
-    return {name: float(value) for name, value in values.items() if not isinstance(value, str)}

@@ -4,6 +4,7 @@ import csv
 import re
 import secrets
 import shutil
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -182,7 +183,8 @@ def _stimulus(file: Path, ground: Ground) -> Target:
     """Read a stimulus file of `hil-emulator experiment`."""
     try:
         input_files.check(file, input_files.COURSE)
-        time, position = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2).T
+        with warnings.catch_warnings(action="ignore"):  # of a file without rows
+            time, position = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2).T
         steps = np.diff(time)
         period = float(np.median(steps)) if len(steps) else 0.0
         even = np.all(np.abs(steps - period) < UNEVEN * period)

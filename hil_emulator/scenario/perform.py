@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import struct
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -220,7 +221,8 @@ def _profile(folder: Path, profile: SignalProfile) -> tuple[Curve, Curve]:
     file = folder / profile.file
     try:
         input_files.check(file, input_files.COURSE)
-        rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
+        with warnings.catch_warnings(action="ignore"):  # of a file without rows
+            rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
         times, values = rows.T
     except (OSError, ValueError) as error:
         raise UserError(

@@ -33,7 +33,7 @@ def test_sound_files_are_read() -> None:
 
 def test_some_hundred_mutants() -> None:
     """Of every format, from the recording to the database of messages."""
-    study(range(300), seed=18, without=COMPILED)
+    study(range(150), seed=18, without=COMPILED)
 
 
 @pytest.mark.full(sibling="test_some_hundred_mutants")

@@ -198,3 +198,12 @@ def test_a_night_and_a_wrong_time_in_a_capture(tmp_path: Path) -> None:
     assert (first.samples, second.samples) == (100, SAMPLES - 100)
     np.testing.assert_allclose(second.readings["position"][:3], [41e-3, 41.01e-3, 41.02e-3])
     assert any("far from all others, left out: 1" in note for note in first.notes)
+
+
+def test_a_factor_beyond_numbers_gives_no_values(tmp_path: Path) -> None:
+    """A signal whose values no float can hold is in no frame."""
+    file = described(tmp_path)
+    file.write_text(file.read_text().replace("(0.0001,10)", f"({'9' * 400},0)"))
+    meaning = Meaning(databases=[file], names=pairs(["pressure_a=Pa", "position=CylPos"]))
+    with pytest.raises(UserError, match=r"log\.asc"):
+        experiments([capture(tmp_path / "log.asc")], reference(), meaning)
