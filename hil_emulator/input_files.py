@@ -160,16 +160,20 @@ def parse_json(text: str | bytes) -> Any:
     """
     try:
         content = json.loads(text)
+        deep = is_deeper(content, JSON_DEPTH)
     except RecursionError:
-        content = None
-        level: list[Any] = [0]
-    else:
-        level = [content]
-        for _ in range(JSON_DEPTH):
-            level = [inner for outer in level for inner in _inside(outer)]
-    if level:
+        content, deep = None, True
+    if deep:
         raise ValueError(f"nested more than {JSON_DEPTH} levels deep")
     return content
+
+
+def is_deeper(content: Any, levels: int) -> bool:
+    """Return whether tables and arrays nest deeper than so many levels."""
+    level = [content]
+    for _ in range(levels):
+        level = [inner for outer in level for inner in _inside(outer)]
+    return bool(level)
 
 
 def _inside(value: Any) -> list[Any]:

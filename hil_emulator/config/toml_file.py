@@ -66,18 +66,9 @@ def parse_toml(file: Path, text: str) -> dict[str, Any]:
         raise UserError(_too_deep(file)) from None
     except ValueError as error:  # a number that Python refuses
         raise UserError(f"{file}: cannot be read: {error}") from None
-    level: list[Any] = [content]
-    for _ in range(DEEPEST):
-        level = [inner for outer in level for inner in _inside(outer)]
-    if level:
+    if input_files.is_deeper(content, DEEPEST):
         raise UserError(_too_deep(file))
     return content
-
-
-def _inside(value: Any) -> list[Any]:
-    if isinstance(value, dict):
-        return list(value.values())
-    return value if isinstance(value, list) else []
 
 
 def _too_deep(file: Path) -> str:
