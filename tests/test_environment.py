@@ -59,7 +59,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(small_disk: Path) -> Non
     """All ticks run; the message names the reason, and what was written is readable."""
     file = small_disk / "run.rec"
     code, said = ended(started("--record", file, *lockstep("3 s")))
-    assert code == 2
+    assert code == 3
     assert "3000 ticks" in said
     assert "No space left on device" in said
     assert 10 < len(journal.read(file).rows) < 3000
@@ -83,9 +83,9 @@ def test_a_folder_that_vanishes_does_not_end_the_run(tmp_path: Path) -> None:
         assert process.poll() is None
     shutil.rmtree(folder)
     code, said = ended(process)
-    assert code == 2
+    assert code == 3
     assert "ticks" in said
-    assert "recording: " in said
+    assert "run.csv.rec: cannot be read: No such file or directory" in said
 
 
 @pytest.mark.full(sibling="test_a_folder_that_is_not_writable_is_told_before_the_run")

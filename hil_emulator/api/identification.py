@@ -1,7 +1,7 @@
 """`gap` and `identify` from Python, with results that print and draw themselves."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from html import escape
@@ -25,6 +25,7 @@ from hil_emulator.identify.reporting.headline import headline
 from hil_emulator.identify.reporting.layer import EFFECT_FILE, layer
 from hil_emulator.identify.reporting.report import report
 from hil_emulator.identify.session import Question
+from hil_emulator.platform.output_files import FROM_PYTHON, refuse_existing, write_texts
 from hil_emulator.platform.paths import cache_folder
 
 if TYPE_CHECKING:
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
 
     Log = str | Path | pandas.DataFrame
 
+
+RESULT, LAYER, PAGE, TRACES = "result.json", "identified.toml", "report.html", "traces.npz"
+OUTPUTS = (RESULT, LAYER, EFFECT_FILE, PAGE, TRACES)
+"""Names of all files that `identify` and `gap` may write into their folder."""
 
 MEASURED = ("agrees", "disagrees")
 """Verdicts of `gap`, which does not search: it calls nothing unknown."""
@@ -72,7 +77,7 @@ class Identification:
         if self.result.added is not None:
             raise UserError("an unknown term was added as a file: save(), then load the folder's")
         text = layer(self.result, self.actuator.config.files, today())
-        return self.actuator.with_layer(text, "identified.toml")
+        return self.actuator.with_layer(text, LAYER)
 
     def plot(self) -> Picture:
         """Return measurement and models where they disagree most.
@@ -92,15 +97,21 @@ class Identification:
         title = f"{name} beside its measurements" if measured else f"What {name} lacks"
         return report(self.result, title, f"hil-emulator {__version__}, {today()}")
 
-    def save(self, folder: str | Path) -> None:
-        """Write result.json, identified.toml and report.html into a folder.
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> None:
+        """Write result.json, identified.toml and report.html into a folder, all or none.
+
+        Args:
+            folder: made where it is missing.
+            overwrite: whether files of an earlier result are replaced.
 
         Raises:
-            UserError: if it cannot be written.
+            UserError: if a file exists or cannot be written.
 
         """
-        texts = findings(self.result, self.actuator.config.files)
-        write(Path(folder), {**texts, "report.html": self.page()})
+        texts = {**findings(self.result, self.actuator.config.files), PAGE: self.page()}
+        files = {Path(folder) / name: text for name, text in texts.items()}
+        refuse_existing(files, overwrite=overwrite, way_out=FROM_PYTHON)
+        write_texts(files, overwrite=overwrite)
 
     def __repr__(self) -> str:
         told = [self.verdict, *headline(self.result)]
@@ -162,25 +173,10 @@ def identify(
 def findings(result: Result, configs: Sequence[Path]) -> dict[str, str]:
     """Return what a program reads on, by the name of its file."""
     texts = {
-        "result.json": json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
-        "identified.toml": layer(result, configs, today()),
+        RESULT: json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
+        LAYER: layer(result, configs, today()),
     }
     return texts if result.added is None else texts | {EFFECT_FILE: result.added.text}
-
-
-def write(out: Path, texts: Mapping[str, str]) -> None:
-    """Write texts into a folder, by the names of their files.
-
-    Raises:
-        UserError: if it cannot be written.
-
-    """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            (out / name).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{out}: cannot be written: {error}") from None
 
 
 def today() -> str:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from hil_emulator.errors import UserError
+from hil_emulator.platform.output_files import FROM_PYTHON, new_files, refuse_existing
 
 
 @dataclass(frozen=True)
@@ -17,17 +17,20 @@ class Picture:
 
     png: bytes
 
-    def save(self, file: str | Path) -> None:
+    def save(self, file: str | Path, *, overwrite: bool = False) -> None:
         """Write it.
 
+        Args:
+            file: the picture's file.
+            overwrite: whether it is replaced where it exists.
+
         Raises:
-            UserError: if it cannot be written.
+            UserError: if it exists or cannot be written.
 
         """
-        try:
-            Path(file).write_bytes(self.png)
-        except OSError as error:
-            raise UserError(f"{file}: cannot be written: {error.strerror}") from None
+        refuse_existing([Path(file)], overwrite=overwrite, way_out=FROM_PYTHON)
+        with new_files(overwrite=overwrite) as staged:
+            staged(Path(file)).write_bytes(self.png)
 
     def _repr_png_(self) -> bytes:
         return self.png

@@ -91,4 +91,4 @@ def _arguments(made: Path, jobs: int) -> list[str]:
     training, validation = (sorted(map(str, (made / part).glob("*.csv")))
                             for part in ("training", "validation"))  # fmt: skip
     return ["identify", *configs, *training, "--validate", *validation,
-            "--jobs", str(jobs), "--out", str(made / "found")]  # fmt: skip
+            "--jobs", str(jobs), "--out", str(made / "found"), "--overwrite"]  # fmt: skip

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hil_emulator.characterise.result import BenchResult, grouped
-from hil_emulator.errors import UserError
 from hil_emulator.pages.render import render
 
 _TITLE = "Bench tests of the emulated actuator"
@@ -25,18 +24,3 @@ def page(results: Sequence[BenchResult], folder: Path) -> str:
         groups=grouped(results),
         tests=[(r, (folder / f"{r.name}.png").read_bytes()) for r in results],
     )
-
-
-def write_page(results: Sequence[BenchResult], folder: Path) -> None:
-    """Write index.html beside the results' files.
-
-    Raises:
-        UserError: if the folder cannot be written.
-
-    """
-    try:
-        (folder / "index.html").write_text(page(results, folder), encoding="utf-8")
-    except OSError as error:
-        raise UserError(
-            f"cannot write the page into {folder}: {error}; choose another folder"
-        ) from error

@@ -11,14 +11,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from hil_emulator.characterise import procedures
-from hil_emulator.characterise.page import write_page
+from hil_emulator.characterise.page import page
 from hil_emulator.characterise.procedure import Procedure
 from hil_emulator.characterise.result import Agreement, BenchResult
 from hil_emulator.characterise.size import of_documents
 from hil_emulator.characterise.stand import Bench
-from hil_emulator.characterise.writing import write_result
+from hil_emulator.characterise.writing import outputs, write_result
 from hil_emulator.errors import UserError
 from hil_emulator.model.equilibrium import NoEquilibriumError
+from hil_emulator.platform.output_files import new_files, refuse_existing
 
 LONGEST_STEP = 2e-5
 """Integration step of the tests where the machine needs no shorter one [s]."""
@@ -52,25 +53,40 @@ def chosen(names: Sequence[str]) -> tuple[Procedure, ...]:
 
 def characterise(
     names: Sequence[str], bench: Bench, out: Path,
-    progress: Callable[[str], None] = lambda text: None,
+    progress: Callable[[str], None] = lambda text: None, *, overwrite: bool = False,
 ) -> list[BenchResult]:  # fmt: skip
     """Perform bench tests on an emulated actuator and write what they find.
 
     For each test a table (CSV), everything (JSON) and a picture (PNG); for all of them together
-    `index.html`.
+    `index.html`. They appear when all tests are done.
 
     Args:
         names: the tests, or "all".
         bench: the actuator; its integration step at most `LONGEST_STEP`.
         out: folder to write into; made where it is missing.
         progress: told one line before each test.
+        overwrite: whether files of earlier results are replaced.
 
     Raises:
-        UserError: if a test is not known, the folder cannot be written, or the machine has no
-            equilibrium that any of the tests could start from.
+        UserError: if a test is not known, a file exists or cannot be written, or the machine has
+            no equilibrium that any of the tests could start from.
 
     """
     tests = chosen(names)
+    index = out / "index.html"
+    every = [file for test in tests for file in outputs(test.name, out)]
+    refuse_existing([index, *every], overwrite=overwrite)
+    with new_files(overwrite=overwrite) as staged:
+        file = staged(index)
+        results = _performed(tests, bench, file.parent, progress)
+        file.write_text(page(results, file.parent), encoding="utf-8")
+    return results
+
+
+def _performed(
+    tests: Sequence[Procedure], bench: Bench, folder: Path, progress: Callable[[str], None]
+) -> list[BenchResult]:
+    """Perform tests and write their results into a folder, without those that cannot begin."""
     results, left_out = [], []
     for i, test in enumerate(tests, start=1):
         progress(f"{i}/{len(tests)}  {test.title}")
@@ -80,11 +96,10 @@ def characterise(
             left_out.append(f"{test.name}: {error}")
             progress(f"     left out: {error}")
             continue
-        write_result(result, test.draw, out)
+        write_result(result, test.draw, folder)
         results.append(result)
     if not results:
         raise UserError(f"no bench test could be performed: {'; '.join(left_out)}")
-    write_page(results, out)
     return results
 
 

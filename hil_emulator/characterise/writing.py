@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from hil_emulator.characterise.figure import new_figure
 from hil_emulator.characterise.result import BenchResult
-from hil_emulator.errors import UserError
 
 
 def _heading(name: str, unit: str) -> str:
@@ -57,24 +56,24 @@ def as_json(result: BenchResult) -> dict[str, object]:
     }
 
 
+def outputs(name: str, folder: Path) -> tuple[Path, Path, Path]:
+    """Return the files of a test's result: table, everything, picture."""
+    return folder / f"{name}.csv", folder / f"{name}.json", folder / f"{name}.png"
+
+
 def write_result(
     result: BenchResult, draw: Callable[[BenchResult, Figure], None], folder: Path
 ) -> None:
     """Write NAME.csv, NAME.json and NAME.png.
 
     Raises:
-        UserError: if the folder cannot be written.
+        OSError: if one cannot be written.
 
     """
     figure = new_figure()
     draw(result, figure)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        _write_table(result, folder / f"{result.name}.csv")
-        text = json.dumps(as_json(result), indent=1, ensure_ascii=False)
-        (folder / f"{result.name}.json").write_text(text, encoding="utf-8")
-        figure.savefig(folder / f"{result.name}.png")
-    except OSError as error:
-        raise UserError(
-            f"cannot write the results into {folder}: {error}; choose another folder"
-        ) from error
+    table, everything, picture = outputs(result.name, folder)
+    _write_table(result, table)
+    text = json.dumps(as_json(result), indent=1, ensure_ascii=False)
+    everything.write_text(text, encoding="utf-8")
+    figure.savefig(picture)

@@ -5,18 +5,19 @@ from pathlib import Path
 import click
 
 from hil_emulator.command_line.interview import Interview
-from hil_emulator.command_line.kinds import FILES, NewFile
+from hil_emulator.command_line.kinds import FILES, OVERWRITE, NewFile, Output, OutputStem
 
 
 @click.command()
 @click.option("--copy", "name", help="Copy this one with all that it names.")
 @click.option(
     "--out",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=Output(is_folder=True),
     default=".",
     help="Folder for the copies; the present one without it.",
 )
-def configs(name: str | None, out: Path) -> None:
+@OVERWRITE
+def configs(name: str | None, out: Path, *, overwrite: bool) -> None:
     """List the configurations, scenarios and EDS that come with the package; copy one.
 
     Each may be named in place of a file: hil-emulator run hyq_knee spring_load
@@ -26,15 +27,15 @@ def configs(name: str | None, out: Path) -> None:
     if name is None:
         command.listing()
     else:
-        command.copy(name, out)
+        command.copy(name, out, overwrite=overwrite)
 
 
 @click.command(cls=Interview)
-@click.argument("file", type=click.Path(path_type=Path, dir_okay=False), default="machine.toml")
+@click.argument("file", type=Output(), default="machine.toml")
 @click.option("--yes", is_flag=True, help="Ask nothing: usual answers to what no option gives.")
-@click.option("--force", is_flag=True, help="Write over files that are there.")
+@OVERWRITE
 @click.option("--valves", is_flag=True, help="Only list the library of valves.")
-def init(file: Path, *, yes: bool, force: bool, valves: bool, **said: str | None) -> None:
+def init(file: Path, *, yes: bool, overwrite: bool, valves: bool, **said: str | None) -> None:
     """Ask for a machine of your own and write its configuration, FILE, with the EDS of its node.
 
     Every question has an option, too.
@@ -45,7 +46,7 @@ def init(file: Path, *, yes: bool, force: bool, valves: bool, **said: str | None
         command.list_valves()
         return
     given = {name: answer for name, answer in said.items() if answer is not None}
-    command.init(file, given, ask=not yes, force=force)
+    command.init(file, given, ask=not yes, overwrite=overwrite)
 
 
 @click.command()
@@ -60,35 +61,38 @@ def check(files: tuple[Path, ...]) -> None:
 @click.command()
 @click.argument("what", type=click.Choice(["configuration", "machine"]), default="configuration")
 @click.option("--out", type=NewFile(), help="File to write.")
-def schema(what: str, out: Path | None) -> None:
+@OVERWRITE
+def schema(what: str, out: Path | None, *, overwrite: bool) -> None:
     """Write the JSON Schema of a configuration, or of a machine of several actuators.
 
     An editor of TOML completes and checks by it a file that begins with "#:schema" and its path.
     """
     from hil_emulator.commands import schema as command
 
-    command.schema(what, out)
+    command.schema(what, out, overwrite=overwrite)
 
 
 @click.command()
 @FILES
 @click.option(
     "--out",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=Output(is_folder=True),
     default="export",
     show_default=True,
     help="Folder for the files.",
 )
-def export(files: tuple[Path, ...], out: Path) -> None:
+@OVERWRITE
+def export(files: tuple[Path, ...], out: Path, *, overwrite: bool) -> None:
     """Write EDS and DCF of each node and a DBC of the bus."""
     from hil_emulator.commands import export as command
 
-    command.export(files, out)
+    command.export(files, out, overwrite=overwrite)
 
 
 @click.command("export-fmu")
 @FILES
-@click.option("--out", type=NewFile(), help="File to write, such as knee.fmu.")
+@click.option("--out", type=OutputStem(), help="File to write, such as knee.fmu.")
+@OVERWRITE
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True)
 @click.option("--c-only", is_flag=True, help="One .h and one .c, without FMI.")
 @click.option("--float32", is_flag=True, help="With --c-only: compute with float.")
@@ -96,7 +100,7 @@ def export(files: tuple[Path, ...], out: Path) -> None:
 @click.option("--native", is_flag=True, help="A library for this system alone, in seconds.")
 def export_fmu(
     files: tuple[Path, ...], out: Path | None, fmi: str, *, c_only: bool, float32: bool,
-    all_effects: bool, native: bool,
+    all_effects: bool, native: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Write plant and sensors as an FMU for co-simulation, or as C."""
     from hil_emulator.commands import export_fmu as command
@@ -109,6 +113,7 @@ def export_fmu(
         single=float32,
         every_effect=all_effects,
         native=native,
+        overwrite=overwrite,
     )
 
 

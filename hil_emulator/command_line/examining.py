@@ -4,7 +4,15 @@ from pathlib import Path
 
 import click
 
-from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewPicture, QuantityType
+from hil_emulator.command_line.kinds import (
+    CONFIGURATION,
+    FILES,
+    OVERWRITE,
+    Duration,
+    NewPicture,
+    Output,
+    QuantityType,
+)
 
 
 @click.command()
@@ -29,17 +37,20 @@ def effects(files: tuple[Path, ...], as_json: bool) -> None:
     type=NewPicture(),
     help="Draw the frequency responses.",
 )
+@OVERWRITE
 def linear(
     files: tuple[Path, ...],
     position: float | None,
     current: float,
     as_json: bool,
     picture: Path | None,
+    *,
+    overwrite: bool,
 ) -> None:
     """Linearise an actuator: S1's coefficients, poles and zeros, and the exact ones."""
     from hil_emulator.commands import linear as command
 
-    command.run(files, position, current, as_json, picture)
+    command.run(files, position, current, as_json, picture, overwrite=overwrite)
 
 
 @click.command()
@@ -47,17 +58,20 @@ def linear(
 @FILES
 @click.option(
     "--out",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=Output(is_folder=True),
     default="characterisation",
     show_default=True,
     help="Folder for tables, pictures and the page.",
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Of the sensors' noise.")
-def characterise(test: str, files: tuple[Path, ...], out: Path, seed: int | None) -> None:
+@OVERWRITE
+def characterise(
+    test: str, files: tuple[Path, ...], out: Path, seed: int | None, *, overwrite: bool
+) -> None:
     """Put the emulated actuator on a test bench; TEST is "all" or the name of one."""
     from hil_emulator.commands import characterise as command
 
-    command.run(test, files, out, seed)
+    command.run(test, files, out, seed, overwrite=overwrite)
 
 
 @click.command()

@@ -8,9 +8,11 @@ import click
 from hil_emulator.bus import log_endings
 from hil_emulator.command_line.kinds import (
     CONFIGURATION,
+    OVERWRITE,
     Duration,
     NewFile,
     NewPicture,
+    Output,
     QuantityType,
 )
 from hil_emulator.command_line.recordings import Examination, recordings
@@ -48,7 +50,8 @@ def _course(said: dict[str, Any]) -> Any:
 )
 def identify(
     files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],
-    exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, **said: Any,
+    exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, overwrite: bool,
+    **said: Any,
 ) -> None:  # fmt: skip
     """Name the physical effects that a recording shows and the configuration lacks."""
     _lean(*files, *validate)
@@ -57,14 +60,15 @@ def identify(
 
     plain_fit = said.pop("method") == "least-squares"
     question = Question(only, exclude, plain_fit=plain_fit, set_points=_course(said))
-    command.identify(files, validate, question, out, jobs, _meaning(said), cluster)
+    meaning = _meaning(said)
+    command.identify(files, validate, question, out, jobs, meaning, cluster, overwrite=overwrite)
 
 
 @click.command(cls=Examination)
 @recordings
 def gap(
     files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int, cluster: str,
-    **said: Any,
+    overwrite: bool, **said: Any,
 ) -> None:  # fmt: skip
     """Measure where a recording and the configuration disagree."""
     _lean(*files, *validate)
@@ -72,7 +76,8 @@ def gap(
     from hil_emulator.identify.session import Question
 
     question = Question(search=False, set_points=_course(said))
-    command.identify(files, validate, question, out, jobs, _meaning(said), cluster)
+    meaning = _meaning(said)
+    command.identify(files, validate, question, out, jobs, meaning, cluster, overwrite=overwrite)
 
 
 @click.command()
@@ -87,9 +92,11 @@ def gap(
 @click.option("--out", type=NewFile(), help="Stimulus file; NAME.csv without it.")
 @click.option("--picture", type=NewPicture(), help="Draw it.")
 @click.option("--scenario", type=NewFile(), help="Write a scenario that plays it.")
+@OVERWRITE
 def experiment(
     name: str | None, amplitude: float | None, duration: float | None, seed: int,
     configs: tuple[Path, ...], out: Path | None, picture: Path | None, scenario: Path | None,
+    *, overwrite: bool,
 ) -> None:  # fmt: skip
     """Write the stimulus file of an experiment; without NAME, list what there is."""
     from hil_emulator.commands import experiment as command
@@ -97,7 +104,9 @@ def experiment(
     if name is None:
         command.catalogue(configs)
         return
-    command.write(name, configs, amplitude, duration, seed, out, picture, scenario)
+    command.write(
+        name, configs, amplitude, duration, seed, out, picture, scenario, overwrite=overwrite
+    )
 
 
 @click.command()
@@ -107,12 +116,13 @@ def experiment(
 @click.option("--seed", type=click.IntRange(min=0), help="The same machine again.")
 @click.option("--surprise", is_flag=True, help="Draw an effect, and do not tell.")
 @click.option("--duration", type=Duration(), help='Of each experiment, such as "3 s".')
-@click.option("--out", type=click.Path(path_type=Path), help="Folder of the practice ground.")
+@click.option("--out", type=Output(is_folder=True), help="Folder of the practice ground.")
+@OVERWRITE
 @click.option("--play", type=click.Path(path_type=Path), help="Record a stimulus file in --out.")
 @click.option("--open", "opened", type=click.Path(path_type=Path), help="Reveal what is hidden.")
 def hide(
     effects: tuple[str, ...], sizes: tuple[str, ...], out: Path | None, play: Path | None,
-    opened: Path | None, **drawn: Any,
+    opened: Path | None, overwrite: bool, **drawn: Any,
 ) -> None:  # fmt: skip
     """Make experiments with EFFECTs hidden in them, to practise on; "nothing" is one too."""
     from hil_emulator.commands import hide as command
@@ -125,7 +135,7 @@ def hide(
     if play is not None:
         command.play(play, out)
         return
-    command.hide(effects, sizes or ("medium",), out=out, **drawn)
+    command.hide(effects, sizes or ("medium",), out=out, overwrite=overwrite, **drawn)
 
 
 COMMANDS = (identify, gap, experiment, hide)

@@ -94,17 +94,35 @@ class QuantityType(click.ParamType[float]):
             self.fail(str(error), param, ctx)
 
 
-class NewFile(click.Path):
-    """A file to write: that its folder exists is found out before the work, not after it."""
+class Output(click.Path):
+    """What a command writes; the command takes `--overwrite`, too."""
 
-    def __init__(self) -> None:
-        super().__init__(dir_okay=False, writable=True, path_type=Path)
+    def __init__(self, *, is_folder: bool = False) -> None:
+        super().__init__(file_okay=not is_folder, dir_okay=is_folder, path_type=Path)
+
+
+class OutputStem(Output):
+    """A file to write whose ending the command chooses; its folder exists."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return its path; fail where it cannot be written."""
+        """Return its path; fail where its folder is missing, before the work."""
         folder = Path(value).parent
         if not folder.is_dir():
             self.fail(f"{value}: the folder {folder} does not exist; make it first", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class NewFile(OutputStem):
+    """A file to write: that it can be written is found out before the work, not after it."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return its path; fail where its folder is missing, or it exists without --overwrite."""
+        from hil_emulator.platform.output_files import refuse_existing
+
+        try:
+            refuse_existing([Path(value)], overwrite=bool(ctx and ctx.params["overwrite"]))
+        except UserError as error:
+            self.fail(str(error), param, ctx)
         return super().convert(value, param, ctx)
 
 
@@ -122,6 +140,11 @@ class NewPicture(NewFile):
             self.fail(str(error), param, ctx)
         return path
 
+
+OVERWRITE = click.option(
+    "--overwrite", is_flag=True, is_eager=True, help="Replace output files that exist."
+)
+"""Of every command that writes; eager, as `NewFile` asks for it."""
 
 CONFIGURATION = PackagedFile("configuration", "machine", "layer", "bench")
 SCENARIO = PackagedFile("scenario", "scenario")

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from hil_emulator.command_line.kinds import CONFIGURATION, QuantityType
+from hil_emulator.command_line.kinds import CONFIGURATION, OVERWRITE, Output, QuantityType
 
 
 class Examination(click.Command):
@@ -42,7 +42,8 @@ def recordings(function: Any) -> Any:
             "--jobs", type=click.IntRange(1, 64), default=1, show_default=True,
             help="Threads of this process.",
         ),
-        click.option("--out", type=click.Path(path_type=Path), help="Folder for the report."),
+        OVERWRITE,
+        click.option("--out", type=Output(is_folder=True), help="Folder for the report."),
         click.option(
             "--rated-current", type=QuantityType("A", "10 mA"),
             help="What 100 % of a valve driver's set point are, where nothing states it.",

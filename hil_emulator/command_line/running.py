@@ -5,7 +5,14 @@ from typing import Any
 
 import click
 
-from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewPicture
+from hil_emulator.command_line.kinds import (
+    CONFIGURATION,
+    FILES,
+    OVERWRITE,
+    Duration,
+    NewPicture,
+    Output,
+)
 
 
 @click.command()
@@ -20,13 +27,14 @@ from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewP
 @click.option("--duration", type=Duration(), help='Emulator time to run, such as "60 s".')
 @click.option(
     "--record",
-    type=click.Path(path_type=Path),
+    type=Output(),
     multiple=True,
     help="File to write; its ending says the format: .rec .csv .blf ..., an unknown one lists all.",
 )
 @click.option(
     "--require-recording", "required", is_flag=True, help="End the run if the recording ends early."
 )
+@OVERWRITE
 @click.option("--trigger", help='Record only around a condition, such as "position > 60 mm".')
 @click.option("--before", type=Duration(), default="5 s", help="How long before the trigger.")
 @click.option("--after", type=Duration(), default="1 s", help="How long after the trigger.")
@@ -75,12 +83,13 @@ def ctl(port: int, words: tuple[str, ...]) -> None:
     default="hil-emulator-demo.png",
     show_default=True,
 )
+@OVERWRITE
 @click.pass_context
-def demo(ctx: click.Context, picture: Path) -> None:
+def demo(ctx: click.Context, picture: Path, *, overwrite: bool) -> None:
     """Run a controller against the emulator through CAN; needs nothing."""
     from hil_emulator.commands import demo as command
 
-    ctx.exit(0 if command.demo(picture) else 1)
+    ctx.exit(0 if command.demo(picture, overwrite=overwrite) else 1)
 
 
 @click.command()
@@ -107,21 +116,25 @@ def replay(ctx: click.Context, recording: Path, files: tuple[Path, ...]) -> None
 @click.argument("recording", type=click.Path(path_type=Path))
 @click.argument("signals", nargs=-1)
 @click.option("--picture", type=NewPicture(), help="File of the picture.")
-def plot(recording: Path, signals: tuple[str, ...], picture: Path | None) -> None:
+@OVERWRITE
+def plot(
+    recording: Path, signals: tuple[str, ...], picture: Path | None, *, overwrite: bool
+) -> None:
     """Draw signals of a recording."""
     from hil_emulator.commands import plot as command
 
-    command.plot(recording, signals, picture)
+    command.plot(recording, signals, picture, overwrite=overwrite)
 
 
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.argument("targets", nargs=-1, required=True, type=click.Path(path_type=Path))
-def convert(recording: Path, targets: tuple[Path, ...]) -> None:
+@click.argument("targets", nargs=-1, required=True, type=Output())
+@OVERWRITE
+def convert(recording: Path, targets: tuple[Path, ...], *, overwrite: bool) -> None:
     """Write a .rec recording in other formats, by the files' endings."""
     from hil_emulator.commands import convert as command
 
-    command.convert(recording, targets)
+    command.convert(recording, targets, overwrite=overwrite)
 
 
 COMMANDS = (run, ctl, demo, panel, replay, plot, convert)

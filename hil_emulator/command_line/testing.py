@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from hil_emulator.command_line.kinds import SCENARIO, NewFile
+from hil_emulator.command_line.kinds import OVERWRITE, SCENARIO, NewFile, Output
 
 
 @click.command("faults")
@@ -24,7 +24,8 @@ def list_faults() -> None:
 @click.option("--cluster", default="", help="Address of a Dask scheduler in place of processes.")
 @click.option("--junit", type=NewFile(), help="Write JUnit XML.")
 @click.option("--html", "page", type=NewFile(), help="Write one HTML page.")
-@click.option("--record", type=click.Path(path_type=Path), help="Folder for recordings.")
+@click.option("--record", type=Output(is_folder=True), help="Folder for recordings.")
+@OVERWRITE
 @click.pass_context
 def scenario(
     ctx: click.Context,
@@ -34,6 +35,8 @@ def scenario(
     junit: Path | None,
     page: Path | None,
     record: Path | None,
+    *,
+    overwrite: bool,
 ) -> None:
     """Run scenarios; exit code 1 if an expectation is not met, 2 if a scenario cannot run."""
     import os
@@ -41,7 +44,7 @@ def scenario(
     from hil_emulator.commands import scenario as command
 
     count = workers or os.cpu_count() or 1
-    ctx.exit(command.scenario(files, count, cluster, junit, page, record))
+    ctx.exit(command.scenario(files, count, cluster, junit, page, record, overwrite=overwrite))
 
 
 @click.command()
@@ -71,9 +74,10 @@ def scenario(
     help="After all cases send N random frames, then put all cases again.",
 )
 @click.option("--html", type=NewFile(), help="Write the report as an HTML page.")
+@OVERWRITE
 def conformance(
     can: str, can_options: tuple[str, ...], node: int, eds: Path,
-    cases: tuple[str, ...], storm: int, html: Path | None, *, self_starting: bool,
+    cases: tuple[str, ...], storm: int, html: Path | None, *, self_starting: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Ask a CANopen device whether it conforms to CiA 301; exit code 1 if a case fails.
 
@@ -83,7 +87,15 @@ def conformance(
     from hil_emulator.commands import conformance as command
 
     passed = command.conformance(
-        can, can_options, node, eds, cases, storm, html, self_starting=self_starting
+        can,
+        can_options,
+        node,
+        eds,
+        cases,
+        storm,
+        html,
+        self_starting=self_starting,
+        overwrite=overwrite,
     )
     raise SystemExit(not passed)
 

@@ -17,11 +17,14 @@ from hil_emulator.platform.paths import cache_folder, near
 _HEADER = ("test", "quantity", "unit", "expected", "emulator", "difference", "verdict")
 
 
-def run(test: str, files: Sequence[Path], out: Path, seed: int | None) -> None:
+def run(
+    test: str, files: Sequence[Path], out: Path, seed: int | None, *, overwrite: bool = False
+) -> None:
     """Perform one bench test, or all, and write tables, pictures and a page.
 
     Raises:
-        UserError: for an unknown test, a wrong configuration or a folder that cannot be written.
+        UserError: for an unknown test, a wrong configuration or a file that exists or cannot be
+            written.
 
     """
     config = load_whole(files)
@@ -31,7 +34,7 @@ def run(test: str, files: Sequence[Path], out: Path, seed: int | None) -> None:
             build(config.effects, cache_folder()), config.plant, config.sensors,
             config.seed if seed is None else seed, min(config.step, LONGEST_STEP),
         )  # fmt: skip
-        results = characterise([test], bench, out, progress.say)
+        results = characterise([test], bench, out, progress.say, overwrite=overwrite)
     for group in grouped(results):
         click.echo(f"{group.summary}\n{text_table(_HEADER, map(_row, group.rows))}\n")
     click.echo(f"written to {near(out)}: open {near(out / 'index.html')}")

@@ -20,12 +20,12 @@ def listing() -> None:
     click.echo("\nA name does in place of a file; --copy NAME puts one here, to be changed.")
 
 
-def copy(name: str, folder: Path) -> None:
+def copy(name: str, folder: Path, *, overwrite: bool = False) -> None:
     """Copy one into a folder, with all that it names.
 
     Raises:
-        UserError: for an unknown name, or files that are there or cannot be written.
+        UserError: for an unknown name, or files that exist or cannot be written.
 
     """
-    for file in packaged.copy(name, folder):
+    for file in packaged.copy(name, folder, overwrite=overwrite):
         click.echo(near(file))

@@ -19,6 +19,7 @@ def conformance(
     html: Path | None,
     *,
     self_starting: bool,
+    overwrite: bool = False,
 ) -> bool:
     """Run the suite; return whether no case failed.
 
@@ -39,6 +40,7 @@ def conformance(
     options += [word for option in can_options for word in ("--can-option", option)]
     options += [word for case in cases for word in ("--case", case)]
     options += ["--conformance-html", str(html)] if html is not None else []
+    options += ["--conformance-overwrite"] if overwrite else []
     options += ["--self-starting"] if self_starting else []
     quiet = ["-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", "-p", "no:warnings"]
     code = pytest.main(["--pyargs", _PACKAGE, "-p", plugin, *quiet, *options])

@@ -7,17 +7,19 @@ import click
 
 from hil_emulator.commands.waiting import waiting
 from hil_emulator.platform.paths import near
-from hil_emulator.recording.exports import export
+from hil_emulator.recording.exports import check_files, export
 
 
-def convert(recording: Path, targets: Sequence[Path]) -> None:
+def convert(recording: Path, targets: Sequence[Path], *, overwrite: bool = False) -> None:
     """Write a recording in the formats that the files' endings say.
 
     Raises:
-        UserError: if it cannot be read, or a file cannot be written.
+        UserError: if it cannot be read, or a file exists or cannot be written.
 
     """
+    check_files(targets, overwrite=overwrite)
+    endings = " ".join(target.suffix for target in targets)
+    with waiting(f"convert to {endings}", [recording]):
+        export(recording, *targets, overwrite=overwrite)
     for target in targets:
-        with waiting(f"convert to {target.suffix}", [recording]):
-            export(recording, target)
         click.echo(f"written   {near(target)}")

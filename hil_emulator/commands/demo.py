@@ -9,11 +9,12 @@ from hil_emulator.demo.script import Demonstration, Response, perform
 from hil_emulator.platform.paths import cache_folder
 
 
-def demo(picture: Path) -> bool:
+def demo(picture: Path, *, overwrite: bool = False) -> bool:
     """Run the demonstration, print PASS or FAIL, write the picture; return whether it passed.
 
     Raises:
-        UserError: if the installation is incomplete or the picture cannot be written.
+        UserError: if the installation is incomplete or the picture exists or cannot be
+            written.
 
     """
     with waiting("demo") as progress:
@@ -23,7 +24,7 @@ def demo(picture: Path) -> bool:
     click.echo(verdict(outcome))
     from hil_emulator.demo.picture import draw
 
-    draw(outcome, picture)
+    draw(outcome, picture, overwrite=overwrite)
     click.echo(f"picture: {picture}")
     return outcome.passed
 

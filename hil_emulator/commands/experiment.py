@@ -10,7 +10,6 @@ import numpy as np
 
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import Configuration, load_rig, load_whole
-from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design.library import (
     LIBRARY,
     Target,
@@ -20,6 +19,7 @@ from hil_emulator.identify.experiment_design.library import (
 )
 from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE
+from hil_emulator.platform.output_files import new_files, refuse_existing
 from hil_emulator.platform.paths import near, shipped
 from hil_emulator.units import show
 
@@ -40,7 +40,7 @@ def catalogue(configs: Sequence[Path]) -> None:
 
 def write(
     name: str, configs: Sequence[Path], amplitude: float | None, duration: float | None, seed: int,
-    out: Path | None, picture: Path | None, scenario: Path | None,
+    out: Path | None, picture: Path | None, scenario: Path | None, *, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Write a stimulus file.
 
@@ -53,23 +53,29 @@ def write(
         out: the file; NAME.csv without it.
         picture: file of a picture.
         scenario: file of a scenario that plays it.
+        overwrite: whether files that exist are replaced.
 
     Raises:
-        UserError: for an unknown experiment, one that the machine cannot do, a file that cannot
-            be written, or a scenario of a machine without nodes.
+        UserError: for an unknown experiment, one that the machine cannot do, a file that exists or
+            cannot be written, or a scenario of a machine without nodes.
 
     """
     files = list(configs) or [shipped("configs/hyq_knee.toml")]
     config = load_whole(files) if scenario is None else load_rig(files)
     made = target(stimulus(name), limits(config.plant), amplitude, duration, seed)
     file = out or Path(f"{name}.csv")
-    _save(file, stimulus_file(made))
+    refuse_existing(filter(None, (file, picture, scenario)), overwrite=overwrite)
+    with new_files(overwrite=overwrite) as staged:
+        staged(file).write_text(stimulus_file(made), encoding="utf-8")
+        if picture is not None:
+            _draw(made, staged(picture))
+        if scenario is not None:
+            text = playing(made, file, config, scenario.parent)
+            staged(scenario).write_text(text, encoding="utf-8")
     click.echo(f"stimulus  {near(file)}: {described(made)}")
     if picture is not None:
-        _draw(made, picture)
         click.echo(f"picture   {near(picture)}")
     if scenario is not None:
-        _save(scenario, playing(made, file, config, scenario.parent))
         click.echo(f"scenario  {near(scenario)}; play it on the bus:")
         click.echo(f"          hil-emulator scenario {near(scenario)} --record recordings")
 
@@ -118,13 +124,6 @@ profile = {{ signal = "position", file = "{beside(file)}" }}
 frame = "0x{0x080 + config.nodes[0].id:03X}"
 seen = false
 '''
-
-
-def _save(file: Path, text: str) -> None:
-    try:
-        file.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{file}: cannot be written: {error.strerror}; name another") from None
 
 
 def _draw(made: Target, file: Path) -> None:

@@ -14,26 +14,23 @@ from hil_emulator.errors import UserError
 from hil_emulator.export.can_database import dbc
 from hil_emulator.export.electronic_data_sheet import dcf, eds
 from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.platform.output_files import write_texts
 from hil_emulator.platform.paths import near
 from hil_emulator.simulation.node_factory import nodes
 
 
-def export(files: Sequence[Path], folder: Path) -> None:
+def export(files: Sequence[Path], folder: Path, *, overwrite: bool = False) -> None:
     """Write EDS and DCF of each node, and a DBC of each bus.
 
     Raises:
-        UserError: for whatever is wrong with the configuration, or for a folder that cannot be
-            written to.
+        UserError: for whatever is wrong with the configuration, or for files that exist or cannot
+            be written.
 
     """
-    texts = contents(load_machine(files))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            (folder / name).write_text(text, encoding="latin-1", newline="\r\n")
-            click.echo(near(folder / name))
-    except OSError as error:
-        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+    texts = {folder / name: text for name, text in contents(load_machine(files)).items()}
+    write_texts(texts, overwrite=overwrite, encoding="latin-1", newline="\r\n")
+    for file in texts:
+        click.echo(near(file))
 
 
 def contents(settings: MachineSettings) -> dict[str, str]:

@@ -12,13 +12,14 @@ from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.errors import UserError
 from hil_emulator.fmi.exporting.archive import write_fmu
+from hil_emulator.platform.output_files import new_files, refuse_existing, write_texts
 from hil_emulator.platform.paths import near
 from hil_emulator.simulation.active_effects import acting
 
 
 def export_fmu(
     files: Sequence[Path], out: Path | None, version: int, *, c_only: bool, single: bool,
-    every_effect: bool, native: bool = False,
+    every_effect: bool, native: bool = False, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Write an FMU, or a header and a source file.
 
@@ -30,32 +31,37 @@ def export_fmu(
         single: compute with float in place of double; for C alone.
         every_effect: bring also effects that are off, so that they can be switched on.
         native: compile for this system alone.
+        overwrite: whether files that exist are replaced.
 
     Raises:
-        UserError: if the configuration is wrong, an effect has no C or a file cannot be written.
+        UserError: if the configuration is wrong, an effect has no C, or a file exists or cannot be
+            written.
 
     """
     if single and not c_only:
         raise UserError("--float32 is for --c-only: an FMU's numbers are of 64 bit")
-    config = load_whole(files)
     stem = out.with_suffix("") if out else Path(files[0].stem)
+    written = [stem.with_suffix(ending) for ending in ((".h", ".c") if c_only else (".fmu",))]
+    refuse_existing(written, overwrite=overwrite)
+    config = load_whole(files)
     actuator = actuator_of(config if every_effect else acting(config), stem.name)
     try:
         if c_only:
-            for ending, text in zip((".h", ".c"), sources(actuator, single=single), strict=True):
-                stem.with_suffix(ending).write_text(text, encoding="utf-8")
-                click.echo(near(stem.with_suffix(ending)))
+            texts = dict(zip(written, sources(actuator, single=single), strict=True))
+            write_texts(texts, overwrite=overwrite)
         else:
-            with waiting("export-fmu", files) as progress:
-                write_fmu(actuator, version, stem.with_suffix(".fmu"), progress.say, native=native)
-            click.echo(near(stem.with_suffix(".fmu")))
+            with (
+                waiting("export-fmu", files) as progress,
+                new_files(overwrite=overwrite) as staged,
+            ):
+                write_fmu(actuator, version, staged(written[0]), progress.say, native=native)
     except TranslationError as error:
         raise UserError(
             f"{error} has no translation to C; write the law with arithmetic, if, for and math "
             "alone, or leave its file out"
         ) from None
-    except OSError as error:
-        raise UserError(f"{stem}: cannot be written: {error.strerror}") from None
+    for file in written:
+        click.echo(near(file))
 
 
 def actuator_of(config: Configuration, stem: str) -> Exported:

@@ -1,11 +1,13 @@
 """`hil-emulator hide`: a practice ground for `identify`, its truth in a sealed file."""
 
 import csv
+import hashlib
 import re
 import secrets
 import shutil
 import warnings
 from collections.abc import Sequence
+from itertools import count
 from pathlib import Path
 
 import click
@@ -23,6 +25,7 @@ from hil_emulator.identify.measured.reading import SET_POINT
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.panel.result_folder import result_of
+from hil_emulator.platform.output_files import Staging, new_files, refuse_existing
 from hil_emulator.platform.paths import cache_folder, near, shipped
 from hil_emulator.units import factor
 
@@ -32,12 +35,15 @@ NOTHING = "nothing"
 SHORTEST, UNEVEN = 1e-5, 0.02
 """Sample period of a stimulus [s], and by how much of it a step may differ (assumed)."""
 
+PARTS = {"training": practice.TRAINING, "validation": practice.VALIDATION}
+"""Folders of a practice ground, and the experiments in them."""
+
 _SHOWN = {SET_POINT: ("A", "mA")} | {c.name: (c.unit, c.shown) for c in CHANNELS}
 
 
 def hide(
     effects: Sequence[str], sizes: Sequence[str], configs: Sequence[Path], seed: int | None,
-    surprise: bool, duration: float | None, out: Path,
+    surprise: bool, duration: float | None, out: Path, *, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Write experiments of a machine with effects hidden in it.
 
@@ -49,56 +55,63 @@ def hide(
         surprise: whether to draw the effect.
         duration: of each experiment [s]; the usual ones without it.
         out: the folder.
+        overwrite: whether the practice ground that is there is replaced.
 
     Raises:
-        UserError: for whatever the user can mend.
+        UserError: for whatever the user can mend; nothing is written then.
 
     """
     if surprise == bool(effects):
         raise UserError("name effects to hide (see `hil-emulator effects`), or take --surprise")
     if len(sizes) not in (1, max(1, len(effects))):
         raise UserError(f"{len(sizes)} sizes for {len(effects)} effects; give one, or one each")
-    if (out / sealed.NAME).exists():
-        raise UserError(f"{out}: something is hidden there already; name another folder")
+    files = list(configs) or [shipped("configs/hyq_knee.toml")]
+    load_whole(files)
+    refuse_existing([out / sealed.NAME, *_copies(files, out)], overwrite=overwrite)
+    _refuse_other_logs(out)
     chosen = secrets.randbelow(2**31) if seed is None else seed
-    config = _copied(list(configs) or [shipped("configs/hyq_knee.toml")], out)
-    with waiting("hide", config.files):
-        model = PlantModel(config, cache_folder())
-        if surprise:
-            hidden = [practice.surprise(model, sizes[0], chosen)]
-        else:
-            each = sizes if len(sizes) > 1 else [sizes[0]] * len(effects)
-            pairs = zip(effects, each, strict=True)
-            hidden = [practice.hide(model, e, s) for e, s in pairs if e != NOTHING]
-        ground = practice.ground(model, hidden, chosen)
-        for part, names in (("training", practice.TRAINING), ("validation", practice.VALIDATION)):
-            first = 0 if part == "training" else len(practice.TRAINING)
-            for i, e in enumerate(practice.campaign(ground, names, duration, first)):
-                _write(e, out / part / f"{i + 1:02d}_{e.name}.csv")
-    digest = sealed.seal(ground, out)
+    with new_files(overwrite=overwrite) as staged:
+        config = _copied(files, out, staged)
+        with waiting("hide", config.files):
+            model = PlantModel(config, cache_folder())
+            if surprise:
+                hidden = [practice.surprise(model, sizes[0], chosen)]
+            else:
+                each = sizes if len(sizes) > 1 else [sizes[0]] * len(effects)
+                pairs = zip(effects, each, strict=True)
+                hidden = [practice.hide(model, e, s) for e, s in pairs if e != NOTHING]
+            ground = practice.ground(model, hidden, chosen)
+            _write_logs(ground, duration, out, staged)
+        truth = sealed.seal(ground)
+        staged(out / sealed.NAME).write_text(truth, encoding="ascii")
     if not surprise:
         for h in hidden:
             click.echo(f"hidden    {h}")
-    click.echo(f"written   {near(out)}: training, validation, {sealed.NAME} (sha256 {digest})")
-    click.echo(_next(config, out))
+    digest = hashlib.sha256(truth.encode()).hexdigest()
+    click.echo(f"written   {near(out)}: {', '.join(PARTS)}, {sealed.NAME} (sha256 {digest})")
+    click.echo(_next(_copies(files, out), out))
 
 
 def play(file: Path, out: Path) -> None:
     """Record one more experiment of a practice ground, for training.
 
     Raises:
-        UserError: if the file is no stimulus, or the folder no practice ground.
+        UserError: if the file is no stimulus, the folder no practice ground, or the log cannot be
+            written.
 
     """
     truth = sealed.unseal(out)
-    config = load_whole(_configurations(out))
-    ground = sealed.restored(PlantModel(config, cache_folder()), truth)
-    number = len(list((out / "training").glob("*.csv"))) + 1
-    made = _stimulus(file, ground)
+    copies = _configurations(out)
+    ground = sealed.restored(PlantModel(load_whole(copies), cache_folder()), truth)
+    logs = [log.name for log in (out / "training").glob("*.csv")]
+    free = (n for n in count(len(logs) + 1) if not any(x.startswith(f"{n:02d}_") for x in logs))
+    number = next(free)
     target = out / "training" / f"{number:02d}_{file.stem}.csv"
-    _write(ground.record(made, 100 + number, file.stem), target)
+    made = _stimulus(file, ground)
+    with new_files() as staged:
+        _write(ground.record(made, 100 + number, file.stem), staged(target))
     click.echo(f"recorded  {near(target)}")
-    click.echo(_next(config, out))
+    click.echo(_next(copies, out))
 
 
 def reveal(out: Path) -> None:
@@ -121,9 +134,9 @@ def reveal(out: Path) -> None:
     click.echo(f"no result yet in {near(out / 'found')}")
 
 
-def _next(config: Configuration, out: Path) -> str:
+def _next(configs: Sequence[Path], out: Path) -> str:
     """Return the command that looks for what is hidden."""
-    files = " ".join(near(f) for f in config.files)
+    files = " ".join(map(near, configs))
     return (
         f"next      hil-emulator identify {files} {near(out / 'training')}/*.csv \\\n"
         f"              --validate {near(out / 'validation')}/*.csv --out {near(out / 'found')}\n"
@@ -138,30 +151,64 @@ def _configurations(out: Path) -> list[Path]:
     return found
 
 
-def _copied(configs: Sequence[Path], out: Path) -> Configuration:
+def _copies(configs: Sequence[Path], out: Path) -> list[Path]:
+    """Return the files in which a practice ground keeps its configuration."""
+    return [out / f"{i:02d}_{file.name}" for i, file in enumerate(configs, 1)]
+
+
+def _logs(out: Path, part: str) -> list[Path]:
+    """Return the logs of a part of a practice ground."""
+    return [out / part / f"{i:02d}_{name}.csv" for i, name in enumerate(PARTS[part], 1)]
+
+
+def _refuse_other_logs(out: Path) -> None:
+    """Refuse a folder with logs that would be taken for those of the new practice ground.
+
+    Raises:
+        UserError: names one of them.
+
+    """
+    for part in PARTS:
+        for file in sorted({*(out / part).glob("*.csv")} - {*_logs(out, part)}):
+            raise UserError(
+                f"{file}: would be taken for a log of the new practice ground; move it away, or "
+                "name another folder"
+            )
+
+
+def _copied(configs: Sequence[Path], out: Path, staged: Staging) -> Configuration:
     """Copy a configuration and the files that it names, so that the folder stands alone."""
-    load_whole(configs)
-    try:
-        for part in ("training", "validation"):
-            (out / part).mkdir(parents=True, exist_ok=True)
-        copies = []
-        for i, file in enumerate(configs):
-            copies.append(out / f"{i + 1:02d}_{file.name}")
-            copies[-1].write_text(_with_companions(file, out), encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{out}: cannot be written: {error}") from None
+    copies, companions = [], dict[Path, Path]()
+    for file, copy in zip(configs, _copies(configs, out), strict=True):
+        text, named = _with_companions(file, out)
+        copies.append(staged(copy))
+        copies[-1].write_text(text, encoding="utf-8")
+        companions |= named
+    for copy, source in companions.items():
+        shutil.copyfile(source, staged(copy))
     return load_whole(copies)
 
 
-def _with_companions(file: Path, out: Path) -> str:
-    """Return a configuration's text that names copies of its EDS and effect files in `out`."""
+def _with_companions(file: Path, out: Path) -> tuple[str, dict[Path, Path]]:
+    """Return a configuration's text that names EDS and effect files in `out`, and their sources."""
     text = file.read_text(encoding="utf-8")
+    sources = {}
     for path in sorted(set(re.findall(r'"([^"\n]+\.(?:eds|py))"', text))):
         source = file.parent / path
         if source.is_file():
-            shutil.copyfile(source, out / source.name)
+            sources[out / source.name] = source
             text = text.replace(f'"{path}"', f'"{source.name}"')
-    return text
+    return text, sources
+
+
+def _write_logs(ground: Ground, duration: float | None, out: Path, staged: Staging) -> None:
+    """Write the experiments of a practice ground."""
+    first = 0
+    for part, names in PARTS.items():
+        played = practice.campaign(ground, names, duration, first)
+        for file, e in zip(_logs(out, part), played, strict=True):
+            _write(e, staged(file))
+        first += len(names)
 
 
 def _write(e: Experiment, file: Path) -> None:
@@ -170,13 +217,10 @@ def _write(e: Experiment, file: Path) -> None:
     columns = [np.arange(e.samples) * e.period]
     columns += [v / factor(*_SHOWN[n]) for n, v in ((SET_POINT, e.current), *e.readings.items())]
     rows = np.column_stack(columns)
-    try:
-        with file.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(["time [s]", *(f"{n} [{_SHOWN[n][1]}]" for n in names)])
-            writer.writerows([f"{v:.9g}" for v in row] for row in rows.tolist())
-    except OSError as error:
-        raise UserError(f"{file}: cannot be written: {error.strerror}") from None
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["time [s]", *(f"{n} [{_SHOWN[n][1]}]" for n in names)])
+        writer.writerows([f"{v:.9g}" for v in row] for row in rows.tolist())
 
 
 def _stimulus(file: Path, ground: Ground) -> Target:

@@ -8,7 +8,17 @@ import click
 import numpy as np
 
 from hil_emulator.api.actuator import ActuatorModel
-from hil_emulator.api.identification import MEASURED, Identification, examined, findings, write
+from hil_emulator.api.identification import (
+    LAYER,
+    MEASURED,
+    OUTPUTS,
+    PAGE,
+    RESULT,
+    TRACES,
+    Identification,
+    examined,
+    findings,
+)
 from hil_emulator.api.logs import Meaning
 from hil_emulator.command_line.group import INTERRUPTED
 from hil_emulator.commands.gap_table import gap_lines
@@ -19,6 +29,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.reporting.headline import headline
 from hil_emulator.identify.session import Question
 from hil_emulator.platform.allocator import tune_allocator
+from hil_emulator.platform.output_files import new_files, refuse_existing, write_texts
 from hil_emulator.platform.paths import near
 
 CONFIGURATIONS = {".toml"}
@@ -32,7 +43,7 @@ _NOTHING_SAID = Meaning()
 
 def identify(
     files: Sequence[Path], validate: Sequence[Path], question: Question, out: Path | None,
-    jobs: int, meaning: Meaning = _NOTHING_SAID, cluster: str = "",
+    jobs: int, meaning: Meaning = _NOTHING_SAID, cluster: str = "", *, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Compare configurations (.toml) with recordings.
 
@@ -40,10 +51,11 @@ def identify(
         files: configurations and recordings, in any order.
         validate: recordings that take no part in the fit.
         question: what to look for.
-        out: folder for result.json, identified.toml and report.html.
+        out: folder for the files `OUTPUTS`.
         jobs: threads.
         meaning: what the user says of the data.
         cluster: address of a Dask scheduler in place of threads.
+        overwrite: whether files of an earlier result are replaced.
 
     Raises:
         UserError: for whatever the user can mend.
@@ -56,6 +68,8 @@ def identify(
             "name at least one configuration (.toml) and one recording (.csv, .mf4, "
             ".parquet, .blf, ...); what follows --validate is held-out data"
         )
+    if out is not None:
+        refuse_existing([out / name for name in OUTPUTS], overwrite=overwrite)
     tune_allocator()
     actuator = ActuatorModel(", ".join(f.name for f in configs), load(configs))
     with waiting("identify" if question.search else "gap", [*files, *validate]) as progress:
@@ -68,10 +82,11 @@ def identify(
         click.echo(f"bench     {actuator.config.bench}")
     click.echo(summary(result))
     if out is not None:
-        write(out, findings(result, configs))
-        click.echo(f"\nwritten   {near(out / 'result.json')}, identified.toml")
-        _illustrate(found, out)
-        _keep_traces(result, out)
+        texts = {out / name: text for name, text in findings(result, configs).items()}
+        write_texts(texts, overwrite=overwrite)
+        click.echo(f"\nwritten   {near(out / RESULT)}, {LAYER}")
+        _illustrate(found, out / PAGE, overwrite=overwrite)
+        _keep_traces(result, out / TRACES, overwrite=overwrite)
     if result.interrupted:
         raise SystemExit(INTERRUPTED)
     if result.verdict in UNANSWERED:
@@ -117,25 +132,23 @@ def _addition(result: Result) -> list[str]:
     return [f"          added to identified.toml as a table, {result.added.name}"]
 
 
-def _illustrate(found: Identification, out: Path) -> None:
+def _illustrate(found: Identification, file: Path, *, overwrite: bool) -> None:
     """Write the page; whatever goes wrong with it, the findings are written already."""
     try:
         page = found.page()
     except Exception as error:
         click.echo(f"no page   report.html failed: {type(error).__name__}: {error}", err=True)
         return
-    write(out, {"report.html": page})
-    click.echo(f"written   {near(out / 'report.html')}")
+    write_texts({file: page}, overwrite=overwrite)
+    click.echo(f"written   {near(file)}")
 
 
-def _keep_traces(result: Result, out: Path) -> None:
+def _keep_traces(result: Result, file: Path, *, overwrite: bool) -> None:
     """Write what was measured and what both models leave of it, for `hil-emulator panel`."""
     parts: dict[str, Any] = {
         f"{name}|{part}": values
         for name, trace in result.traces.items()
         for part, values in trace.items()
     }
-    try:
-        np.savez(out / "traces.npz", **parts)
-    except OSError as error:
-        raise UserError(f"{out}: cannot be written: {error}") from None
+    with new_files(overwrite=overwrite) as staged:
+        np.savez(staged(file), **parts)

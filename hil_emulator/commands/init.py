@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import click
 
@@ -26,6 +27,7 @@ from hil_emulator.machines.questions import (
 from hil_emulator.machines.valve_sheet import library
 from hil_emulator.machines.writing import BULK_MODULUS, configuration
 from hil_emulator.model.stability import required_step
+from hil_emulator.platform.output_files import refuse_existing, write_texts
 from hil_emulator.platform.paths import cache_folder, near, shipped
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.assembly import compiled
@@ -38,36 +40,40 @@ STEPS = (20e-6, 10e-6, 8e-6, 5e-6, 4e-6, 2e-6, 1e-6)
 machine, up to which accuracy has been measured."""
 
 
-def init(file: Path, given: Mapping[str, str], *, ask: bool, force: bool) -> None:
+def init(file: Path, given: Mapping[str, str], *, ask: bool, overwrite: bool = False) -> None:
     """Ask for a machine and write its configuration, the EDS of its node and the JSON Schema.
 
     Args:
         file: the configuration.
         given: answers of the command line, by name of the question.
         ask: whether to ask for the others; else usual ones are taken.
-        force: whether files that are there are written over.
+        overwrite: whether files that exist are replaced.
 
     Raises:
-        UserError: for an answer that is none, a file that is there or cannot be written, or a
-            machine that is too stiff to be integrated.
+        UserError: for a wrong answer, a file that exists or cannot be written, or a
+            machine that is too stiff to be integrated; nothing is written then.
 
     """
     eds, schema = file.with_suffix(".eds"), file.with_name(SCHEMA)
     if file.suffix != ".toml":
         raise UserError(f"{file}: a configuration is TOML; call it {file.name}.toml")
-    there = [f for f in (file, eds) if f.exists()]
-    if there and not force:
-        names = " and ".join(map(str, there))
-        raise UserError(f"{names}: there already; choose another file, or say --force")
+    refuse_existing((file, eds), overwrite=overwrite)
+    described = json.dumps(json_schema("configuration"), indent=1, ensure_ascii=False) + "\n"
+    if not _holds(schema, described):
+        refuse_existing([schema], overwrite=overwrite)
     if ask:
         click.echo('Enter takes what stands in brackets. Quantities have units, such as "40 mm".')
     answers = answered(given, _prompt if ask else _usual)
-    text = shipped("eds/hydraulic_actuator.eds").read_text(encoding="utf-8")
-    _write(eds, electronic_data_sheet(text, eds.name, answers))
-    _write(schema, json.dumps(json_schema("configuration"), indent=1, ensure_ascii=False) + "\n")
-    _write(file, configuration(answers, eds.name, SCHEMA, STEPS[0]))
+    usual = shipped("eds/hydraulic_actuator.eds").read_text(encoding="utf-8")
+    sheet = electronic_data_sheet(usual, eds.name, answers)
     click.echo("Looking for the integration step (some seconds the first time) ...", err=True)
-    _write(file, configuration(answers, eds.name, SCHEMA, _step(file)))
+    with TemporaryDirectory() as folder:
+        trial = Path(folder) / file.name
+        trial.with_suffix(".eds").write_text(sheet, encoding="utf-8")
+        trial.write_text(configuration(answers, eds.name, SCHEMA, STEPS[0]), encoding="utf-8")
+        step = _step(trial)
+    text = configuration(answers, eds.name, SCHEMA, step)
+    write_texts({eds: sheet, schema: described, file: text}, overwrite=overwrite)
     click.echo(_summary(answers, file, eds, schema))
 
 
@@ -110,17 +116,18 @@ def _step(file: Path) -> float:
     fitting = [step for step in STEPS if step <= safe]
     if not fitting:
         raise UserError(
-            f"{file}: so stiff that it needs steps of {safe * 1e6:.2g} us; the shortest is 1 us: "
-            "take longer lines, or a valve of less flow"
+            f"{file.name}: so stiff that it needs steps of {safe * 1e6:.2g} us; the shortest is "
+            "1 us: take longer lines, or a valve of less flow"
         )
     return fitting[0]
 
 
-def _write(file: Path, text: str) -> None:
+def _holds(file: Path, text: str) -> bool:
+    """Return whether a file has this content already."""
     try:
-        file.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{file}: cannot be written: {error}; choose another file") from None
+        return not file.is_symlink() and file.read_text(encoding="utf-8") == text
+    except (OSError, ValueError):
+        return False
 
 
 def _summary(answers: Answers, file: Path, eds: Path, schema: Path) -> str:

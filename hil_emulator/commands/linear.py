@@ -35,6 +35,8 @@ def run(
     current: float,
     as_json: bool,
     picture: Path | None,
+    *,
+    overwrite: bool = False,
 ) -> None:
     """Linearise at a position [m], at rest or in the steady motion that a current [A] causes.
 
@@ -50,7 +52,7 @@ def run(
     else:
         click.echo(_text(forms))
     if picture:
-        drawing.save(forms.figure(), picture)
+        drawing.save(forms.figure(), picture, overwrite=overwrite)
         click.echo(f"picture: {near(picture)}", err=True)
 
 

@@ -2,17 +2,22 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from hil_emulator.commands.waiting import waiting
 from hil_emulator.errors import UserError
 from hil_emulator.pages import drawing
+from hil_emulator.platform.output_files import refuse_existing
 from hil_emulator.platform.paths import near
 from hil_emulator.recording import journal
 from hil_emulator.recording.journal import Recording
 from hil_emulator.signals.columns import MODEL
 from hil_emulator.units import factor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 USUAL = ("position", "load_force", "pressure_a", "pressure_b", "supply_pressure", "valve_current")
 """What is drawn when nothing is chosen."""
@@ -23,21 +28,26 @@ _QUIET = {"serve", "slipped"}
 """Events that are not drawn: nothing was done to the rig."""
 
 
-def plot(file: Path, names: Sequence[str], picture: Path | None) -> None:
+def plot(
+    file: Path, names: Sequence[str], picture: Path | None, *, overwrite: bool = False
+) -> None:
     """Draw signals of a recording over time, those of one unit together.
 
     Raises:
-        UserError: for an unknown signal or a file that cannot be read or written.
+        UserError: for an unknown signal or a file that cannot be read, exists or cannot be
+            written.
 
     """
     target = picture or file.with_suffix(".png")
+    refuse_existing([target], overwrite=overwrite)
     with waiting("plot", [file]):
-        draw(journal.read(file), names or USUAL, target)
+        figure = drawn(journal.read(file), names or USUAL)
+        drawing.save(figure, target, overwrite=overwrite)
     click.echo(f"picture: {near(target)}")
 
 
-def draw(recording: Recording, names: Sequence[str], file: Path) -> None:
-    """Write the picture; dots mark what was done to the rig."""
+def drawn(recording: Recording, names: Sequence[str]) -> "Figure":
+    """Return the picture; dots mark what was done to the rig."""
     units, table = recording.units, recording.table()
     for name in names:
         if name not in units:
@@ -58,4 +68,4 @@ def draw(recording: Recording, names: Sequence[str], file: Path) -> None:
     axes[-1, 0].set_xlabel("emulator time [s]")
     origin = recording.provenance
     figure.suptitle(f"{origin['configuration']} (digest {origin['digest']})", fontsize=10)
-    drawing.save(figure, file)
+    return figure

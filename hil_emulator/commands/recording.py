@@ -15,6 +15,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.platform.helper_process import HelperFailedError
 from hil_emulator.platform.paths import near
 from hil_emulator.platform.supervisor import Supervisor
+from hil_emulator.recording.exports import check_recording
 from hil_emulator.recording.header import header
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.recorder import FileRecorder
@@ -28,26 +29,47 @@ class RecordOptions:
     """How a run is recorded.
 
     Attributes:
-        files: for signals and frames, see `recording.exports`; of several actuators each has its
-            own, see `of_actuator`.
+        files: for signals and frames, see `recording.exports`; nothing without any.
         capture: records only what is around a condition, where there is one.
         required: whether the run ends when the recording does.
+        overwrite: whether existing files are replaced.
 
     """
 
     files: Sequence[Path] = ()
     capture: Capture | None = None
     required: bool = False
+    overwrite: bool = False
+
+    def check(self) -> None:
+        """Refuse files that exist or cannot be written.
+
+        Raises:
+            UserError: names the file, the reason and the way out.
+
+        """
+        if self.files:
+            check_recording(self.files, overwrite=self.overwrite)
+
+    def of_actuator(self, name: str) -> "RecordOptions":
+        """Return how one actuator of several is recorded."""
+        files = [of_actuator(file, name) for file in self.files]
+        return replace(self, files=files, capture=copy.deepcopy(self.capture))
+
+
+NOT_RECORDED = RecordOptions()
 
 
 def ordered(
-    files: Sequence[Path], required: bool, trigger: str | None, before: float, after: float
-) -> RecordOptions:
+    files: Sequence[Path], required: bool, overwrite: bool, trigger: str | None, before: float,
+    after: float,
+) -> RecordOptions:  # fmt: skip
     """Return what the command line records.
 
     Args:
         files: where to.
         required: whether the run ends when the recording does.
+        overwrite: whether existing files are replaced.
         trigger: condition around which ticks are recorded; all are without.
         before: time before it [s].
         after: time after it [s].
@@ -59,9 +81,9 @@ def ordered(
     if required and not files:
         raise UserError("--require-recording: there is no recording; add --record FILE")
     if trigger is None:
-        return RecordOptions(files, None, required)
+        return RecordOptions(files, None, required, overwrite)
     capture = Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
-    return RecordOptions(files, capture, required)
+    return RecordOptions(files, capture, required, overwrite)
 
 
 @contextmanager
@@ -82,7 +104,8 @@ def recorded(
         yield
         return
     text = capture.text if capture else ""
-    recorder = FileRecorder(files, header(config, rig.nodes, text), capture)
+    head = header(config, rig.nodes, text)
+    recorder = FileRecorder(files, head, capture, overwrite=options.overwrite)
     supervisor.watch(recorder.writer, required=options.required)
     rig.recorder = recorder
     try:
@@ -91,7 +114,7 @@ def recorded(
         with suppress(HelperFailedError):  # the supervisor raises it, with what else has failed
             recorder.close()
             fired = capture is None or capture.triggered_ns is not None
-            for file in files:
+            for file in files if recorder.ticks else ():
                 empty = "" if fired else f', without a tick: "{text}" never held'
                 click.echo(f"recorded  {near(file)}{empty}")
 
@@ -103,23 +126,24 @@ def machine_recorded(
     """Record every actuator of a machine; a capture waits for the signals of each by itself."""
     with ExitStack() as stack:
         for actuator in settings.actuators:
-            files = [of_actuator(file, actuator.name) for file in options.files]
-            single = replace(options, files=files, capture=copy.deepcopy(options.capture))
             rig = machine.rigs[actuator.name]
-            stack.enter_context(recorded(rig, actuator.config, single, supervisor))
+            its_own = options.of_actuator(actuator.name)
+            stack.enter_context(recorded(rig, actuator.config, its_own, supervisor))
         yield
 
 
-def refuse_one_file_for_two(settings: MachineSettings, files: Sequence[Path]) -> None:
-    """Make sure that no two actuators would be recorded in the same file.
+def check_machine(settings: MachineSettings, options: RecordOptions) -> None:
+    """Refuse files of any actuator that exist or cannot be written, or are those of another.
 
     Raises:
-        UserError: if two would.
+        UserError: names the file, the reason and the way out.
 
     """
     names = [of_actuator(Path("run.rec"), a.name) for a in settings.actuators]
-    if files and len(set(names)) < len(names):
+    if options.files and len(set(names)) < len(names):
         raise UserError("two actuators have names too alike for files of their own; rename one")
+    for actuator in settings.actuators:
+        options.of_actuator(actuator.name).check()
 
 
 def of_actuator(file: Path, name: str) -> Path:

@@ -21,7 +21,7 @@ from hil_emulator.commands.live import (
     summary,
     traffic,
 )
-from hil_emulator.commands.recording import RecordOptions, recorded
+from hil_emulator.commands.recording import NOT_RECORDED, RecordOptions, recorded
 from hil_emulator.commands.run_machine import run_machine
 from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.bus import DEFAULT_BUS
@@ -32,7 +32,6 @@ from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.panel.host import Panel, PanelOptions, require_server
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.platform.supervisor import Supervisor
-from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.several import Recorders
 from hil_emulator.remote.control_server import ControlServer
 from hil_emulator.simulation import realtime
@@ -68,7 +67,7 @@ def run(
     bus: str | None,
     clock: str,
     duration: float | None,
-    recording: RecordOptions,
+    recording: RecordOptions = NOT_RECORDED,
     faults: Sequence[str] = (),
     operation: Operation = Operation(),
 ) -> None:
@@ -91,8 +90,6 @@ def run(
     """
     if clock == "lockstep" and duration is None:
         raise UserError("the lock-step clock waits for nobody: give it a --duration")
-    for file in recording.files:
-        check_file(file)
     settings = load_machine(files)
     if len(settings.actuators) > 1:
         if bus or operation != Operation(processes=operation.processes):
@@ -101,6 +98,7 @@ def run(
             )
         run_machine(settings, clock, duration, recording, faults, operation.processes)
         return
+    recording.check()
     broken = [spoken(line) for line in faults]
     config = settings.actuators[0].config
     settings_of_bus = bus_settings(config, bus, operation.port)

@@ -6,7 +6,7 @@ import click
 
 from hil_emulator import __version__
 from hil_emulator.commands.live import Terminal
-from hil_emulator.commands.recording import RecordOptions, refuse_one_file_for_two
+from hil_emulator.commands.recording import NOT_RECORDED, RecordOptions, check_machine
 from hil_emulator.commands.run_part import MachineRun, run_part
 from hil_emulator.commands.run_parts import run_parts
 from hil_emulator.commands.waiting import PREPARING, waiting
@@ -23,9 +23,9 @@ def run_machine(
     settings: MachineSettings,
     clock: str,
     duration: float | None,
-    recording: RecordOptions,
-    faults: Sequence[str],
-    processes: int | None,
+    recording: RecordOptions = NOT_RECORDED,
+    faults: Sequence[str] = (),
+    processes: int | None = None,
 ) -> None:
     """Run several actuators; those that share neither bus nor supply can have cores of their own.
 
@@ -49,7 +49,7 @@ def run_machine(
         raise UserError(f"--processes {processes}: only Linux divides a machine; leave it out")
     broken = [placed(line, [a.name for a in settings.actuators]) for line in faults]
     order = MachineRun(clock, duration, recording, broken)
-    refuse_one_file_for_two(settings, recording.files)
+    check_machine(settings, recording)
     with waiting(PREPARING):
         prepare(settings, cache_folder())  # before anybody can connect, once for all processes
     click.echo(f"hil-emulator {__version__}  {len(settings.actuators)} actuators")

@@ -36,7 +36,7 @@ class MachineRun:
     Attributes:
         clock: "wall" or "lockstep".
         duration: emulator time to run [s]; None runs until interrupted.
-        recording: how they are recorded.
+        recording: how it is recorded; the files of each actuator have its name besides.
         faults: what breaks, each with the name of the actuator that it befalls.
 
     """

@@ -8,6 +8,7 @@ import click
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.commands.waiting import waiting
 from hil_emulator.errors import UserError
+from hil_emulator.platform.output_files import new_files, refuse_existing
 from hil_emulator.platform.paths import near
 from hil_emulator.scenario import report
 from hil_emulator.scenario.spread import run_all
@@ -20,6 +21,8 @@ def scenario(
     junit: Path | None,
     page: Path | None,
     recordings: Path | None = None,
+    *,
+    overwrite: bool = False,
 ) -> int:
     """Run scenarios.
 
@@ -27,11 +30,13 @@ def scenario(
         0 if all have passed, 1 if an expectation is not met, 2 if one could not run.
 
     Raises:
-        UserError: if the cluster cannot be reached or a report cannot be written.
+        UserError: if the cluster cannot be reached or a file exists or cannot be
+            written.
 
     """
+    refuse_existing(filter(None, (junit, page)), overwrite=overwrite)
     with waiting("scenario", files):
-        outcomes = run_all(files, workers, cluster, recordings)
+        outcomes = run_all(files, workers, cluster, recordings, overwrite=overwrite)
     header = ("verdict", "scenario", "met", "took", "digest")
     click.echo(text_table(header, report.rows(outcomes)))
     for line in report.failures(outcomes):
@@ -40,10 +45,8 @@ def scenario(
         click.echo(f"recorded: {near(recordings)}")
     for file, write in ((junit, report.junit), (page, report.page)):
         if file is not None:
-            try:
-                write(outcomes, file)
-            except OSError as error:
-                raise UserError(f"{file}: cannot be written: {error.strerror}") from None
+            with new_files(overwrite=overwrite) as staged:
+                write(outcomes, staged(file))
             click.echo(f"report: {near(file)}")
     if any(o.error for o in outcomes):
         return UserError.exit_code

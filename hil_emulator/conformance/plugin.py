@@ -9,6 +9,8 @@ from hil_emulator.conformance.cases import CASES, MARK
 from hil_emulator.conformance.report import Judgement, page, remarks, table
 from hil_emulator.conformance.sdo_client import Aborted
 from hil_emulator.conformance.wire import Wire
+from hil_emulator.errors import UserError
+from hil_emulator.platform.output_files import refuse_existing, write_texts
 
 PLUGIN = __name__
 """What `pytest -p` calls it."""
@@ -22,6 +24,7 @@ ABOUT = pytest.StashKey[list[tuple[str, str]]]()
 _ABORTED = f"{Aborted.__module__}.{Aborted.__name__}: "
 _ABORT_CODE = re.compile(r"\b\d{8,9}\b")
 """Abort codes in decimal, as an assertion shows them; they begin with 05, 06 or 08."""
+_WAY_OUT = "choose another name, or add --conformance-overwrite to replace it"
 _PROPERTY = "conformance case"
 _ROUND = "conformance round"
 
@@ -69,10 +72,20 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--conformance-html", metavar="FILE", type=Path, help="write the report as an HTML page"
     )
+    group.addoption(
+        "--conformance-overwrite", action="store_true", help="replace a report that exists"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the mark of the cases."""
+    """Declare the mark of the cases; refuse a report that exists."""
+    html = config.getoption("--conformance-html")
+    if html is not None:
+        overwrite = config.getoption("--conformance-overwrite")
+        try:
+            refuse_existing([html], overwrite=overwrite, way_out=_WAY_OUT)
+        except UserError as error:
+            raise pytest.UsageError(str(error)) from None
     config.addinivalue_line("markers", f"{MARK}(label): a conformance case, such as 2.7")
     config.stash[ABOUT] = []
 
@@ -125,10 +138,11 @@ def pytest_terminal_summary(
         terminalreporter.line(line)
     path, about = config.getoption("--conformance-html"), config.stash[ABOUT]
     if path is not None:
+        overwrite = config.getoption("--conformance-overwrite")
         try:
-            path.write_text(page(judgements, about), encoding="utf-8")
-        except OSError as error:
-            terminalreporter.line(f"cannot write {path}: {error.strerror}; choose another file")
+            write_texts({path: page(judgements, about)}, overwrite=overwrite)
+        except UserError as error:
+            terminalreporter.line(str(error))
 
 
 def _judgements(terminalreporter: pytest.TerminalReporter) -> dict[str, Judgement]:

@@ -9,7 +9,7 @@ from hil_emulator.pages.palette import BLUE, GREEN, GREY, VERMILION
 from hil_emulator.signals.columns import MODEL
 
 
-def draw(outcome: Demonstration, file: Path) -> None:
+def draw(outcome: Demonstration, file: Path, *, overwrite: bool) -> None:
     """Draw set points, responses, pressures and current over time."""
     figure, axes = drawing.subplots((9, 10), 4, sharex=True)
     verdict = "PASS" if outcome.passed else "FAIL"
@@ -31,7 +31,7 @@ def draw(outcome: Demonstration, file: Path) -> None:
         axis.grid(alpha=0.3)
     for axis in axes[:3]:
         axis.legend(loc="upper left", fontsize=8, ncols=3)
-    drawing.save(figure, file)
+    drawing.save(figure, file, overwrite=overwrite)
 
 
 def _controlled(axis: Any, outcome: Demonstration, quantity: str, label: str, scale: float) -> None:

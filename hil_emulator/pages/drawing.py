@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hil_emulator.errors import UserError
+from hil_emulator.platform.output_files import new_files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,15 +61,15 @@ def check_format(file: Path) -> None:
         raise UserError(f"{file}: no format of a picture has this ending; take one of {endings}")
 
 
-def save(figure: "Figure", file: Path, dpi: float = 110.0) -> None:
+def save(figure: "Figure", file: Path, dpi: float = 110.0, *, overwrite: bool = False) -> None:
     """Write a picture in the format of the file's ending.
 
     Raises:
-        UserError: if it cannot be written.
+        UserError: if it exists or cannot be written.
 
     """
     try:
-        figure.savefig(file, dpi=dpi)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise UserError(f"{file}: cannot be written: {reason}") from None
+        with new_files(overwrite=overwrite) as staged:
+            figure.savefig(staged(file), dpi=dpi)
+    except ValueError as error:
+        raise UserError(f"{file}: cannot be written: {error}") from None

@@ -10,7 +10,7 @@ from hil_emulator.errors import UserError, brief
 from hil_emulator.platform.helper_process import report
 from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording import journal
-from hil_emulator.recording.exports import check_file
+from hil_emulator.recording.exports import check_recording
 from hil_emulator.recording.journal import EntryKind
 from hil_emulator.recording.writer import start_writer
 
@@ -27,16 +27,14 @@ class Tape:
         header: of a recording.
 
     Raises:
-        UserError: for another place, a file that is there already, or one that cannot be written.
+        UserError: for another place, a file that exists, or one that cannot be written.
 
     """
 
     def __init__(self, file: Path, header: Mapping[str, Any]) -> None:
         if file.name != str(file) or file.name.startswith("."):
             raise UserError(f"{brief(str(file))}: name a file, without a folder")
-        if file.exists():
-            raise UserError(f"{file} is there already; choose another name")
-        check_file(file)
+        check_recording([file], way_out="choose another name")
         self.file = file
         self._width = 8 * len(header["columns"])
         self._writer = start_writer([file], header)

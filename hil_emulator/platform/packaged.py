@@ -5,6 +5,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from hil_emulator.errors import UserError, brief
+from hil_emulator.platform.output_files import new_files
 from hil_emulator.platform.paths import shipped
 
 _WHOLE = re.compile(r"^(\[valve\]|\[\[actuator\]\])", re.M)
@@ -73,7 +74,7 @@ def found(name: str, *purposes: Purpose) -> Path:
     return known[name]
 
 
-def copy(name: str, folder: Path) -> list[Path]:
+def copy(name: str, folder: Path, *, overwrite: bool = False) -> list[Path]:
     """Copy a packaged file, and all that it names, into one folder.
 
     What the copies say of where the others are is written anew. A bench with logs of its own
@@ -91,15 +92,9 @@ def copy(name: str, folder: Path) -> list[Path]:
     if name not in known:
         raise UserError(f"{brief(name)}: the package has no such file; it has {', '.join(known)}")
     contents = {folder / source.name: _flat(source) for source in with_named(known[name])}
-    try:
+    with new_files(overwrite=overwrite) as staged:
         for target, content in contents.items():
-            if target.exists() and target.read_bytes() != content:
-                raise UserError(f"{target}: is there, and differs; choose another folder, --out")
-        folder.mkdir(parents=True, exist_ok=True)
-        for target, content in contents.items():
-            target.write_bytes(content)
-    except OSError as error:
-        raise UserError(f"{folder}: cannot be written: {error.strerror}") from None
+            staged(target).write_bytes(content)
     return list(contents)
 
 

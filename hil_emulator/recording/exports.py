@@ -7,10 +7,13 @@ folder `formats` declares another format: the folder is the list.
 import functools
 import importlib
 import pkgutil
+import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 from hil_emulator.errors import UserError
-from hil_emulator.recording import SUFFIX, formats
+from hil_emulator.platform.output_files import WAY_OUT, new_files, refuse_existing
+from hil_emulator.recording import SUFFIX, formats, journal_of
 from hil_emulator.recording.format import Format
 
 
@@ -38,18 +41,67 @@ def check_file(file: Path) -> None:
         known()[file.suffix].check(file)
 
 
-def export(source: Path, file: Path) -> None:
-    """Write a journal in the format of the file's ending.
+def check_files(files: Sequence[Path], *, overwrite: bool = False, way_out: str = WAY_OUT) -> None:
+    """Refuse files that cannot be written, and such as exist; companions of the formats, too.
+
+    Args:
+        files: what is going to be written.
+        overwrite: whether existing files are replaced.
+        way_out: see `refuse_existing`.
 
     Raises:
-        UserError: if the journal cannot be read or the file cannot be written.
+        UserError: names the file, the reason and the way out.
 
     """
-    check_file(file)
-    try:
-        if file.suffix != SUFFIX:
-            known()[file.suffix].write(source, file)
-        elif file != source:
-            file.write_bytes(source.read_bytes())
-    except OSError as error:
-        raise UserError(f"{file}: cannot be written: {error.strerror or error}") from None
+    for file in files:
+        check_file(file)
+    refuse_existing(files, overwrite=overwrite, way_out=way_out)
+    companions = [c for f in files if f.suffix != SUFFIX for c in known()[f.suffix].companions(f)]
+    refuse_existing(dict.fromkeys(companions), overwrite=overwrite, way_out=way_out)
+
+
+def check_recording(
+    files: Sequence[Path], *, overwrite: bool = False, way_out: str = WAY_OUT
+) -> None:
+    """Refuse files as `check_files` does, and a journal that exists, which is never replaced.
+
+    Raises:
+        UserError: names the file, the reason and the way out.
+
+    """
+    check_files(files, overwrite=overwrite, way_out=way_out)
+    journal = journal_of(files)
+    rescue = f"move it away; if it is left of a run that was cut short, convert {journal} first"
+    refuse_existing([journal], way_out=rescue)
+
+
+def export(source: Path, *files: Path, overwrite: bool = False) -> None:
+    """Write a journal in the formats of the files' endings: all of them, or none.
+
+    Args:
+        source: the journal.
+        files: what is written.
+        overwrite: whether existing files are replaced.
+
+    Raises:
+        UserError: if the journal cannot be read, or a file exists or cannot be written.
+
+    """
+    check_files(files, overwrite=overwrite)
+    with new_files(overwrite=overwrite) as staged:
+        for file in files:
+            write(source, staged(file))
+
+
+def write(source: Path, file: Path) -> None:
+    """Write a journal in the format of the file's ending; the caller protects what is there.
+
+    Raises:
+        UserError: if the journal cannot be read.
+        OSError: if the file cannot be written.
+
+    """
+    if file.suffix == SUFFIX:
+        shutil.copyfile(source, file)
+    else:
+        known()[file.suffix].write(source, file)

@@ -18,12 +18,14 @@ class Format:
         endings: of its files, such as ".csv".
         write: writes a journal (first argument) into a file.
         needs: the module without which it cannot be written, of the extra `recording`.
+        companions: the files that `write` makes besides, in the same folder.
 
     """
 
     endings: tuple[str, ...]
     write: Callable[[Path, Path], None]
     needs: str = ""
+    companions: Callable[[Path], tuple[Path, ...]] = lambda _: ()
 
     def check(self, file: Path) -> None:
         """Refuse a file where what the format needs is not installed.

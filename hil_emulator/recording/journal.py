@@ -19,6 +19,7 @@ import struct
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -41,6 +42,10 @@ _FRAME = struct.Struct("<IBB8s")
 _TIME = struct.Struct("<q")
 _REMOTE, _EXTENDED = 1, 2
 _LARGEST_ID, _DATA_BYTES = 0x1FFF_FFFF, 8  # of a classical frame (ISO 11898-1)
+
+
+NOT_BEGUN = {"kind": "not begun"}
+"""Event of a run that has ended before its first tick: its recording is not kept."""
 
 
 class EntryKind(IntEnum):
@@ -141,6 +146,17 @@ def entries(file: Path, limit: Limit = RECORDING_IN_PARTS) -> Iterator[tuple[Ent
         raise UserError(f"{file}: cannot be read: {reason}; name a recording (.rec)") from None
 
 
+def has_begun(file: Path) -> bool:
+    """Return whether a journal is of a run that has had a tick.
+
+    Raises:
+        UserError: as `entries`.
+
+    """
+    first = list(islice(entries(file), 2))
+    return first[1:] != list(split(event_entry(0, NOT_BEGUN)))
+
+
 def split(data: bytes) -> Iterator[tuple[int, bytes]]:
     """Yield kind and payload of the entries in bytes that hold whole ones."""
     at = 0
@@ -224,14 +240,14 @@ def read(file: Path) -> Recording:
 
 
 def write(recording: Recording, file: Path) -> None:
-    """Write a recording as a journal.
+    """Write a recording as a journal, into a new file.
 
     Raises:
-        UserError: if the file cannot be written.
+        UserError: if the file exists or cannot be written.
 
     """
     try:
-        with file.open("wb") as stream:
+        with file.open("xb") as stream:
             stream.write(header_entry(recording.header))
             for now_ns, what in recording.events:
                 stream.write(event_entry(now_ns, what))

@@ -14,7 +14,7 @@ from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
 from hil_emulator.platform.helper_process import HelperFailedError
 from hil_emulator.recording import journal
-from hil_emulator.recording.exports import check_file
+from hil_emulator.recording.exports import check_recording
 from hil_emulator.recording.journal import EntryKind
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.writer import start_writer
@@ -34,27 +34,29 @@ class FileRecorder:
         files: what to write; see `exports`.
         header: see `header.header`.
         capture: holds ticks back until its condition holds, where there is one.
+        overwrite: whether existing files are replaced, at the end.
 
     Attributes:
+        ticks: how many have passed.
         writer: the process.
 
     Raises:
-        UserError: for a file that cannot be written.
+        UserError: for a file that exists or cannot be written.
 
     """
 
     def __init__(
-        self, files: Sequence[Path], header: Mapping[str, Any], capture: Capture | None = None
-    ) -> None:
-        for file in files:
-            check_file(file)
+        self, files: Sequence[Path], header: Mapping[str, Any], capture: Capture | None = None, *,
+        overwrite: bool = False,
+    ) -> None:  # fmt: skip
+        check_recording(files, overwrite=overwrite)
         self._row = np.empty(len(columns()))
         self._capture = capture
         self._tick = bytearray()  # this tick so far
         self._buffer = bytearray()
         self._unsent: deque[bytes] = deque()
-        self._ticks = 0
-        self.writer = start_writer(files, header)
+        self.ticks = 0
+        self.writer = start_writer(files, header, overwrite=overwrite)
         self._pipe = self.writer.input
         os.set_blocking(self._pipe, False)
         _widen(self._pipe)
@@ -68,8 +70,8 @@ class FileRecorder:
         else:
             self._buffer += self._capture.passed(now_ns, self._row, bytes(self._tick))
         self._tick.clear()
-        self._ticks += 1
-        if self._ticks % _TICKS_PER_WRITE == 0:
+        self.ticks += 1
+        if self.ticks % _TICKS_PER_WRITE == 0:
             self._hand_over()
 
     def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
@@ -81,13 +83,15 @@ class FileRecorder:
         self._tick += journal.event_entry(now_ns, what)
 
     def close(self) -> None:
-        """Hand over the rest and wait until all files are written.
+        """Hand over the rest and wait until all files are written; without a tick, no file is.
 
         Raises:
             HelperFailedError: if one could not be written, or not to its end.
 
         """
         os.set_blocking(self._pipe, True)
+        if not self.ticks:
+            self._buffer += journal.event_entry(0, journal.NOT_BEGUN)
         self._hand_over()
         self.writer.close()
         if self.writer.failures:

@@ -7,13 +7,15 @@ from typing import Any
 
 from hil_emulator.errors import UserError
 from hil_emulator.platform.helper_process import HelperProcess
-from hil_emulator.recording import journal
-from hil_emulator.recording.writer_process import journal_file
+from hil_emulator.recording import journal, journal_of
+from hil_emulator.recording.writer_process import OVERWRITE
 
 _PROGRAM = "hil_emulator.recording.writer_process"
 
 
-def start_writer(files: Sequence[Path], header: Mapping[str, Any]) -> HelperProcess:
+def start_writer(
+    files: Sequence[Path], header: Mapping[str, Any], *, overwrite: bool = False
+) -> HelperProcess:
     """Start a process that writes the entries of its standard input into files.
 
     When this returns, the journal exists and its first block is written.
@@ -21,14 +23,15 @@ def start_writer(files: Sequence[Path], header: Mapping[str, Any]) -> HelperProc
     Args:
         files: what to write; see `exports`.
         header: of the recording.
+        overwrite: whether existing files are replaced, at the end.
 
     Raises:
         UserError: if the journal cannot be created, or the disk has no room for the first block.
 
     """
-    kept = journal_file(files)
+    kept = journal_of(files)
     writer = HelperProcess(
-        [sys.executable, "-m", _PROGRAM, *map(str, files)],
+        [sys.executable, "-m", _PROGRAM, *[OVERWRITE] * overwrite, *map(str, files)],
         f"recording {', '.join(map(str, files))}",
         f"nothing more is recorded, {kept} holds what was written before; start another recording",
     )

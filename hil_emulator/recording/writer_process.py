@@ -13,31 +13,31 @@ from typing import BinaryIO
 
 from hil_emulator.errors import UserError
 from hil_emulator.platform.helper_process import report
-from hil_emulator.recording import SUFFIX
+from hil_emulator.recording import journal, journal_of
+
+OVERWRITE = "--overwrite"
+"""First argument where the files may replace existing ones."""
 
 _CHUNK = 1 << 20
 
 
-def journal_file(files: Sequence[Path]) -> Path:
-    """Return the journal: the first file that is one, or one beside the first file."""
-    kept = next((f for f in files if f.suffix == SUFFIX), None)
-    return kept or files[0].with_name(files[0].name + SUFFIX)
-
-
-def write(stream: BinaryIO, files: list[Path]) -> bool:
+def write(stream: BinaryIO, files: list[Path], *, overwrite: bool = False) -> bool:
     """Write a stream of entries into files; return whether all is written.
 
-    A journal that is not one of the files is removed when they are written.
+    The journal (`journal_of`) is removed at the end unless it is one of the files. A run without a
+    tick leaves no file.
 
     Raises:
         UserError: if the journal has no room for the first block.
-        OSError: if it cannot be created.
+        OSError: if the journal cannot be made; one that exists is left alone.
 
     """
-    source = journal_file(files)
+    source = journal_of(files)
     whole = _journal(stream, source)
-    whole &= _export(source, [file for file in files if file != source])
-    if whole and source not in files:
+    begun = journal.has_begun(source)
+    if begun:
+        whole &= _export(source, [file for file in files if file != source], overwrite=overwrite)
+    if not begun or (whole and source not in files):
         source.unlink()
     return whole
 
@@ -45,7 +45,7 @@ def write(stream: BinaryIO, files: list[Path]) -> bool:
 def _journal(stream: BinaryIO, source: Path) -> bool:
     """Append the stream to the journal; return whether all of it is there."""
     whole = True
-    with source.open("wb", buffering=0) as out:
+    with source.open("xb", buffering=0) as out:
         _begin(out, _chunk(stream), source)
         while chunk := _chunk(stream):
             try:
@@ -80,25 +80,26 @@ def _put(out: BinaryIO, chunk: bytes) -> None:
         chunk = chunk[out.write(chunk) :]
 
 
-def _export(source: Path, files: Sequence[Path]) -> bool:
-    """Write the journal in other formats; return whether all are written."""
+def _export(source: Path, files: Sequence[Path], *, overwrite: bool) -> bool:
+    """Write the journal in other formats, all of them or none; return whether they are written."""
     from hil_emulator.recording.exports import export
 
-    whole = True
-    for file in files:
-        try:
-            export(source, file)
-        except UserError as error:
-            whole = False
-            report(f"recording {error}; mend that, then: hil-emulator convert {source} {file}")
-    return whole
+    try:
+        export(source, *files, overwrite=overwrite)
+    except UserError as error:
+        names = " ".join(map(str, files))
+        report(f"recording {error}; mend that, then: hil-emulator convert {source} {names}")
+        return False
+    return True
 
 
 def main() -> int:
-    """Write standard input to the files named as arguments."""
+    """Write standard input to the files named as arguments, `OVERWRITE` first where it is so."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    overwrite = sys.argv[1] == OVERWRITE
+    files = [Path(name) for name in sys.argv[1 + overwrite :]]
     try:
-        return 0 if write(sys.stdin.buffer, [Path(name) for name in sys.argv[1:]]) else 1
+        return 0 if write(sys.stdin.buffer, files, overwrite=overwrite) else 1
     except UserError as error:
         report(str(error))
     except OSError as error:

@@ -16,6 +16,7 @@ from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.errors import UserError
 from hil_emulator.faults.running import Running
 from hil_emulator.frame import Frame
+from hil_emulator.platform.output_files import new_files
 from hil_emulator.recording import SUFFIX, exports, journal
 from hil_emulator.scenario import schema
 from hil_emulator.scenario.judge import bands, judge
@@ -136,12 +137,18 @@ def rig_of(scenario: Scenario, folder: Path) -> Configuration:
     return config if scenario.seed is None else dataclasses.replace(config, seed=scenario.seed)
 
 
-def perform(file: Path, recordings: Path | None = None) -> Outcome:
+def recordings_of(file: Path, folder: Path) -> tuple[Path, Path]:
+    """Return the files that a scenario is recorded in: the journal and a table."""
+    return folder / f"{file.stem}{SUFFIX}", folder / f"{file.stem}.csv"
+
+
+def perform(file: Path, recordings: Path | None = None, *, overwrite: bool = False) -> Outcome:
     """Run a scenario; what the user can mend is an outcome too.
 
     Args:
         file: the scenario.
-        recordings: folder for its recording, NAME.rec and NAME.csv; none is written without it.
+        recordings: folder for its recording, see `recordings_of`; none is written without it.
+        overwrite: whether a recording that exists is replaced.
 
     """
     begin = time.perf_counter()
@@ -154,7 +161,7 @@ def perform(file: Path, recordings: Path | None = None) -> Outcome:
             finally:
                 conductor.close()
             if recordings is not None:
-                _keep(emulator, recordings / file.stem)
+                _keep(emulator, recordings_of(file, recordings), overwrite=overwrite)
             # what it showed last may meet every expectation
             if emulator.rig.plant.supply.failure:
                 raise PlantFailedError(emulator.rig.plant.supply.failure)
@@ -194,20 +201,17 @@ def _spans(conductor: Conductor, duration: float) -> Iterator[Span]:
             yield Span(running.began_ns / _NANO, duration if ended is None else ended, words)
 
 
-def _keep(emulator: Emulator, name: Path) -> None:
+def _keep(emulator: Emulator, files: tuple[Path, Path], *, overwrite: bool) -> None:
     """Write what was recorded.
 
     Raises:
-        UserError: if a file cannot be written.
+        UserError: if a file exists or cannot be written.
 
     """
-    try:
-        name.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{name.parent}: cannot be made: {error.strerror}") from None
-    whole = name.with_suffix(SUFFIX)
-    journal.write(emulator.recording(), whole)
-    exports.export(whole, name.with_suffix(".csv"))
+    with new_files(overwrite=overwrite) as staged:
+        whole, table = map(staged, files)
+        journal.write(emulator.recording(), whole)
+        exports.write(whole, table)
 
 
 def _profile(folder: Path, profile: SignalProfile) -> tuple[Curve, Curve]:

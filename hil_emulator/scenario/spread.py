@@ -7,13 +7,15 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from hil_emulator.platform.cluster import connected
+from hil_emulator.platform.output_files import refuse_existing
 from hil_emulator.scenario.outcome import Outcome
-from hil_emulator.scenario.perform import perform
+from hil_emulator.scenario.perform import perform, recordings_of
 
 
 def run_all(
-    files: Sequence[Path], workers: int = 1, cluster: str = "", recordings: Path | None = None
-) -> list[Outcome]:
+    files: Sequence[Path], workers: int = 1, cluster: str = "", recordings: Path | None = None, *,
+    overwrite: bool = False,
+) -> list[Outcome]:  # fmt: skip
     """Run scenarios and return their outcomes in the order of the files.
 
     Args:
@@ -21,13 +23,18 @@ def run_all(
         workers: processes on this machine; 1 runs them in this one.
         cluster: address of a Dask scheduler, such as "tcp://127.0.0.1:8786", in place of them.
         recordings: folder for recordings; see `perform`.
+        overwrite: whether recordings that exist are replaced.
 
     Raises:
-        UserError: if the cluster cannot be reached.
+        UserError: if the cluster cannot be reached, or recordings exist.
 
     """
     paths = [file.resolve() for file in files]
-    play = partial(perform, recordings=None if recordings is None else recordings.resolve())
+    play = partial(perform, overwrite=overwrite)
+    if recordings is not None:
+        made = [made for file in files for made in recordings_of(file, recordings)]
+        refuse_existing(made, overwrite=overwrite)
+        play = partial(play, recordings=recordings.resolve())
     if cluster:
         return _on_cluster(play, paths, cluster)
     if workers == 1 or len(files) == 1:

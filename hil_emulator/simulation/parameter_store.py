@@ -3,12 +3,14 @@
 The file is JSON: what wrote it, for which device, the values by object, and a checksum over them.
 It is written beside the old one and moved over it, so a crash leaves the old or the new values,
 never half of them. A file that is torn, or of another device, is not used and not touched: the
-node starts with its defaults, and the next save replaces the file.
+node starts with its defaults, and the next save gives that file a name of its own that ends in
+`.refused`.
 """
 
 import hashlib
 import json
 import os
+import secrets
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -39,6 +41,7 @@ class ParameterFile:
         self._path = path
         self._device = fingerprint(dictionary)
         self._values: Values = {}
+        self._is_refused = False
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             there = path.exists()
@@ -54,6 +57,7 @@ class ParameterFile:
             try:
                 self._values = _values(input_files.parse_json(text), self._device)
             except (ValueError, KeyError, TypeError, AttributeError) as error:
+                self._is_refused = True
                 reason = error if isinstance(error, _RefusedError) else "it is damaged"
                 tell(f"{path}: not used, {reason}; node {dictionary.node_id} starts with defaults")
         elif path.exists():
@@ -77,12 +81,19 @@ class ParameterFile:
             "checksum": _checksum(written),
             "values": written,
         }
-        new = self._path.with_suffix(self._path.suffix + ".new")
-        with new.open("w", encoding="utf-8") as out:
-            json.dump(content, out, indent=1)
-            out.flush()
-            os.fsync(out.fileno())
-        new.replace(self._path)
+        new = self._path.with_name(f"{self._path.name}.{secrets.token_hex(4)}.new")
+        try:
+            with new.open("x", encoding="utf-8") as out:
+                json.dump(content, out, indent=1)
+                out.flush()
+                os.fsync(out.fileno())
+            if self._is_refused:
+                self._path.rename(self._path.with_name(f"{new.stem}.refused"))
+                self._is_refused = False
+            new.replace(self._path)
+        except OSError:
+            new.unlink(missing_ok=True)
+            raise
         self._values = dict(values)
 
 

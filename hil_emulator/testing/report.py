@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+from hil_emulator.platform.output_files import new_files
 from hil_emulator.platform.paths import near
 from hil_emulator.recording import SUFFIX, journal
 from hil_emulator.recording.messages import describe, messages
@@ -38,11 +39,11 @@ def signals(emulator: Emulator) -> list[str]:
 
 
 def keep(emulator: Emulator, test: str, folder: Path) -> Path:
-    """Write the test's recording and return its file."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write the test's recording in place of its last one and return its file."""
     name = re.sub(r"[^\w.-]+", "_", test.partition("::")[2] or test)
     file = folder / f"{name}{SUFFIX}"
-    journal.write(emulator.recording(), file)
+    with new_files(overwrite=True) as staged:
+        journal.write(emulator.recording(), staged(file))
     return file
 
 

@@ -48,4 +48,4 @@ def test_a_run_warns_of_a_killed_helper_and_ends_with_a_required_one(tmp_path: P
 def test_a_recording_can_be_required_only_where_there_is_one() -> None:
     """The message names both options."""
     with pytest.raises(UserError, match=r"--require-recording: .* add --record FILE"):
-        ordered([], True, None, 5.0, 1.0)
+        ordered([], True, False, None, 5.0, 1.0)

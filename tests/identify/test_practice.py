@@ -155,7 +155,7 @@ def test_one_command_line_says_one_thing(tmp_path: Path) -> None:
     assert (nothing.exit_code, "--surprise" in nothing.output) == (2, True)
     (tmp_path / sealed.NAME).write_text("#")
     used = CliRunner().invoke(main, ["hide", "gravity", f"--out={tmp_path}"])
-    assert (used.exit_code, "hidden there already" in used.output) == (2, True)
+    assert (used.exit_code, "truth.sealed: exists already" in used.output) == (2, True)
     broken = CliRunner().invoke(main, ["hide", f"--open={tmp_path}"])
     assert (broken.exit_code, "is broken" in broken.output) == (2, True)
 

@@ -75,7 +75,7 @@ def test_closed_it_rings_at_the_frequency_of_mass_on_oil(machine: Path) -> None:
         for side, a in (("a", area), ("b", area * plant["cylinder_area_ratio"]))
     )
     expected = math.sqrt(stiffness / (100.0 + plant["rod_mass_mass"])) / (2 * math.pi)
-    told = init(machine.parent, "--force")[1].output
+    told = init(machine.parent, "--overwrite")[1].output
     found = re.search(r"natural frequency ([\d.]+) Hz", told)
     assert found is not None
     assert float(found[1]) == pytest.approx(expected, rel=5e-3)
@@ -149,7 +149,7 @@ def test_nothing_is_written_over(tmp_path: Path) -> None:
     (tmp_path / "machine.eds").write_text("mine")
     file, result = init(tmp_path)
     assert result.exit_code == 2
-    assert "machine.eds: there already; choose another file, or say --force" in result.output
+    assert "machine.eds: exists already; choose another name, or add --overwrite" in result.output
     assert (tmp_path / "machine.eds").read_text() == "mine"
     assert not file.exists()
 

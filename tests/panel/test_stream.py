@@ -151,7 +151,10 @@ def test_a_recording_from_the_panel_is_one(bench: Bench, folder: Path) -> None:
         await page.word(lambda m: m.get("status", {}).get("recording") == "panel.rec")
         await page.ask(do="marker", text="here")
         await page.ask(do="record")
-        assert "is there already" in (await page.ask(do="record", file="panel.rec"))["error"]
+        assert (
+            "exists already; choose another name"
+            in (await page.ask(do="record", file="panel.rec"))["error"]
+        )
         assert "without a folder" in (await page.ask(do="record", file="../x.rec"))["error"]
 
     visit(bench, act)

@@ -40,14 +40,18 @@ def test_a_bench_brings_its_logs(tmp_path: Path) -> None:
     assert len(list(tmp_path.glob("*.csv"))) == 12
 
 
-def test_a_copy_that_the_user_has_changed_is_never_overwritten(tmp_path: Path) -> None:
-    """Twice the same is harmless; a changed file is kept, and told."""
-    file, *_ = copy("hyq_knee", tmp_path)
+def test_a_copy_that_the_user_has_changed_is_overwritten_on_request_only(tmp_path: Path) -> None:
+    """Twice the same is harmless; a changed file is refused, and no other file is written."""
+    file, *others = copy("hyq_knee", tmp_path)
     copy("hyq_knee", tmp_path)
     file.write_text("mine")
-    with pytest.raises(UserError, match="is there, and differs"):
+    others[0].unlink()
+    with pytest.raises(UserError, match="exists already; choose another name, or add --overwrite"):
         copy("hyq_knee", tmp_path)
     assert file.read_text() == "mine"
+    assert not others[0].exists()
+    copy("hyq_knee", tmp_path, overwrite=True)
+    assert "mine" not in file.read_text()
 
 
 def test_names_stand_for_one_file_each() -> None:

@@ -220,6 +220,7 @@ def test_an_effect_file_beside_the_reader_is_not_run(
     file = own_effect(tmp_path)
     recording = journals.read(file)
     recording.header["files"] = ["hyq_knee.toml", "layer.toml"]
+    file.unlink()
     journals.write(recording, file)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UserError, match="does not tell where its configuration was"):

@@ -19,7 +19,7 @@ from hil_emulator.commands.export import contents
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import shipped
-from hil_emulator.recording.exports import check_file, export
+from hil_emulator.recording.exports import check_file, export, known, write
 from hil_emulator.recording.journal import Recording
 
 KNEE = shipped("configs/hyq_knee.toml")
@@ -76,8 +76,8 @@ def test_scipy_reads_the_same_values_from_mat(
     journal: Path, recording: Recording, tmp_path: Path
 ) -> None:
     """Every signal is a column, bit for bit; those of the model are fields, as are all units."""
-    data = loadmat(written(journal, tmp_path, ".mat"), simplify_cells=False)
-    flat = loadmat(written(journal, tmp_path, ".mat"), simplify_cells=True)
+    file = written(journal, tmp_path, ".mat")
+    data, flat = (loadmat(file, simplify_cells=simple) for simple in (False, True))
     ticks = len(recording.rows)
     for name, values in recording.table().items():
         place, _, last = name.rpartition(".")
@@ -203,3 +203,27 @@ def test_a_file_that_cannot_be_is_refused_before_the_run(
     monkeypatch.setitem(sys.modules, "asammdf", None)
     with pytest.raises(UserError, match=r"pip install 'hil-emulator\[recording\]'"):
         check_file(tmp_path / "run.mf4")
+
+
+@pytest.mark.parametrize("ending", known())
+def test_a_format_declares_all_that_it_writes(journal: Path, tmp_path: Path, ending: str) -> None:
+    """Files that come with the named one are known before the run, so that none is destroyed."""
+    file = tmp_path / f"run{ending}"
+    write(journal, file)
+    assert {*tmp_path.iterdir()} == {file, *known()[ending].companions(file)}
+
+
+def test_formats_share_what_comes_with_both(journal: Path, tmp_path: Path) -> None:
+    """Two logs of one name have one database; all of them are written, or none."""
+    files = tmp_path / "run.blf", tmp_path / "run.asc"
+    export(journal, *files)
+    made = {*files, tmp_path / "run.dbc"}
+    assert {*tmp_path.iterdir()} == made
+    for file in made:
+        file.write_text("mine")
+    (tmp_path / "run.asc").unlink()
+    with pytest.raises(UserError, match=r"run\.blf: exists already"):
+        export(journal, *files)
+    assert not (tmp_path / "run.asc").exists()
+    export(journal, *files, overwrite=True)
+    assert all(file.read_bytes() != b"mine" for file in made)

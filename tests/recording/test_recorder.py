@@ -15,6 +15,7 @@ from rigs import START, bench, reference, set_point
 
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import shipped
+from hil_emulator.recording import journal_of
 from hil_emulator.recording.header import header
 from hil_emulator.recording.journal import Recording, read
 from hil_emulator.recording.pre_trigger import Capture
@@ -147,24 +148,27 @@ def test_a_recording_has_not_begun_where_its_first_block_finds_no_room(
 
 
 def test_a_format_that_cannot_be_written_leaves_the_journal(journal: Path, tmp_path: Path) -> None:
-    """The other formats are written all the same, and how to write it later is said."""
+    """No other format is written then, and how to write them later is said."""
     folder, other = tmp_path / "run.csv", tmp_path / "run.npz"
     folder.mkdir()
     result = on_a_small_disk(journal, resource.RLIM_INFINITY, folder, other)
     assert result.returncode == 1
     ready, line = result.stdout.decode().splitlines()
     assert ready == ""
-    assert "run.csv: cannot be written: Is a directory" in line
-    assert line.endswith(f"hil-emulator convert {folder}.rec {folder}")
+    assert "run.csv: exists and is not a regular file" in line
+    assert line.endswith(f"hil-emulator convert {folder}.rec {folder} {other}")
     assert (tmp_path / "run.csv.rec").read_bytes() == journal.read_bytes()
-    assert other.stat().st_size > 0
+    assert not other.exists()
 
 
 def test_a_file_that_cannot_be_opened_stops_the_run_before_it_begins(tmp_path: Path) -> None:
     """Where a folder stands in the place of the file, the message comes at once."""
     (tmp_path / "run.rec").mkdir()
     config = reference()
-    with bench(config) as b, pytest.raises(UserError, match=r"run\.rec: cannot be written"):
+    with (
+        bench(config) as b,
+        pytest.raises(UserError, match=r"run\.rec: exists and is not a regular file"),
+    ):
         FileRecorder([tmp_path / "run.rec"], header(config, b.rig.nodes))
 
 
@@ -222,3 +226,52 @@ def test_the_loop_makes_one_system_call_in_twenty_five_ticks(
     kept = read(tmp_path / "run.rec")
     assert len(kept.rows) == ticks
     assert len(kept.frames) == 2 * ticks
+
+
+def test_a_recording_without_a_tick_leaves_no_file(tmp_path: Path) -> None:
+    """A run that fails before its first tick can be tried again under the same name."""
+    config = reference()
+    with bench(config) as b:
+        FileRecorder([tmp_path / "run.csv"], header(config, b.rig.nodes)).close()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("names", [["run.csv"], ["run.rec"], ["run.csv", "run.rec"]])
+def test_an_old_recording_is_replaced_at_the_end(tmp_path: Path, names: list[str]) -> None:
+    """Until the new one is complete the old one is there, and the new one as a journal."""
+    config, files = reference(), [tmp_path / name for name in names]
+    for file in files:
+        file.write_text("old")
+    with bench(config) as b:
+        b.rig.recorder = FileRecorder(files, header(config, b.rig.nodes), overwrite=True)
+        b.ticks(40)
+        assert [file.read_text() for file in files] == ["old"] * len(files)
+        assert journal_of(files).exists()
+        b.rig.recorder.close()
+    assert {*tmp_path.iterdir()} == {*files}
+    assert all(file.stat().st_size > 1000 for file in files)
+
+
+def test_an_old_recording_survives_a_writer_that_dies(tmp_path: Path) -> None:
+    """What the new one had so far is in its journal."""
+    config, file = reference(), tmp_path / "run.rec"
+    file.write_text("old")
+    with bench(config) as b:
+        recorder = FileRecorder([file], header(config, b.rig.nodes), overwrite=True)
+        b.rig.recorder = recorder
+        b.ticks(64)
+        until(lambda: journal_of([file]).stat().st_size > 0)
+        os.kill(recorder.writer.pid, signal.SIGKILL)
+        with pytest.raises(UserError):
+            recorder.close()
+    assert file.read_text() == "old"
+    assert len(read(journal_of([file])).rows) > 0
+
+
+def test_a_journal_that_exists_is_never_replaced(tmp_path: Path) -> None:
+    """It may be all that is left of a run that was cut short: not even on request."""
+    config, journal = reference(), tmp_path / "run.csv.rec"
+    journal.write_text("left")
+    with bench(config) as b, pytest.raises(UserError, match=r"run\.csv\.rec: .*move it away"):
+        FileRecorder([tmp_path / "run.csv"], header(config, b.rig.nodes), overwrite=True)
+    assert journal.read_text() == "left"

@@ -109,13 +109,17 @@ def test_another_devices_file_is_not_used(tmp_path: Path) -> None:
     assert path.read_bytes() == before
 
 
-def test_a_refused_file_is_replaced_by_the_next_save(tmp_path: Path) -> None:
-    """Saving mends what was damaged."""
+def test_a_refused_file_keeps_its_content_under_another_name(tmp_path: Path) -> None:
+    """Saving mends what was damaged, and what somebody else wrote there is not lost."""
     path, messages = tmp_path / "node6.json", []
     path.write_text("torn")
     saved(path)
+    saved(path)
     assert heartbeat(path, messages) == 0x1234
     assert messages == []
+    kept = [file for file in tmp_path.iterdir() if file != path]
+    assert [file.suffix for file in kept] == [".refused"]
+    assert kept[0].read_text() == "torn"
 
 
 def test_a_crash_while_writing_leaves_the_old_file(

@@ -1,7 +1,6 @@
 """The truth of a practice ground in a file that cannot be read by accident."""
 
 import base64
-import hashlib
 import json
 import math
 import textwrap
@@ -22,8 +21,8 @@ NAME = "truth.sealed"
 _HEAD = "# What is hidden here. To look: hil-emulator hide --open FOLDER\n"
 
 
-def seal(ground: Ground, folder: Path) -> str:
-    """Write the truth and return the file's SHA-256."""
+def seal(ground: Ground) -> str:
+    """Return the text of the file that holds the truth."""
     truth = {
         "configuration": ground.model.config.digest,
         "seed": ground.seed,
@@ -35,13 +34,7 @@ def seal(ground: Ground, folder: Path) -> str:
         ],
     }  # fmt: skip
     packed = base64.b64encode(zlib.compress(json.dumps(truth).encode(), 9)).decode()
-    text = _HEAD + "\n".join(textwrap.wrap(packed, 76)) + "\n"
-    file = folder / NAME
-    try:
-        file.write_text(text, encoding="ascii")
-    except OSError as error:
-        raise UserError(f"{file}: cannot be written: {error.strerror}") from None
-    return hashlib.sha256(text.encode()).hexdigest()
+    return _HEAD + "\n".join(textwrap.wrap(packed, 76)) + "\n"
 
 
 def unseal(folder: Path) -> dict[str, Any]:

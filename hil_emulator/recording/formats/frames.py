@@ -19,10 +19,23 @@ def write(source: Path, file: Path) -> None:
     frame_log.write(file, frames(source), remarks)
     known = messages.from_json([*header["messages"], *header.get("services", [])])
     database = dbc(known, header["sync_ms"])
-    file.with_suffix(".dbc").write_text(database, encoding="latin-1", newline="\r\n")
-    if file.suffix == ".log":  # candump's format has no room for remarks
-        beside = file.with_name(file.name + ".json")
-        beside.write_text(json.dumps(header["provenance"], indent=2), encoding="utf-8")
+    _database(file).write_text(database, encoding="latin-1", newline="\r\n")
+    for origin in _origin(file):
+        origin.write_text(json.dumps(header["provenance"], indent=2), encoding="utf-8")
 
 
-FORMAT = Format(log_endings.SUFFIXES, write)
+def companions(file: Path) -> tuple[Path, ...]:
+    """Return the files that are written besides."""
+    return (_database(file), *_origin(file))
+
+
+def _database(file: Path) -> Path:
+    return file.with_suffix(".dbc")
+
+
+def _origin(file: Path) -> tuple[Path, ...]:
+    """Return the file of the remarks for which candump's format has no room."""
+    return (file.with_name(file.name + ".json"),) if file.suffix == ".log" else ()
+
+
+FORMAT = Format(log_endings.SUFFIXES, write, companions=companions)

@@ -21,7 +21,7 @@ def write(source: Path, file: Path) -> None:
     with asammdf.MDF(version="4.10") as mdf:
         mdf.header.comment = json.dumps(recording.provenance)
         mdf.append(signals, comment="hil-emulator", common_timebase=True)
-        mdf.save(file, overwrite=True)
+        mdf.save(file)
 
 
 FORMAT = Format((".mf4",), write, needs="asammdf")
