@@ -45,7 +45,6 @@ class Reader:
         read: raises `UserError` or nothing, whatever the file holds.
         share: weight of its files among all.
         ending: of the file; the name without one.
-        beside: name of a sound file that the reader needs beside it.
 
     """
 
@@ -53,7 +52,6 @@ class Reader:
     read: Callable[[Path], object]
     share: float
     ending: str = ""
-    beside: str = ""
 
 
 @functools.cache
@@ -90,7 +88,7 @@ def _capture(file: Path) -> None:
 
 def _database(file: Path) -> None:
     by_database.from_file(file, {})
-    experiments([file.parent / "run.blf"], _config(), Meaning(databases=[file]))
+    experiments([file.parent / "blf" / "run.blf"], _config(), Meaning(databases=[file]))
 
 
 def _sheet(file: Path) -> None:

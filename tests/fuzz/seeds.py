@@ -28,12 +28,13 @@ def seeds(folder: Path, kinds: Iterable[str]) -> dict[str, list[bytes]]:
     _run(folder)
     found = dict(foreign_logs())
     for ending in ("csv", "npz", "parquet", "mf4", "blf", "asc", "log"):
-        exports.export(folder / "run.rec", folder / f"run.{ending}")
-        found[ending] = [(folder / f"run.{ending}").read_bytes()]
+        (folder / ending).mkdir()  # captures bring a database along
+        exports.export(folder / "run.rec", folder / ending / f"run.{ending}")
+        found[ending] = [(folder / ending / f"run.{ending}").read_bytes()]
     recorded = [(folder / "run.rec").read_bytes()]
     sheets = [file.read_bytes() for file in sorted(SHEET.parent.glob("*.eds"))]
     times = b'{"run knee.toml:100": [1.5, 30.0], "plot": [1, null]}'
-    found |= _databases(next(folder.glob("*.dbc"))) | _result(folder / "found") | {
+    found |= _databases(folder / "blf" / "run.dbc") | _result(folder / "found") | {
         "rec": recorded, "rec on the panel": recorded, "rec to identify": recorded,
         "toml": [(CONFIGS / f"hyq_{name}.toml").read_bytes() for name in ("knee", "leg")],
         "scenario": [f.read_bytes() for f in sorted((CONFIGS / "scenarios").glob("*.toml"))],
