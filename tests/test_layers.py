@@ -12,7 +12,7 @@ import hil_emulator
 PACKAGE = Path(hil_emulator.__file__).parent
 OWN = "hil_emulator"
 
-GROUND = {"errors", "frame", "units", "__version__"}
+GROUND = {"errors", "frame", "input_files", "units", "__version__"}
 """What every room but the model may know."""
 
 ROOMS = {

@@ -1,17 +1,31 @@
 """Frames in the log files of other tools, by python-can's own readers and writers."""
 
 import struct
-from collections.abc import Iterable, Iterator
+import zlib
+from collections.abc import Generator, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import can
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 
 _OBJECT, _HEADER = b"LOBJ", 16
 """What an object of a BLF file begins with, and the bytes of its shortest header."""
+
+_CONTAINER = struct.Struct("<4s4xIIH14x")
+"""Beginning of a container: signature, size, kind, method of compression."""
+
+_PACKED = (10, 2)
+"""Kind of a container, and the method of one that zlib has packed."""
+
+LARGEST_CONTAINER = 64 * input_files.MIB
+"""Unpacked size of a container [B]; Vector's tools write 128 KiB (assumed)."""
+
+MOST_FRAMES = 10_000_000
+"""Frames of a log: over an hour of 2,000 a second, in 2.5 GB of memory (assumed)."""
 
 _NS_PER_S = 1e9
 _LATEST_S = 4e9  # of a time in a log [s]: since 1970, until 2096 (assumed)
@@ -81,12 +95,17 @@ def captured(file: Path) -> Iterator[tuple[int, Frame]]:
 def _messages(file: Path) -> Iterator[can.Message]:
     """Yield the classical CAN messages of a log."""
     try:
+        input_files.check(file, input_files.CAPTURE)
         with _reader(file) as reader:
-            for message in reader:
+            for number, message in enumerate(reader):
+                if number >= MOST_FRAMES:
+                    raise UserError(f"{file}: has more than {MOST_FRAMES} frames; cut it")
                 if not abs(message.timestamp) <= _LATEST_S:
                     raise ValueError(f"a frame has the time {message.timestamp:g} s")
                 if not message.is_error_frame and not message.is_fd:
                     yield message
+    except UserError:
+        raise
     except OSError as error:
         raise UserError(f"{file}: cannot be read: {error.strerror or error}") from None
     except Exception as error:  # python-can's readers answer damage with many kinds of exception
@@ -94,11 +113,40 @@ def _messages(file: Path) -> Iterator[can.Message]:
 
 
 def _reader(file: Path) -> can.io.generic.MessageReader:
-    return _Objects(str(file)) if file.suffix.lower() == ".blf" else can.LogReader(str(file))
+    return _Objects(file) if file.suffix.lower() == ".blf" else can.LogReader(str(file))
 
 
 class _Objects(can.BLFReader):
-    """Reads a BLF file, but none whose objects end before they begin: it would never be read."""
+    """Reads a BLF file whose containers unpack to bounded sizes and whose objects have a size.
+
+    The base class unpacks a container whole, and never ends at an object without a size.
+    """
+
+    def __init__(self, file: Path) -> None:
+        super().__init__(str(file))
+        self._most = input_files.largest_unpacked(file)
+
+    def __iter__(self) -> Generator[can.Message, None, None]:
+        begin = self.file.tell()
+        self._check_containers()
+        self.file.seek(begin)
+        yield from super().__iter__()
+
+    def _check_containers(self) -> None:
+        unpacked = 0
+        while len(header := self.file.read(_CONTAINER.size)) == _CONTAINER.size:
+            signature, size, kind, method = _CONTAINER.unpack(header)
+            if signature != _OBJECT or size < _CONTAINER.size:
+                return  # the base class says what is wrong with it
+            packed = self.file.read(size - _CONTAINER.size + size % 4)
+            if (kind, method) == _PACKED:
+                unpacker = zlib.decompressobj()
+                unpacked += len(unpacker.decompress(packed, LARGEST_CONTAINER))
+                if unpacker.unconsumed_tail or unpacked > self._most:
+                    raise ValueError(
+                        f"a container unpacks to more than {LARGEST_CONTAINER} bytes, or all "
+                        f"to more than {self._most}"
+                    )
 
     def _parse_data(self, data: bytes) -> Iterator[can.Message]:
         at = data.find(_OBJECT, 0, 8)

@@ -7,6 +7,7 @@ from typing import Any
 
 import cantools
 
+from hil_emulator import input_files
 from hil_emulator.captures.carrier import COUNTER, SHARE, Carrier, Signal, channel_of
 from hil_emulator.device.pdo import SYNC_CYCLIC_MAX
 from hil_emulator.errors import UserError
@@ -31,8 +32,11 @@ def from_file(file: Path, names: Mapping[str, str]) -> list[Carrier]:
 
     """
     try:
+        input_files.check(file, input_files.DATABASE)
         database: Any = cantools.database.load_file(file, strict=False)
         found = [_carrier(message, names) for message in database.messages]
+    except UserError:
+        raise
     except Exception as error:  # cantools answers damage with many kinds of exception
         text = getattr(error, "strerror", None) or str(error)
         raise UserError(f"{file}: is not a usable database of messages: {text}") from None
@@ -44,6 +48,20 @@ def from_file(file: Path, names: Mapping[str, str]) -> list[Carrier]:
             "meaning with --channel position=NAME"
         )
     return useful
+
+
+def _check_places(message: Any) -> None:
+    """Raise ValueError where a signal does not lie inside the frame of its message."""
+    for signal in message.signals:
+        first, bits = signal.start, 8 * message.length
+        if signal.byte_order == "big_endian":  # numbered from the highest bit of each byte
+            first = 8 * (first // 8) + 7 - first % 8
+        if first + signal.length > bits:
+            raise ValueError(
+                f"signal {signal.name} of message {message.name} ends with bit "
+                f"{first + signal.length}, and its frame has {bits} bits; correct its place or "
+                "the length of the message"
+            )
 
 
 def _carrier(message: Any, names: Mapping[str, str]) -> Carrier:
@@ -59,6 +77,8 @@ def _carrier(message: Any, names: Mapping[str, str]) -> Carrier:
     commanded = any(s.name == SET_POINT for s in signals)
     synchronous = commanded and stated is not None and int(stated[1]) <= SYNC_CYCLIC_MAX
     useful = any(s.name in KNOWN for s in signals)
+    if useful:
+        _check_places(message)
     return Carrier(
         message.name, message.frame_id, bool(message.is_extended_frame), 1,
         tuple(signals) if useful else (), lambda data: _decoded(message, data),
@@ -73,5 +93,8 @@ def _channel(name: str, unit: str) -> str:
 
 
 def _decoded(message: Any, data: bytes) -> dict[str, float]:
-    values = message.decode(data, decode_choices=False, allow_truncated=True)
-    return {name: float(value) for name, value in values.items() if not isinstance(value, str)}
+    try:
+        values = message.decode(data, decode_choices=False, allow_truncated=True)
+        return {name: float(value) for name, value in values.items() if not isinstance(value, str)}
+    except (cantools.Error, ValueError, LookupError, OverflowError):  # such as no such multiplexer
+        return {}

@@ -65,13 +65,14 @@ def table(
     reference = max((s for s, _, _ in readings.values()), key=lambda s: len(s.time))
     period = samples.period_of(reference, notes)
     number = samples.numbers_of(reference, period, notes)
-    rows = int(number[-1]) + 1
+    number, sample = samples.without_pauses(number, period)
+    rows = len(sample)
     if rows > LONGEST:
         raise UserError(f"{rows} samples; at most {LONGEST} fit one experiment: cut the capture")
     streams = {id(s): s for s, _, _ in readings.values()}
     numbers = {i: samples.joined(s, reference, number, notes) for i, s in streams.items()}
     together = [(streams[i], n) for i, n in numbers.items() if n is not None]
-    columns = [LogColumn(TIME, "s", np.asarray(np.arange(rows) * period, np.float64))]
+    columns = [LogColumn(TIME, "s", np.asarray(sample * period, np.float64))]
     for name, (stream, key, unit) in readings.items():
         values = _values(stream, key, numbers[id(stream)], reference, number, rows)
         columns.append(LogColumn(name, unit, values))
@@ -128,6 +129,12 @@ def _remarks(traffic: Traffic) -> list[str]:
     notes = []
     if traffic.short:
         notes.append(f"{traffic.short} frames were too short for their PDO, and left out")
+    for stream in traffic.streams.values():
+        lacking = [
+            s.name for s in stream.carrier.signals if not np.isfinite(stream.values[s.key]).any()
+        ]
+        if lacking:
+            notes.append(f"no frame of {stream.carrier.name} holds {', '.join(lacking)}")
     for code, times in sorted(traffic.emergencies.items()):
         if code:
             notes.append(f"emergency {code:04X} was sent {times} times")

@@ -24,6 +24,9 @@ FEWEST = 50
 PAUSE = 1.7
 """Usual steps from which a step is no longer a late frame but more than one sample."""
 
+LONG_PAUSE = 60.0
+"""Pause without frames of the reference that parts a capture [s] (assumed)."""
+
 PHASE_LOCK = 0.05
 """Part of a frame's deviation by which the expected phase follows it."""
 
@@ -86,6 +89,25 @@ def numbers_of(reference: Stream, period: float, notes: list[str]) -> Places:
     if lost:
         notes.append(f"{lost} samples of {reference.carrier.name} are missing")
     return number
+
+
+def without_pauses(number: Places, period: float) -> tuple[Places, Places]:
+    """Leave out what lies in long pauses, where a table would hold nothing.
+
+    Args:
+        number: of the sample of each frame of the reference.
+        period: of the samples [s].
+
+    Returns:
+        The row of each frame, and the number of the sample of each row.
+
+    """
+    steps = np.diff(number, prepend=number[:1])
+    gone = np.cumsum(np.where(steps * period > LONG_PAUSE, steps - 1, 0))
+    row = number - gone
+    rows = np.arange(int(row[-1]) + 1)
+    before = np.searchsorted(row, rows, side="right") - 1
+    return row, rows + gone[before]
 
 
 def _whole(values: Array) -> Places:

@@ -32,10 +32,12 @@ class Stream:
 
     @property
     def count(self) -> Array | None:
-        """The device's own count of samples, without its wrapping; None where it sends none."""
+        """The device's own count of samples, without its wrapping; None where a frame has none."""
         modulus = self.carrier.counter_modulus
         keys = [s.key for s in self.carrier.signals if s.name == COUNTER]
         if not modulus or not keys or not len(self.time):
+            return None
+        if not np.isfinite(self.values[keys[0]]).all():
             return None
         steps = np.mod(np.diff(self.values[keys[0]]), modulus)
         return np.concatenate([[self.values[keys[0]][0]], self.values[keys[0]][0] + steps.cumsum()])

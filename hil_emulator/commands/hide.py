@@ -2,10 +2,10 @@
 
 import csv
 import hashlib
-import json
 import re
 import secrets
 import shutil
+import warnings
 from collections.abc import Sequence
 from itertools import count
 from pathlib import Path
@@ -13,6 +13,7 @@ from pathlib import Path
 import click
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.errors import UserError
@@ -23,12 +24,16 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.measured.reading import SET_POINT
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.panel.result_folder import result_of
 from hil_emulator.platform.output_files import Staging, new_files, refuse_existing
 from hil_emulator.platform.paths import cache_folder, near, shipped
 from hil_emulator.units import factor
 
 NOTHING = "nothing"
 """Said in place of an effect: the machine deviates, drifts and is noisy, and lacks nothing."""
+
+SHORTEST, UNEVEN = 1e-5, 0.02
+"""Sample period of a stimulus [s], and by how much of it a step may differ (assumed)."""
 
 PARTS = {"training": practice.TRAINING, "validation": practice.VALIDATION}
 """Folders of a practice ground, and the experiments in them."""
@@ -122,7 +127,7 @@ def reveal(out: Path) -> None:
         click.echo(f"hidden    {words}")
     for file in (out / "found" / "result.json", out / "result.json"):
         if file.is_file():
-            result = json.loads(file.read_text(encoding="utf-8"))
+            result = result_of(file)
             click.echo(f"result    {near(file)}: {result['verdict']}")
             click.echo("\n".join(sealed.compared(truth, result)))
             return
@@ -221,8 +226,14 @@ def _write(e: Experiment, file: Path) -> None:
 def _stimulus(file: Path, ground: Ground) -> Target:
     """Read a stimulus file of `hil-emulator experiment`."""
     try:
-        time, position = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2).T
-        period = float(np.median(np.diff(time)))
+        input_files.check(file, input_files.COURSE)
+        with warnings.catch_warnings(action="ignore"):  # of a file without rows
+            time, position = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2).T
+        steps = np.diff(time)
+        period = float(np.median(steps)) if len(steps) else 0.0
+        even = np.all(np.abs(steps - period) < UNEVEN * period)
+        if not (even and period >= SHORTEST and np.isfinite(position).all()):
+            raise ValueError(f"its times do not rise evenly by {SHORTEST:g} s or more")
     except (OSError, ValueError) as error:
         raise UserError(
             f"{file}: no stimulus: {error}; write one with `hil-emulator experiment NAME`"

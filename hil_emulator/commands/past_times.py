@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from hil_emulator import input_files
+from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import cache_folder
 
 NAME = "times.json"
@@ -65,9 +67,9 @@ def remember(name: str, work: float, compiling: float) -> None:
 def _all() -> dict[str, list[float | None]]:
     """Return what is remembered; nothing where the file is missing or damaged."""
     try:
-        found = json.loads((cache_folder() / NAME).read_text())
+        found = input_files.read_json(cache_folder() / NAME, input_files.PARAMETERS)
         return {str(name): [*map(_seconds, pair)] for name, pair in found.items() if len(pair) == 2}
-    except (OSError, ValueError, TypeError, AttributeError):
+    except (UserError, OSError, ValueError, TypeError, AttributeError, OverflowError):
         return {}
 
 

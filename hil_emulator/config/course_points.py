@@ -6,10 +6,14 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.units import to_si
 
 NS_PER_S = 1e9
+
+LATEST_S = 1e9
+"""Of a course [s]: thirty years (assumed)."""
 
 Points = tuple[tuple[int, float], ...]
 """Time [ns] and value [digits] of each corner of a course."""
@@ -41,6 +45,7 @@ def column(file: Path, name: str) -> Points:
 
     """
     try:
+        input_files.check(file, input_files.COURSE)
         with file.open(newline="", encoding="utf-8-sig") as text:
             header, *rows = list(csv.reader(text))
     except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
@@ -62,13 +67,16 @@ def _checked(rows: Iterable[tuple[float, float]]) -> Points:
         rows: times [s] and values.
 
     Raises:
-        ValueError: there is none, a value is no number, or the times do not rise from 0 or later.
+        ValueError: there is none, a value is no number, or the times do not rise from 0 to
+            `LATEST_S`.
 
     """
     given = list(rows)
     for number in itertools.chain.from_iterable(given):
         if not isinstance(number, int | float) or not math.isfinite(number):
             raise ValueError(f"{number!r} is no number of a course")
+    if any(abs(time) > LATEST_S for time, _ in given):
+        raise ValueError(f"a time of a course is later than {LATEST_S:g} s")
     found = tuple((round(time * NS_PER_S), float(value)) for time, value in given)
     times = [time for time, _ in found]
     if not times or times[0] < 0 or any(b <= a for a, b in itertools.pairwise(times)):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hil_emulator import input_files
 from hil_emulator.config import datasheet
 from hil_emulator.config.effect_files import read_effects
 from hil_emulator.config.toml_file import parse_toml
@@ -73,7 +74,7 @@ def _own_effects(file: Path, layer: dict[str, Any], admit: Admit) -> list[Effect
     for name in named if isinstance(named, list) else []:
         path = file.parent / str(name)
         try:
-            content = path.read_bytes()
+            content = input_files.read_bytes(path, input_files.EFFECTS)
             admit(path, content)
             found += read_effects(path, content)
         except UserError:

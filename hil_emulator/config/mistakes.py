@@ -17,6 +17,9 @@ _NODE = """    [[node]]
     eds = "hydraulic_actuator.eds"      # a path from the configuration's file"""
 
 
+SHOWN = 50
+"""Mistakes that a message lists; it counts the others."""
+
 _GONE = {
     ("valve", "reynolds_discharge"): (
         "every edge is laminar below a Reynolds number now; for its flow number lambda_c give "
@@ -34,8 +37,10 @@ def describe(
     files: Sequence[Path],
 ) -> str:
     """Return one message that lists every mistake with its file, path and remedy."""
-    lines = [_line(mistake, model, merged, origin, files) for mistake in error.errors()]
-    count = "1 mistake" if len(lines) == 1 else f"{len(lines)} mistakes"
+    mistakes = error.errors()
+    lines = [_line(mistake, model, merged, origin, files) for mistake in mistakes[:SHOWN]]
+    lines += [f"and {len(mistakes) - SHOWN} more"] if len(mistakes) > SHOWN else []
+    count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
     return "\n".join([f"{count} in the configuration:", *(f"  {line}" for line in lines)])
 
 

@@ -1,13 +1,19 @@
 """A TOML file as a table, or one message about what is wrong with it."""
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 
 DEEPEST = 16
 """Levels of tables and arrays; those of this program need 5 (assumed)."""
+
+_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+_DOTTED = re.compile(rf"""(?<![\w."'-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{DEEPEST}}}""")
+"""A key of more parts than that: `tomllib` needs time and memory by the square of their number."""
 
 
 def read_toml(file: Path, what: str) -> dict[str, Any]:
@@ -28,11 +34,11 @@ def read_text(file: Path, what: str) -> str:
     """Return the text of a file.
 
     Raises:
-        UserError: if it cannot be read.
+        UserError: if it cannot be read, is too large or no regular file.
 
     """
     try:
-        return file.read_text(encoding="utf-8")
+        return input_files.read_text(file, input_files.CONFIGURATION)
     except FileNotFoundError:
         raise UserError(f"{file}: no such file; name an existing {what} (TOML)") from None
     except IsADirectoryError:
@@ -50,6 +56,8 @@ def parse_toml(file: Path, text: str) -> dict[str, Any]:
         UserError: if it is not TOML, or nests deeper than `DEEPEST`.
 
     """
+    if _DOTTED.search(text):
+        raise UserError(_too_deep(file))
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -58,18 +66,9 @@ def parse_toml(file: Path, text: str) -> dict[str, Any]:
         raise UserError(_too_deep(file)) from None
     except ValueError as error:  # a number that Python refuses
         raise UserError(f"{file}: cannot be read: {error}") from None
-    level: list[Any] = [content]
-    for _ in range(DEEPEST):
-        level = [inner for outer in level for inner in _inside(outer)]
-    if level:
+    if input_files.is_deeper(content, DEEPEST):
         raise UserError(_too_deep(file))
     return content
-
-
-def _inside(value: Any) -> list[Any]:
-    if isinstance(value, dict):
-        return list(value.values())
-    return value if isinstance(value, list) else []
 
 
 def _too_deep(file: Path) -> str:

@@ -25,7 +25,7 @@ class History:
     Args:
         width: columns of a row.
         tick: period of the ticks [s].
-        ticks: how many to keep as they are; as many as `LONGEST_S` has in all.
+        ticks: how many to keep, of a recording; None for a live bench: `LONGEST_S` in all.
 
     Attributes:
         begin: number of the first tick that is known at all.
@@ -33,11 +33,12 @@ class History:
 
     """
 
-    def __init__(self, width: int, tick: float, ticks: int = _FINE_TICKS) -> None:
+    def __init__(self, width: int, tick: float, ticks: int | None = None) -> None:
         self.tick = tick
         self.begin = self.end = 0
-        self._fine = np.full((ticks, width), np.nan, np.float32)
-        buckets = max(ticks, round(LONGEST_S / tick)) // COARSE + 2
+        fine = ticks or _FINE_TICKS
+        self._fine = np.full((fine, width), np.nan, np.float32)
+        buckets = (ticks or max(fine, round(LONGEST_S / tick))) // COARSE + 2
         self._low = np.full((buckets, width), np.nan, np.float32)
         self._high = self._low.copy()
         self._empty = True

@@ -43,9 +43,8 @@ class LiveState:
         ticks: int | None = None,
     ) -> None:  # fmt: skip
         tick = header["tick_ns"] * 1e-9
-        kept = {} if ticks is None else {"ticks": ticks}
         self.columns = dict(columns)
-        self.history = History(len(columns), tick, **kept)
+        self.history = History(len(columns), tick, ticks)
         self.traffic = Frames(header, bit_rate)
         self.events: deque[tuple[int, float, str]] = deque(maxlen=_EVENTS)
         self.listeners: list[Callable[[int, bytes], None]] = []

@@ -1,7 +1,6 @@
 """What is over, on the same page: a recording, or what an identification has found."""
 
 import asyncio
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,10 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import UNITS
 from hil_emulator.panel import session_info
 from hil_emulator.panel.live_state import LiveState, of_recording
+from hil_emulator.panel.result_folder import MODELS, RESULT, TRACES, Trace, result_of, traces_of
 from hil_emulator.panel.source import FRAMES_PER_S
 from hil_emulator.protocol.base import Answer, Request
 from hil_emulator.recording import SUFFIX, journal
-
-RESULT, TRACES = "result.json", "traces.npz"
-"""Files of a folder that `identify --out` writes."""
 
 
 class OfflineSource:
@@ -100,15 +97,8 @@ def _configuration(header: Mapping[str, Any]) -> Configuration | None:
 
 
 def _identification(folder: Path) -> OfflineSource:
-    try:
-        result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
-        with np.load(folder / TRACES, allow_pickle=False) as file:
-            traces = {name: file[name] for name in file.files}
-        logs = _logs(traces)
-    except (OSError, ValueError, KeyError) as error:
-        raise UserError(
-            f"{folder}: not the folder of an identification: {error}; write one with identify --out"
-        ) from None
+    result, traces = result_of(folder / RESULT), traces_of(folder / TRACES)
+    logs = {log: _state(traces[log]) for log in sorted(traces)}
     if not logs:
         raise UserError(f"{folder}: its identification kept no measured channel")
     return OfflineSource(
@@ -126,35 +116,18 @@ def _identification(folder: Path) -> OfflineSource:
     )
 
 
-def _logs(traces: Mapping[str, Any]) -> dict[str, LiveState]:
-    """Return each log with what was measured and what both models say, by channel.
-
-    `traces` holds `LOG/CHANNEL|PART`, see `identify.disagreement.gap.traces`.
-    """
-    found: dict[str, dict[str, Any]] = {}
-    for name in {key.rpartition("|")[0] for key in traces}:
-        log, _, channel = name.rpartition("/")
-        parts = {p: traces[f"{name}|{p}"] for p in ("time", "measured", *_MODELS.values())}
-        free = {p: traces[f"{name}|free_{p}"] for p in _MODELS.values()}
-        table = found.setdefault(log, {"time": parts["time"]})
-        table[channel] = parts["measured"]
-        for word, part in _MODELS.items():
-            error = free[part] if np.isfinite(free[part]).any() else parts[part]
-            table[f"{channel}.{word}"] = parts["measured"] - error
-    return {log: _state(found[log]) for log in sorted(found)}
-
-
-_MODELS = {"configured": "before", "found": "after"}
-"""What a model is called here, by what its errors are called in the file."""
-
-
-def _state(table: Mapping[str, Any]) -> LiveState:
-    time = table["time"]
-    if len(time) < 2:
-        raise ValueError("a log of less than two samples")
+def _state(channels: Mapping[str, Trace]) -> LiveState:
+    """Return a log with what was measured and what both models say, by channel."""
+    time = next(iter(channels.values()))["time"]
+    table = {"time": time}
+    for channel, trace in sorted(channels.items()):
+        table[channel] = trace["measured"]
+        for word, part in MODELS.items():
+            free = trace[f"free_{part}"]
+            error = free if np.isfinite(free).any() else trace[part]
+            table[f"{channel}.{word}"] = trace["measured"] - error
     header = {"tick_ns": round(float(time[1] - time[0]) * 1e9), "messages": []}
-    names = ["time", *sorted(set(table) - {"time"})]
-    units = {name: UNITS.get(name.partition(".")[0], "1") for name in names} | {"time": "s"}
+    units = {name: UNITS.get(name.partition(".")[0], "1") for name in table} | {"time": "s"}
     state = LiveState(header, units, FASTEST, len(time))
-    state.history.append(np.column_stack([table[name] for name in names]))
+    state.history.append(np.column_stack(list(table.values())))
     return state

@@ -1,11 +1,11 @@
 """What a recording's header has to look like: a file may be damaged, or made by anybody."""
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 from hil_emulator.errors import UserError
+from hil_emulator.input_files import MIB, parse_json
 
 _FIELD = {
     "name": str, "start": int, "bits": int, "signed": bool, "real": bool, "factor": float,
@@ -38,6 +38,12 @@ object of texts."""
 OPTIONAL = {"nodes", "configuration", "effects", "services", "supply_mates"}
 """Keys that recordings of earlier versions lack."""
 
+LARGEST = 16 * MIB
+"""Of a header [B]: sixteen configurations of the size that is allowed."""
+
+SHORTEST_NS, LONGEST_NS = 10_000, 1_000_000_000
+"""Of a tick [ns]: ten times beyond what a configuration may have."""
+
 _EVENT_DRIVEN = 255
 """Transmission type of a PDO that says nothing of its cadence (CiA 301 7.5.2.36)."""
 
@@ -53,9 +59,9 @@ def header_of_entry(file: Path, payload: bytes) -> dict[str, Any]:
 
     """
     try:
-        content = _of_today(json.loads(payload))
+        content = _of_today(parse_json(payload)) if len(payload) <= LARGEST else {}
         sound = _is_header(content)
-    except (LookupError, TypeError, ValueError, RecursionError):
+    except (LookupError, TypeError, ValueError):
         sound = False
     if not sound:
         raise UserError(f"{file}: its header is damaged; nothing in it can be trusted")
@@ -101,7 +107,7 @@ def _is_header(content: Any) -> bool:
         "time" in content["columns"]
         and {"configuration", "digest"} <= content["provenance"].keys()
         and content["seed"] >= 0
-        and content["tick_ns"] > 0
+        and SHORTEST_NS <= content["tick_ns"] <= LONGEST_NS
         and all(len(pair) == 2 for pair in content.get("nodes", []))
         and all(map(_is_place, fields))
     )

@@ -25,10 +25,12 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.input_files import RECORDING, RECORDING_IN_PARTS, Limit, parse_json
 from hil_emulator.recording import SUFFIX
-from hil_emulator.recording.header_shape import header_of_entry
+from hil_emulator.recording.header_shape import LARGEST, header_of_entry
 
 _NAME = b"HILREC"
 MAGIC = _NAME + b"2\n"
@@ -111,14 +113,19 @@ class Recording:
         return {name: self.rows[:, i] for i, name in enumerate(self.units)}
 
 
-def entries(file: Path) -> Iterator[tuple[EntryKind, bytes]]:
+def entries(file: Path, limit: Limit = RECORDING_IN_PARTS) -> Iterator[tuple[EntryKind, bytes]]:
     """Yield the complete entries of a journal, the header first.
+
+    Args:
+        file: the file.
+        limit: of its size.
 
     Raises:
         UserError: if the file is no journal, cannot be read or is damaged.
 
     """
     try:
+        input_files.check(file, limit)
         with file.open("rb") as stream:
             begins = stream.read(len(MAGIC))
             if begins not in _READABLE and begins.startswith(_NAME):
@@ -184,8 +191,8 @@ def _is_sound(kind: int, payload: bytes, width: int) -> bool:
             return timely and all(f[0] <= _LARGEST_ID and f[2] <= _DATA_BYTES for f in frames)
         case EntryKind.EVENT:
             try:
-                what = json.loads(payload[_TIME.size :])
-            except (ValueError, RecursionError):
+                what = parse_json(payload[_TIME.size :]) if len(payload) <= LARGEST else None
+            except ValueError:
                 return False
             return isinstance(what, dict) and _TIME.unpack_from(payload)[0] >= 0
     return False
@@ -215,7 +222,7 @@ def read(file: Path) -> Recording:
     rows: list[bytes] = []
     found: list[tuple[int, bool, Frame]] = []
     events: list[tuple[int, dict[str, Any]]] = []
-    for kind, payload in entries(file):
+    for kind, payload in entries(file, RECORDING):
         match kind:
             case EntryKind.HEADER:
                 header = header_of_entry(file, payload)

@@ -4,11 +4,13 @@ import dataclasses
 import hashlib
 import struct
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration, load_rig
 from hil_emulator.errors import UserError
@@ -222,7 +224,9 @@ def _profile(folder: Path, profile: SignalProfile) -> tuple[Curve, Curve]:
     """
     file = folder / profile.file
     try:
-        rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
+        input_files.check(file, input_files.COURSE)
+        with warnings.catch_warnings(action="ignore"):  # of a file without rows
+            rows = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
         times, values = rows.T
     except (OSError, ValueError) as error:
         raise UserError(

@@ -14,6 +14,7 @@ from pydantic import (
     model_validator,
 )
 
+from hil_emulator.config.mistakes import SHOWN
 from hil_emulator.config.table import StrictTable
 from hil_emulator.config.toml_file import read_toml
 from hil_emulator.errors import UserError, brief
@@ -219,9 +220,11 @@ def load(file: Path) -> Scenario:
     try:
         return Scenario.model_validate(read_toml(file, "scenario"))
     except ValidationError as error:
+        mistakes = error.errors()
         lines = [
             f"{file}: {'.'.join(str(part) for part in e['loc'])}: "
             f"{_told(e['loc'], e['type']) or e['msg'].removeprefix('Value error, ')}"
-            for e in error.errors()
+            for e in mistakes[:SHOWN]
         ]
+        lines += [f"{file}: and {len(mistakes) - SHOWN} more"] if len(mistakes) > SHOWN else []
         raise UserError("\n".join(lines)) from None

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from hil_emulator import input_files
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.storage import Values
 from hil_emulator.errors import UserError
@@ -43,7 +44,8 @@ class ParameterFile:
         self._is_refused = False
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            text = path.read_text(encoding="utf-8") if path.exists() else ""
+            there = path.exists()
+            text = input_files.read_text(path, input_files.PARAMETERS) if there else ""
         except UnicodeDecodeError:
             text = "no text"
         except OSError as error:
@@ -53,8 +55,8 @@ class ParameterFile:
             ) from None
         if text:
             try:
-                self._values = _values(json.loads(text), self._device)
-            except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+                self._values = _values(input_files.parse_json(text), self._device)
+            except (ValueError, KeyError, TypeError, AttributeError) as error:
                 self._is_refused = True
                 reason = error if isinstance(error, _RefusedError) else "it is damaged"
                 tell(f"{path}: not used, {reason}; node {dictionary.node_id} starts with defaults")

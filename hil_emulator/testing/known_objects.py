@@ -1,6 +1,5 @@
 """What a stock master knows of a node whose EDS stock `canopen` cannot read."""
 
-import configparser
 from pathlib import Path
 
 import canopen
@@ -22,7 +21,7 @@ def known_objects(eds: Path, dictionary: Dictionary) -> canopen.ObjectDictionary
     """
     try:
         return canopen.import_od(str(eds), dictionary.node_id)
-    except (configparser.Error, LookupError, ValueError, TypeError):
+    except Exception:  # `canopen` answers what it does not expect with many kinds of exception
         return _converted(dictionary)
 
 

@@ -1,1 +1,1 @@
-"""Attacks as tests and as longer studies: `python -m tests.fuzz files|requests|frames`."""
+"""Attacks as tests and as longer studies: `python -m tests.fuzz requests|frames`, `campaign`."""

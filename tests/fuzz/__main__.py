@@ -10,23 +10,14 @@ import warnings
 def main() -> int:
     """Run one; exit code 1 if anything has ended in a traceback."""
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz")
-    parser.add_argument("attack", choices=["files", "requests", "frames"])
+    parser.add_argument("attack", choices=["requests", "frames"])
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", default="", help="one reader of files")
     given = parser.parse_args()
     logging.disable(logging.CRITICAL)  # libraries log what they refuse
     warnings.simplefilter("ignore")
     begin = time.monotonic()
-    if given.attack == "files":
-        from tests.fuzz.files import Study
-
-        study = Study(given.seed)
-        study.run(given.count, given.only)
-        study.close()
-        print(study.report())
-        failed = len(study.failures)
-    elif given.attack == "requests":
+    if given.attack == "requests":
         from tests.fuzz.requests import attack
 
         failed = attack(given.count, given.seed)

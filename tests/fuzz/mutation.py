@@ -1,9 +1,12 @@
 """Small damage to a file, aimed at what its structure is made of."""
 
+import io
 import random
 import re
+import zipfile
 
 _TOKEN = re.compile(rb"[A-Za-z_][A-Za-z0-9_]*|\d+(?:\.\d+)?|\"[^\"\n]*\"|[\[\]{}<>=,:;]")
+_ZIP = b"PK\x03\x04"
 STRANGE = (
     *(b"", b"0", b"-1", b"1e999", b"-1e308", b"nan", b"inf", b"1e-320", b"true", b"null", b"{}"),
     *(b"9" * 30, b"9" * 5000, b"[" * 2000, b'{"a":' * 1000, b"a." * 2000, b"0x7fffffffffffffff"),
@@ -14,10 +17,27 @@ STRANGE = (
 
 
 def mutated(chance: random.Random, content: bytes) -> bytes:
-    """Return a file's content with one to four kinds of damage."""
+    """Return a file's content with one to four kinds of damage; in archives often of a member."""
+    if content.startswith(_ZIP) and chance.random() < 0.6:
+        return _in_archive(chance, content)
     for _ in range(chance.choice((1, 1, 1, 2, 4))):
         content = chance.choice(DAMAGES)(chance, content)
     return content
+
+
+def _in_archive(chance: random.Random, content: bytes) -> bytes:
+    """Damage a member of an archive, whose checksum is right afterwards."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    name = chance.choice(list(members))
+    members[name] = mutated(chance, members[name])
+    if chance.random() < 0.1:
+        members[chance.choice((*members, "x.npy", "../x.npy", "\u00e9"))] = members.pop(name)
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for member, data in members.items():
+            archive.writestr(member, data)
+    return out.getvalue()
 
 
 def _flipped(chance: random.Random, content: bytes) -> bytes:

@@ -138,3 +138,72 @@ def test_two_devices_with_phases_of_their_own(tmp_path: Path) -> None:
     inside = np.isfinite(read.readings["position"])
     assert inside.mean() > 0.98
     np.testing.assert_allclose(read.readings["position"][inside], swing[inside], atol=2e-6)
+
+
+@pytest.mark.parametrize(("old", "new"), [
+    ("Sensors: 8", "Sensors: 5"),
+    ("24|32@1-", "40|32@1-"),
+    ("7|16@0+", "55|32@0+"),
+    ("Sensors: 8", "Sensors: 0"),
+])  # fmt: skip
+def test_a_signal_beyond_its_frame_is_named(tmp_path: Path, old: str, new: str) -> None:
+    """In either byte order: the message says which signal, where it ends and how long the frame."""
+    file = described(tmp_path)
+    file.write_text(file.read_text().replace(old, new))
+    meaning = Meaning(databases=[file], names=pairs(["pressure_a=Pa", "position=CylPos"]))
+    with pytest.raises(
+        UserError, match=r"machine\.dbc: .* signal \w+ of message Sensors ends with"
+    ):
+        experiments([capture(tmp_path / "log.asc")], reference(), meaning)
+
+
+def test_frames_shorter_than_described_lack_a_signal(tmp_path: Path) -> None:
+    """A note says which; a counter that is missing numbers no samples."""
+    file = described(tmp_path)
+    text = file.read_text().replace("Sensors: 8", "Sensors: 16")
+    counter = ' SG_ sample_counter : 64|16@1+ (1,0) [0|0] "" PLC\n'
+    file.write_text(text.replace(" SG_ Kind", counter + " SG_ Kind"))
+    names = pairs(["pressure_a=Pa", "position=CylPos"])
+    meaning = Meaning(databases=[file], names=names, rated_current=0.01)
+    (found,) = experiments([capture(tmp_path / "log.asc")], reference(), meaning)
+    assert found.samples == SAMPLES
+    assert any("no frame of Sensors holds sample_counter" in note for note in found.notes)
+
+
+def test_frames_that_no_multiplexer_knows_hold_nothing(tmp_path: Path) -> None:
+    """The pressure of kind 3 is in no frame of kind 0: it is said, and the position is read."""
+    file = described(tmp_path)
+    text = file.read_text().replace("SG_ Kind :", "SG_ Kind M :")
+    file.write_text(
+        text.replace("SG_ Pa :", "SG_ Pa m3 :").replace("SG_ CylPos :", "SG_ CylPos m3 :")
+    )
+    meaning = Meaning(databases=[file], names=pairs(["pressure_a=Pa", "position=CylPos"]))
+    with pytest.raises(UserError, match=r"log\.asc"):
+        experiments([capture(tmp_path / "log.asc")], reference(), meaning)
+
+
+def test_a_night_and_a_wrong_time_in_a_capture(tmp_path: Path) -> None:
+    """A pause of eight hours parts it in two; a frame of another year is left out with a note."""
+    file = tmp_path / "log.asc"
+    with can.Logger(str(file)) as log:
+        for k in range(SAMPLES):
+            data = struct.pack(">H", 8000) + b"\0" + struct.pack("<i", 300_000 + 100 * k) + b"\0"
+            times = [TIME[k] + (28_800.0 if k >= 100 else 0.0), *([4e8] if k == 150 else [])]
+            for time in times:
+                log(can.Message(time, 2364540158 & 0x1FFFFFFF, True, data=data, channel=0))
+    meaning = Meaning(
+        databases=[described(tmp_path)], names=pairs(["pressure_a=Pa", "position=CylPos"])
+    )
+    first, second = experiments([file], reference(), meaning)
+    assert (first.samples, second.samples) == (100, SAMPLES - 100)
+    np.testing.assert_allclose(second.readings["position"][:3], [41e-3, 41.01e-3, 41.02e-3])
+    assert any("far from all others, left out: 1" in note for note in first.notes)
+
+
+def test_a_factor_beyond_numbers_gives_no_values(tmp_path: Path) -> None:
+    """A signal whose values no float can hold is in no frame."""
+    file = described(tmp_path)
+    file.write_text(file.read_text().replace("(0.0001,10)", f"({'9' * 400},0)"))
+    meaning = Meaning(databases=[file], names=pairs(["pressure_a=Pa", "position=CylPos"]))
+    with pytest.raises(UserError, match=r"log\.asc"):
+        experiments([capture(tmp_path / "log.asc")], reference(), meaning)

@@ -69,7 +69,8 @@ def test_opening_tells_truth_and_verdict(ground: Path) -> None:
     found = {"name": "internal_leakage", "value": 1.6e-13, "interval": [1.5e-13, 1.65e-13],
              "group": []}  # fmt: skip
     other = {"name": "gravity", "value": 5.0, "interval": [1.0, 9.0], "group": []}
-    result = {"verdict": "missing_effects", "effects": [found, other]}
+    result = {"verdict": "missing_effects", "effects": [found, other], "reason": "", "gap": {}}
+    result["gap_measure"] = "N"
     (ground / "found" / "result.json").write_text(json.dumps(result))
     told = said("hide", "--open", ground)
     assert "hidden    internal_leakage: conductance = 1.7e-13" in told

@@ -1,13 +1,15 @@
 """Recorded tables: units, order, and everything that can be wrong with them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.data import load_experiments
+from hil_emulator.identify.measured.data import experiments, load_experiments
 from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.measured.reading import MeasuredFile, Series
 
 
 def written(folder: Path, header: str, columns: list[np.ndarray]) -> Path:
@@ -140,7 +142,7 @@ def test_pauses_that_leave_no_experiment_are_refused(tmp_path: Path) -> None:
         tmp_path, "time [s],valve_current [mA],position [mm]",
         [TIME[kept], np.sin(7.0 * TIME[kept]), TIME[kept]],
     )  # fmt: skip
-    with pytest.raises(UserError, match=r"rows are missing .* none of the parts has the 50"):
+    with pytest.raises(UserError, match=r"rows are missing, .* none of the parts has the 50"):
         load_experiments([file])
 
 
@@ -166,3 +168,53 @@ def test_rows_in_disorder_are_one_experiment(tmp_path: Path) -> None:
     time = np.random.default_rng(1).permutation(TIME)
     (read,) = load_experiments([written(tmp_path, "time [s],position [mm]", [time, time * 1e3])])
     np.testing.assert_allclose(np.diff(read.readings["position"]), 1e-3, atol=1e-9)
+
+
+@pytest.mark.parametrize("at", [200, 150, 0])
+@pytest.mark.parametrize("stamp", [1.76e9, 86_400.0, 1e300, -1e300])
+def test_a_row_with_a_wrong_time_is_left_out(tmp_path: Path, at: int, stamp: float) -> None:
+    """Wherever it stands in the file: it is noted, and the others are one experiment."""
+    time, position = np.insert(TIME, at, stamp), np.insert(TIME, at, 0.5) * 1e3
+    for more in ({}, {"valve_current [mA]": np.sin(7.0 * time.clip(-1.0, 1.0))}):
+        columns = {"time [s]": time, "position [mm]": position} | more
+        e = only(written(tmp_path, ",".join(columns), list(columns.values())))
+        assert e.samples == len(TIME)
+        np.testing.assert_allclose(e.readings["position"], TIME, atol=1e-9)
+        assert any("rows with a time far from all others, left out: 1" in n for n in e.notes)
+
+
+def test_a_night_parts_a_log(tmp_path: Path) -> None:
+    """Without a set point as with one, in order or not: the grid has no row of the pause."""
+    order = np.random.default_rng(1).permutation(2 * len(TIME))
+    time = np.concatenate([TIME, TIME + 86_400.0])
+    for rows in (np.arange(len(time)), order):
+        file = written(tmp_path, "time [s],position [mm]", [time[rows], time[rows] % 1e4 * 1e3])
+        first, second = load_experiments([file])
+        assert (first.samples, second.samples) == (len(TIME), len(TIME))
+        np.testing.assert_allclose(second.readings["position"], TIME + 6_400.0, atol=1e-6)
+        assert any("rows are missing for a while once" in note for note in first.notes)
+
+
+def test_clocks_of_several_channels_pause_together(tmp_path: Path) -> None:
+    """A pause of all of them parts them, one of a single channel does not."""
+    slow = np.arange(0.0, TIME[-1], 0.01)
+    far = Series(np.append(TIME, 1e9), np.append(TIME, 0.0))
+    recording = MeasuredFile(
+        tmp_path / "log.mf4",
+        {"position": far, "load_force": Series(slow, slow)}, "", False, (),
+    )  # fmt: skip
+    (one,) = experiments(recording)
+    assert one.samples == len(TIME)
+    both = {
+        "position": Series(np.concatenate([TIME, TIME + 1e5]), np.tile(TIME, 2)),
+        "load_force": Series(np.concatenate([slow, slow + 1e5]), np.tile(slow, 2)),
+    }
+    assert [e.samples for e in experiments(replace(recording, series=both))] == [len(TIME)] * 2
+
+
+def test_times_that_hardly_any_sample_has_are_refused(tmp_path: Path) -> None:
+    """Pauses too short to part a log may still be too many for a grid."""
+    bursts = np.concatenate([np.arange(3) * 1e-3 + 50.0 * i for i in range(60)])
+    file = written(tmp_path, "time [s],position [mm]", [bursts, bursts])
+    with pytest.raises(UserError, match=r"180 samples over .* periods of 1 ms"):
+        load_experiments([file])

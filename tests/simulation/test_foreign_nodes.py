@@ -160,6 +160,7 @@ def test_a_new_device_gets_its_node_id_by_lss(
         ('map = { "0x2090" = { table = [["1 s", 1], ["0 s", 2]] } }', "rise from row to row"),
         ('map = { "0x2090" = { table = [["1 s", "x"]] } }', "'x' is no number of a course"),
         ('map = { "0x2090" = { file = "no.csv" } }', "no.csv: cannot be read"),
+        ('map = { "0x2090" = { table = [["0 s", 1], ["1e300 s", 2]] } }', "later than 1e+09 s"),
         ('map = { "0x2090" = { constant = 1, unit = "1 m" } }', "1 has no unit; write it as text"),
         ('map = { "0x2090" = { constant = "1 s", unit = "1 m" } }', '"1 s" cannot be counted in'),
         ('map = { "0x2090" = { file = "x", unit = "1 m" } }', "unknown key 'unit'"),

@@ -13,6 +13,7 @@ They stand in the object's section, or, as checkers that know CiA 306 alone ask,
 the DefaultValue or ParameterValue of a real number, which tools do not agree how to write.
 """
 
+import itertools
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -27,6 +28,9 @@ from hil_emulator.device.eds.report import Remark, Report
 from hil_emulator.device.eds.sections import Sheet, parse, read
 from hil_emulator.device.entry import Entry
 from hil_emulator.errors import UserError
+
+MOST_ENTRIES = 200_000
+"""Entries of a device, written out: a quarter of a gigabyte; real ones have 10,000 (assumed)."""
 
 MANDATORY_OBJECTS = (0x1000, 0x1001)
 """CiA 301 7.5.1: device type and error register."""
@@ -75,8 +79,8 @@ def load(path: Path, node_id: int) -> DataSheet:
 
     Raises:
         UserError: the file is missing, is not an EDS, is that of a modular device, describes an
-            object twice, lacks a mandatory object, or says something that has no sense; names
-            section and key.
+            object twice, has too many, lacks a mandatory object, or says something that has no
+            sense; names section and key.
 
     """
     report = Report(str(path))
@@ -86,7 +90,9 @@ def load(path: Path, node_id: int) -> DataSheet:
     _add_bindings(sheet)
     compact.add_pdos(sheet, report)
     standard_values.fill(sheet, report)
-    entries = list(ObjectReader(sheet, node_id, report).entries())
+    entries = list(itertools.islice(ObjectReader(sheet, node_id, report).entries(), MOST_ENTRIES))
+    if len(entries) == MOST_ENTRIES:
+        raise UserError(f"{path}: describes {MOST_ENTRIES} entries or more; leave unused ones out")
     indices = {entry.index for entry in entries}
     _check_indices(sheet, indices, report)
     _check_integers(entries, report)

@@ -4,7 +4,6 @@ Files of makers break CiA 306 in many small ways. What is wrong but harmless is 
 sense it can have and noted here; what is not is refused with file, section and key.
 """
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -12,6 +11,10 @@ from hil_emulator.errors import UserError
 
 SHOWN_PLACES = 4
 """Places that a line of the report names; it counts the others."""
+
+
+KEPT = 10_000
+"""Remarks that are kept: a file with more is no EDS, or odd in one way throughout (assumed)."""
 
 
 class Remark(NamedTuple):
@@ -23,7 +26,7 @@ class Remark(NamedTuple):
 
 
 class Report:
-    """Remarks on one file, in the order of the file.
+    """The first remarks on one file, in the order of the file.
 
     Args:
         source: the file, for messages.
@@ -36,7 +39,8 @@ class Report:
 
     def note(self, section: str, key: str, text: str) -> None:
         """Take down what is wrong but harmless."""
-        self.remarks.append(Remark(section, key, text))
+        if len(self.remarks) < KEPT:
+            self.remarks.append(Remark(section, key, text))
 
     def refusal(self, section: str, key: str, text: str) -> UserError:
         """Return the error that says where the file cannot be used, and why."""
@@ -46,8 +50,10 @@ class Report:
 
 def lines(remarks: Sequence[Remark]) -> Iterator[str]:
     """Yield the report, one line for all places where the same is odd."""
-    for (key, text), number in Counter((r.key, r.text) for r in remarks).items():
-        places = [f"[{r.section}]" for r in remarks if (r.key, r.text) == (key, text)]
+    odd: dict[tuple[str, str], list[str]] = {}
+    for remark in remarks:
+        odd.setdefault((remark.key, remark.text), []).append(f"[{remark.section}]")
+    for (key, text), places in odd.items():
         shown = " ".join(places[:SHOWN_PLACES])
-        more = f" and {number - SHOWN_PLACES} more" if number > SHOWN_PLACES else ""
+        more = f" and {len(places) - SHOWN_PLACES} more" if len(places) > SHOWN_PLACES else ""
         yield f"{shown}{more}{' ' if key else ''}{key}: {text}"

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from hil_emulator import input_files
 from hil_emulator.device.eds.report import Report
 from hil_emulator.errors import UserError
 
@@ -86,13 +87,14 @@ def read(path: Path) -> str:
     """Return the text of a file: UTF-8 or UTF-16 where it says or proves so, else Latin-1.
 
     Raises:
-        UserError: the file cannot be read.
+        UserError: the file cannot be read, is too large or no regular file.
 
     """
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise UserError(f"cannot read the EDS {path}: {error.strerror}") from error
+        data = input_files.read_bytes(path, input_files.SHEET)
+    except (OSError, ValueError) as error:  # a name that Python refuses is a ValueError
+        reason = getattr(error, "strerror", None) or error
+        raise UserError(f"cannot read the EDS {path}: {reason}") from None
     if data.startswith(_UTF16):
         return data.decode("utf-16", "replace")
     try:

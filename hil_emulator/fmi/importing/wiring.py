@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hil_emulator import units
+from hil_emulator import input_files, units
 from hil_emulator.config.plant import FmuSettings, Lead
 from hil_emulator.errors import UserError, brief
 from hil_emulator.fmi.importing.instance import CO_SIMULATION, MODEL_EXCHANGE
@@ -78,8 +78,11 @@ def _description(file: Path) -> Any:
     if not file.is_file():
         raise UserError(f"{file}: there is no such FMU")
     try:
+        input_files.check_archive(file, input_files.FMU)
         description = fmpy.read_model_description(str(file))
         systems = fmpy.supported_platforms(str(file))
+    except UserError:
+        raise
     except Exception as error:  # a damaged archive or description ends in many kinds
         raise UserError(f"{file}: is no FMU: {brief(str(error))}") from None
     if description.fmiVersion[:2] not in ("2.", "3."):

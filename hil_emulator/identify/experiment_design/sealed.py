@@ -9,9 +9,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design.practice import Ground, Hidden, hideable, knob_of
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
+from hil_emulator.input_files import MIB
 from hil_emulator.units import show
 
 NAME = "truth.sealed"
@@ -43,27 +46,46 @@ def unseal(folder: Path) -> dict[str, Any]:
     """
     file = folder / NAME
     try:
-        lines = file.read_text(encoding="ascii").splitlines()
+        lines = input_files.read_text(file, input_files.SEALED).splitlines()
         packed = "".join(line for line in lines if not line.startswith("#"))
-        return dict(json.loads(zlib.decompress(base64.b64decode(packed, validate=True))))
+        content = zlib.decompressobj().decompress(base64.b64decode(packed, validate=True), MIB)
+        return _checked(input_files.parse_json(content))
     except OSError as error:
         raise UserError(
             f"{file}: cannot be read: {error.strerror}; name a folder that `hide` has written"
         ) from None
-    except (ValueError, zlib.error):
+    except (ValueError, TypeError, KeyError, AttributeError, OverflowError, zlib.error):
         raise UserError(f"{file}: is broken; hide the effects again") from None
+
+
+def _checked(truth: Any) -> dict[str, Any]:
+    """Return a truth with all that is read of it.
+
+    Raises:
+        ValueError, TypeError, KeyError, AttributeError, OverflowError: something is not.
+
+    """
+    for effect in truth["effects"]:
+        texts = [effect[key] for key in ("name", "knob", "unit")]
+        if not all(isinstance(text, str) for text in texts) or not math.isfinite(effect["value"]):
+            raise ValueError("an effect is damaged")
+    ordinary = {str(name): float(value) for name, value in truth["ordinary"].items()}
+    return {**truth, "ordinary": ordinary, "seed": int(truth["seed"])}
 
 
 def restored(model: PlantModel, truth: Mapping[str, Any]) -> Ground:
     """Return the practice ground of a truth.
 
     Raises:
-        UserError: if it belongs to another configuration.
+        UserError: if it belongs to another configuration, or does not fit this version.
 
     """
-    if truth["configuration"] != model.config.digest:
+    if truth.get("configuration") != model.config.digest:
         raise UserError("the configuration has changed since the effects were hidden in it")
     known = hideable(model)
+    unknown = {e["name"] for e in truth["effects"]} - known.keys()
+    if unknown or {c.name for c in parameters.ordinary(model)} - truth["ordinary"].keys():
+        raise UserError("what is hidden is damaged, or of another version; hide the effects again")
     hidden = tuple(Hidden(known[e["name"]], float(e["value"])) for e in truth["effects"])
     return Ground(model, hidden, dict(truth["ordinary"]), int(truth["seed"]))
 

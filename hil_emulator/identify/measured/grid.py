@@ -23,6 +23,9 @@ GAP = 5.0
 SLOWER = 1.5
 """Periods of the grid beyond which a channel counts as sampled more slowly than others."""
 
+SPARSEST, MOST_PERIODS = 100.0, 1e6
+"""Periods of a grid for each sample, beyond so many periods in all (assumed)."""
+
 Columns = dict[str, Array]
 
 
@@ -81,6 +84,7 @@ def uniform(name: str, series: Mapping[str, Series], notes: list[str]) -> tuple[
     base = min(usual, key=lambda t: float(np.median(np.diff(t))))
     period = _nice(float(np.median(np.diff(base))))
     _overlapping(name, series, base)
+    _check_span(name, base, period)
     grid = _grid(base, period, notes)
     columns = {
         n: _held(s, grid) if n == SET_POINT else _placed(n, s, grid, period, notes)
@@ -102,6 +106,16 @@ def _overlapping(name: str, series: Mapping[str, Series], base: Array) -> None:
                 f"{name}: {channel} has no time in common with the other channels; they come "
                 "from two clocks: put all channels on one"
             )
+
+
+def _check_span(name: str, base: Array, period: float) -> None:
+    """Refuse times of which hardly any would have a sample: the grid would need the memory."""
+    periods = (base[-1] - base[0]) / period
+    if not periods <= max(MOST_PERIODS, SPARSEST * len(base)):
+        raise UserError(
+            f"{name}: {len(base)} samples over {periods:.3g} periods of {period * 1e3:.3g} ms: its "
+            "time is wrong, or it has to be cut into parts"
+        )
 
 
 def _grid(base: Array, period: float, notes: list[str]) -> Array:

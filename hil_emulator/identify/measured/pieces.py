@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.experiment import Array, Mask
+from hil_emulator.identify.measured.experiment import Array, Index, Mask
 from hil_emulator.identify.measured.grid import FEWEST_SAMPLES, GAP
 from hil_emulator.identify.measured.reading import SET_POINT, MeasuredFile, Series
 
@@ -17,19 +17,26 @@ SAME_TIME = 0.25
 """Periods by which two rows of the same time differ at most (assumed)."""
 
 
+LONG_PAUSE = 60.0
+"""Pause that parts experiments in which no set point can get lost [s] (assumed)."""
+
+MOST_STRAYS = 0.1
+"""Share of the rows that may be far from all others; of more the clock is not a clock (assumed)."""
+
+
 def pieces(recording: MeasuredFile) -> list[MeasuredFile]:
     """Return the experiments of a recording, in their order; those too short are left out.
 
     Channels with clocks of their own stay together: which pieces belong to each other, the file
-    does not say.
+    does not say. Only a pause of all of them parts them.
 
     Raises:
         UserError: if pauses leave no piece that is long enough.
 
     """
-    times = {id(s.time): s.time for s in recording.series.values()}
-    if len(times) != 1:
-        return [recording]
+    recording = _without_strays(recording)
+    if len(_clocks(recording)) != 1:
+        return _without_pauses(recording)
     starts = _restarts(_time(recording))
     parts = _split(recording, starts, "time starts again")
     if len(parts) < len(starts) / 2:  # rows in disorder are put in order later
@@ -37,17 +44,34 @@ def pieces(recording: MeasuredFile) -> list[MeasuredFile]:
     return [piece for part in parts for piece in _without_pauses(part)]
 
 
+def _without_strays(recording: MeasuredFile) -> MeasuredFile:
+    """Return a recording without single rows whose time is far from that of all others."""
+    cuts, clocks = _cuts(recording), _clocks(recording)
+    strays = np.flatnonzero(_sizes(clocks, cuts) == 1)
+    if not len(strays) or len(strays) > MOST_STRAYS * max(map(len, clocks)):
+        return recording
+    kept = _kept(recording, cuts, np.setdiff1d(np.arange(-1, len(cuts) + 1), strays))
+    times = np.concatenate([time[np.isin(_spans(time, cuts), strays)] for time in clocks])
+    listed = ", ".join(f"{t:.6g}" for t in np.unique(times)[:4])
+    more = ", ..." if len(strays) > 4 else ""
+    note = f"rows with a time far from all others, left out: {len(strays)} ({listed}{more} s)"
+    return replace(kept, notes=(*recording.notes, note))
+
+
 def _without_pauses(recording: MeasuredFile) -> list[MeasuredFile]:
     """Return what was recorded between pauses: what the set point was in one, nobody knows."""
-    starts = _after_pauses(recording)
-    parts = _split(recording, starts, "rows are missing for a while")
-    if not parts and len(starts) > 1:
+    cuts = _cuts(recording)
+    if not len(cuts):
+        return [recording]
+    long = np.flatnonzero(_sizes(_clocks(recording), cuts) >= FEWEST_SAMPLES)
+    if not len(long):
         raise UserError(
-            f"{recording.file}{recording.part}: {len(starts) - 1} times rows are missing and the "
-            f"set point is another one then; none of the parts has the {FEWEST_SAMPLES} samples "
+            f"{recording.file}{recording.part}: {len(cuts)} times rows are missing, for long or "
+            f"with another set point then; none of the parts has the {FEWEST_SAMPLES} samples "
             "that are needed"
         )
-    return parts or [recording]
+    parts = [_kept(recording, cuts, np.array([i])) for i in long]
+    return _numbered(recording, parts, len(cuts) + 1, "rows are missing for a while")
 
 
 def _split(recording: MeasuredFile, starts: list[int], why: str) -> list[MeasuredFile]:
@@ -56,17 +80,24 @@ def _split(recording: MeasuredFile, starts: list[int], why: str) -> list[Measure
         return [recording]
     ends = [*starts[1:], len(_time(recording))]
     long = [(a, b) for a, b in zip(starts, ends, strict=True) if b - a >= FEWEST_SAMPLES]
-    times = "once" if len(starts) == 2 else f"{len(starts) - 1} times"
+    return _numbered(recording, [_part(recording, a, b) for a, b in long], len(starts), why)
+
+
+def _numbered(
+    recording: MeasuredFile, parts: list[MeasuredFile], count: int, why: str
+) -> list[MeasuredFile]:
+    """Return parts by number, with a note in the first on how many there were."""
+    times = "once" if count == 2 else f"{count - 1} times"
     note = f"{why} {times}; each part is an experiment"
-    if len(long) < len(starts):
-        note += f", {len(starts) - len(long)} with less than {FEWEST_SAMPLES} samples left out"
+    if len(parts) < count:
+        note += f", {count - len(parts)} with less than {FEWEST_SAMPLES} samples left out"
     return [
         replace(
-            _part(recording, a, b),
+            part,
             part=f"{recording.part}#{i + 1}",
             notes=(*recording.notes, note) if i == 0 else (),
         )
-        for i, (a, b) in enumerate(long)
+        for i, part in enumerate(parts)
     ]
 
 
@@ -92,20 +123,65 @@ def _repeated(time: Array, least: float) -> Mask:
     return found
 
 
-def _after_pauses(recording: MeasuredFile) -> list[int]:
-    """Return the rows at which recording begins, and goes on where the set point got lost.
+def _cuts(recording: MeasuredFile) -> Array:
+    """Return the times before which rows are missing for so long that experiments part.
 
-    It did where it is another one after a gap, or the gap is as long as an experiment.
+    The set point got lost where it is another one after a gap, or the gap is as long as an
+    experiment. Without a set point only a long pause parts them.
     """
-    time = _time(recording)
-    good = np.flatnonzero(np.isfinite(time))
-    steps = np.diff(time[good])
-    if SET_POINT not in recording.series or np.any(steps < 0.0) or not np.any(steps):
-        return [0]
-    values, period = recording.series[SET_POINT].values[good], float(np.median(steps[steps > 0.0]))
-    changed = values[1:] != values[:-1]
-    lost = (steps > FEWEST_SAMPLES * period) | (changed & (steps > GAP * period))
-    return [0, *good[1:][lost].tolist()]
+    clocks = _clocks(recording)
+    time = np.unique(np.concatenate(clocks))
+    time = time[np.isfinite(time)]
+    steps = np.diff(time)
+    period = max((_period(clock) for clock in clocks), default=0.0)
+    if not len(steps) or not period:
+        return np.zeros(0)
+    lost = steps > FEWEST_SAMPLES * period
+    series = recording.series.get(SET_POINT)
+    if series is None:
+        lost &= steps > LONG_PAUSE
+    elif len(clocks) == 1:
+        order = np.argsort(series.time, kind="stable")
+        rows = order[np.searchsorted(series.time[order], time)]
+        changed = series.values[rows[1:]] != series.values[rows[:-1]]
+        lost |= changed & (steps > GAP * period)
+    return time[1:][lost]
+
+
+def _period(time: Array) -> float:
+    """Return the usual step of a clock; 0 where it has none."""
+    good = time[np.isfinite(time)]
+    steps = np.diff(good)
+    forward = steps[steps > 0.0]
+    return float(np.median(forward)) if len(forward) else 0.0
+
+
+def _clocks(recording: MeasuredFile) -> list[Array]:
+    return list({id(s.time): s.time for s in recording.series.values()}.values())
+
+
+def _spans(time: Array, cuts: Array) -> Index:
+    """Return between which cuts each time is; -1 for what is no time."""
+    span = np.searchsorted(cuts, time, side="right")
+    return np.where(np.isfinite(time), span, -1)
+
+
+def _sizes(clocks: list[Array], cuts: Array) -> Index:
+    """Return how many rows there are between cuts, of the clock that has most."""
+    spans = [_spans(time, cuts) for time in clocks]
+    counts = [np.bincount(span[span >= 0], minlength=len(cuts) + 1) for span in spans]
+    return np.asarray(np.max(counts, axis=0))
+
+
+def _kept(recording: MeasuredFile, cuts: Array, wanted: Index) -> MeasuredFile:
+    """Return the rows of some of the spans between cuts."""
+    masks = {id(time): np.isin(_spans(time, cuts), wanted) for time in _clocks(recording)}
+    times = {id(time): time[masks[id(time)]] for time in _clocks(recording)}
+    series = {
+        n: Series(times[id(s.time)], s.values[masks[id(s.time)]])
+        for n, s in recording.series.items()
+    }
+    return replace(recording, series=series)
 
 
 def _time(recording: MeasuredFile) -> Array:

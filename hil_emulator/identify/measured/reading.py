@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import formats
 from hil_emulator.identify.measured.experiment import UNITS, Array
@@ -90,14 +91,16 @@ def digest_of(file: Path) -> str:
     """Return a digest of a file's content.
 
     Raises:
-        UserError: if it cannot be read.
+        UserError: if it cannot be read, is too large or no regular file.
 
     """
     try:
+        input_files.check(file, input_files.RECORDING)
         with file.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()[:16]
-    except OSError as error:
-        raise UserError(f"{file}: cannot be read: {error.strerror}; name a recording") from None
+    except (OSError, ValueError) as error:  # a name that Python refuses is a ValueError
+        reason = getattr(error, "strerror", None) or error
+        raise UserError(f"{file}: cannot be read: {reason}; name a recording") from None
 
 
 def recording(

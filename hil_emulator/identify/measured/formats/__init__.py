@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats import (
     delimited_text,
@@ -59,10 +60,11 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
         headings: names and units of its columns, such as "position [mm]", if it does not tell.
 
     Raises:
-        UserError: if the ending is unknown, the file is damaged, or its format needs a package
-            that is not installed.
+        UserError: if the ending is unknown, the file is damaged or too large, or its format needs
+            a package that is not installed.
 
     """
+    input_files.check(file, input_files.LOG)
     ending = file.suffix.lower()
     if ending in NAMED:
         return NAMED[ending](file, headings)

@@ -1,12 +1,16 @@
 """Text in columns: commas, semicolons, tabs or blanks between cells, points or decimal commas."""
 
+import codecs
 import csv
-from collections.abc import Sequence
+import itertools
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats import rows
 from hil_emulator.identify.measured.formats.table import LogTable
@@ -16,6 +20,9 @@ OWN_MARK = "# hil-emulator"
 
 REMARKS = ("#", "%", "//")
 """How a line begins that is a remark."""
+
+LONGEST_LINE = input_files.MIB
+"""Of a text [B]: a row of 100,000 cells (assumed)."""
 
 _COMMENTS = 20  # lines in which that mark may stand
 _LOOKED_AT = 200  # lines at the end of a file that tell how its cells are separated
@@ -48,44 +55,87 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
         headings: names and units of its columns, where it has no header.
 
     Raises:
-        UserError: if it is empty, without a header, or a row is longer than that.
+        UserError: if it is empty, too large, without a header, or a row is longer than that.
 
     """
-    text, encoding = decoded(file.read_bytes())
-    lines = text.splitlines()
-    own = any(line.startswith(OWN_MARK) for line in lines[:_COMMENTS])
-    kept = [line for line in lines if line.strip() and not line.startswith(REMARKS)]
-    if not kept:
+    input_files.check(file, input_files.LOG)
+    _check_lines(file)
+    encoding, note = encoding_of(file)
+    last = list(deque(_rows(file, encoding), _LOOKED_AT))
+    if not last:
         raise UserError(f"{file}: empty; a recording begins with a header of names and units")
-    style = max(_STYLES, key=lambda s: _fit(kept[-_LOOKED_AT:], s))
-    found = rows.table(file, _cells(kept, style), style.decimal_comma, headings)
-    notes = [encoding] if encoding else []
-    notes += [style.words] if style != _USUAL else []
-    return replace(found, set_point_first=own, notes=(*notes, *found.notes))
-
-
-def decoded(content: bytes) -> tuple[str, str]:
-    """Return text, and in words an encoding that is not UTF-8."""
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return content.decode("utf-16", errors="replace"), "encoded in UTF-16"
+    style = max(_STYLES, key=lambda s: _fit(last, s))
     try:
-        return content.decode("utf-8-sig"), ""
-    except UnicodeDecodeError:
-        return content.decode("latin-1"), "encoded in Latin-1"
-
-
-def _cells(lines: Sequence[str], style: _Style) -> list[list[str]]:
-    if not style.separator:
-        return [line.split() for line in lines]
-    try:
-        return list(csv.reader(lines, delimiter=style.separator, skipinitialspace=True))
+        cells = _cells(_rows(file, encoding), style, quotes=True)
+        found = rows.table(file, cells, style.decimal_comma, headings)
     except csv.Error:  # an unclosed quotation mark
-        return [line.split(style.separator) for line in lines]
+        cells = _cells(_rows(file, encoding), style, quotes=False)
+        found = rows.table(file, cells, style.decimal_comma, headings)
+    notes = [note] if note else []
+    notes += [style.words] if style != _USUAL else []
+    return replace(found, set_point_first=_is_own(file, encoding), notes=(*notes, *found.notes))
+
+
+def encoding_of(file: Path) -> tuple[str, str]:
+    """Return the encoding of a text, and in words one that is not UTF-8."""
+    if next(_chunks(file), b"").startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16", "encoded in UTF-16"
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    try:
+        for chunk in _chunks(file):
+            decoder.decode(chunk)
+        decoder.decode(b"", final=True)
+    except UnicodeDecodeError:
+        return "latin-1", "encoded in Latin-1"
+    return "utf-8-sig", ""
+
+
+def _check_lines(file: Path) -> None:
+    """Refuse a text with a line that would be a table by itself."""
+    for chunk in _chunks(file):
+        if len(chunk) == LONGEST_LINE and b"\n" not in chunk and b"\r" not in chunk:
+            raise UserError(
+                f"{file}: has a line of more than {LONGEST_LINE} characters; it is no table"
+            )
+
+
+def _chunks(file: Path) -> Iterator[bytes]:
+    with file.open("rb") as stream:
+        while chunk := stream.read(LONGEST_LINE):
+            yield chunk
+
+
+def _lines(file: Path, encoding: str) -> Iterator[str]:
+    with file.open(encoding=encoding, errors="replace") as stream:
+        yield from stream
+
+
+def _rows(file: Path, encoding: str) -> Iterator[str]:
+    """Yield the lines of a text that are neither empty nor remarks."""
+    for line in _lines(file, encoding):
+        if line.strip() and not line.startswith(REMARKS):
+            yield line.rstrip("\n")
+
+
+def _is_own(file: Path, encoding: str) -> bool:
+    first = itertools.islice(_lines(file, encoding), _COMMENTS)
+    return any(line.startswith(OWN_MARK) for line in first)
+
+
+def _cells(lines: Iterable[str], style: _Style, *, quotes: bool) -> Iterator[list[str]]:
+    if not style.separator:
+        return (line.split() for line in lines)
+    if not quotes:
+        return (line.split(style.separator) for line in lines)
+    return csv.reader(lines, delimiter=style.separator, skipinitialspace=True)
 
 
 def _fit(lines: Sequence[str], style: _Style) -> float:
     """Return how well a style fits: the numbers it finds, where rows have equally many cells."""
-    found = _cells(lines, style)
+    try:
+        found = list(_cells(lines, style, quotes=True))
+    except csv.Error:
+        found = list(_cells(lines, style, quotes=False))
     widths, counts = np.unique([len(row) for row in found], return_counts=True)
     width = int(widths[np.argmax(counts)])
     if width < 2:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
@@ -24,7 +25,11 @@ def read(file: Path) -> LogTable:
     try:
         with library.TdmsFile.open(file) as source:
             clocks: dict[tuple[float, float, int], Array] = {}
+            stated = sum(len(c) for g in source.groups() for c in g.channels())
+            input_files.check_unpacked(file, 8 * stated)
             found = [_column(c, clocks) for g in source.groups() for c in g.channels()]
+    except UserError:
+        raise
     except Exception as error:  # npTDMS answers a damaged file with many kinds of exception
         raise UserError(f"{file}: is not a readable TDMS file: {error}") from None
     columns = tuple(c for c in found if c is not None)

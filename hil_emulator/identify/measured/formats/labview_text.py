@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.formats.delimited_text import decoded
+from hil_emulator.identify.measured.formats.delimited_text import encoding_of
 from hil_emulator.identify.measured.formats.rows import number
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label
 
@@ -27,7 +28,8 @@ def read(file: Path) -> LogTable:
         UserError: if it is no such file, or its segments have different channels.
 
     """
-    text, _ = decoded(file.read_bytes())
+    encoding, _ = encoding_of(file)
+    text = input_files.read_bytes(file, input_files.LABVIEW_TEXT).decode(encoding, "replace")
     if not text.startswith(BEGINNING):
         raise UserError(f'{file}: is not a LabVIEW measurement file; it begins "{BEGINNING}"')
     lines = [line for line in text.splitlines() if line.strip()]

@@ -4,6 +4,7 @@ Names cannot hold a unit, so it is their end, as in `position_mm`, or the text o
 structure `units`.
 """
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
 
@@ -89,15 +91,35 @@ def _hdf5(file: Path) -> dict[str, Any]:
     """Return the content of a file of version 7.3."""
     h5py = module("h5py", file, "logs")
 
+    left = itertools.repeat(None, input_files.MEMBERS)
+
     def content(group: Any) -> dict[str, Any]:
+        """Return what is in a group; links may lead to the same one by many ways."""
+        if next(left, "") is not None:
+            raise ValueError(f"has more than {input_files.MEMBERS} groups")
         return {n: _dataset(v) if isinstance(v, h5py.Dataset) else content(v)
                 for n, v in group.items() if not n.startswith("#")}  # fmt: skip
 
     try:
         with h5py.File(file) as source:
+            input_files.check_unpacked(file, _stated(h5py, source))
             return content(source)
+    except UserError:
+        raise
     except Exception as error:  # h5py, too, answers with many kinds
         raise UserError(f"{file}: is not a readable MATLAB file: {error}") from None
+
+
+def _stated(h5py: Any, source: Any) -> int:
+    """Return how many bytes all values have as numbers, as the file states it."""
+    sizes: list[int] = []
+
+    def add(_: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            sizes.append(int(item.size or 0) * max(8, item.dtype.itemsize))
+
+    source.visititems(add)
+    return sum(sizes)
 
 
 def _dataset(data: Any) -> Any:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
 
@@ -34,12 +35,20 @@ def read(file: Path, _: Sequence[str] = ()) -> LogTable:
         raise UserError(f"{file}: is not an MDF file")
     try:
         with asammdf.MDF(file) as mdf:
+            input_files.check_unpacked(file, sum(map(_stated, mdf.groups)))
             columns = tuple(c for g, _ in enumerate(mdf.groups) for c in _group(mdf, g))
             own = OWN_MARK in html.unescape(str(mdf.header.comment))  # within XML
+    except UserError:
+        raise
     except Exception as error:  # asammdf answers a damaged file with many kinds of exception
         trouble = str(error).partition("\n")[0] or type(error).__name__
         raise UserError(f"{file}: is not a readable MDF file: {trouble}") from None
     return LogTable(columns, set_point_first=own)
+
+
+def _stated(group: Any) -> int:
+    """Return how many bytes the values of a group have as numbers, as the file states it."""
+    return 8 * int(group.channel_group.cycles_nr) * (len(group.channels) + 1)
 
 
 def _group(mdf: Any, group: int) -> list[LogColumn]:

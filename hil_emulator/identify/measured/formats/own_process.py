@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -10,9 +11,16 @@ from pathlib import Path
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
+
+RUNNING = 2 * input_files.GIB
+"""Address space of a process that has imported what it reads with [B] (measured: 1.3 GiB)."""
+
+COPIES = 4
+"""Copies of the content that reading has at a time: packed, unpacked, as numbers, written."""
 
 _REFUSED = 2
 
@@ -35,12 +43,29 @@ def read(reader: str, file: Path, headings: Sequence[str] = ()) -> LogTable:
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "table.npz"
         command = [sys.executable, "-m", __name__, reader, str(file), str(table), *headings]
-        ended = subprocess.run(command, capture_output=True)
+        ended = subprocess.run(command, capture_output=True, env=_few_threads())
         if ended.returncode == 0:
             return _unpacked(table)
         if ended.returncode == _REFUSED:
             raise UserError(table.read_text())
     raise UserError(f"{file}: is not readable: it ends the process that reads it")
+
+
+def _few_threads() -> dict[str, str]:
+    """Return an environment in which no library reserves memory for many threads."""
+    return os.environ | dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
+
+
+def _limit_memory(file: Path) -> None:
+    """Limit the memory of this process to what reading a file may need."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    most = RUNNING + COPIES * input_files.largest_unpacked(file)
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
 def _pack(table: LogTable, file: Path) -> None:
@@ -71,9 +96,13 @@ def _unpacked(file: Path) -> LogTable:
 def _main(reader: str, file: str, table: str, *headings: str) -> int:
     module = importlib.import_module(f"{__package__}.{reader}")
     try:
+        _limit_memory(Path(file))
         _pack(module.read(Path(file), headings), Path(table))
     except UserError as error:
         Path(table).write_text(str(error))
+        return _REFUSED
+    except MemoryError:
+        Path(table).write_text(f"{file}: needs too much memory: it is damaged, or has to be cut")
         return _REFUSED
     return 0
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
 
@@ -22,16 +23,30 @@ def read(file: Path) -> LogTable:
     arrow, storage = module("pyarrow", file), module("pyarrow.parquet", file)
     try:
         with storage.ParquetFile(file) as source:  # one file, whatever folders are called
-            table = source.read()
+            stated = source.metadata
+            input_files.check_unpacked(file, 8 * stated.num_rows * stated.num_columns)
+            # texts may unpack to any size
+            wanted = [f.name for f in source.schema_arrow if _is_wanted(arrow, f.type)]
+            table = source.read(columns=wanted)
         found = [_column(arrow, field, table.column(i)) for i, field in enumerate(table.schema)]
+    except UserError:
+        raise
     except Exception as error:  # pyarrow answers damage with many kinds of exception
         raise UserError(f"{file}: is not a readable Parquet file: {error}") from None
     own = OWN_MARK in (table.schema.metadata or {})
-    return LogTable(tuple(c for c in found if c is not None), set_point_first=own)
+    return LogTable(tuple(found), set_point_first=own)
 
 
-def _column(arrow: Any, field: Any, data: Any) -> LogColumn | None:
-    """Return a column, or None for one that holds neither numbers nor times."""
+def _is_wanted(arrow: Any, kind: Any) -> bool:
+    """Return whether a column holds numbers or times."""
+    types = arrow.types
+    return any(
+        is_kind(kind)
+        for is_kind in (types.is_integer, types.is_floating, types.is_timestamp, types.is_duration)
+    )
+
+
+def _column(arrow: Any, field: Any, data: Any) -> LogColumn:
     name, unit = label(field.name)
     stated = (field.metadata or {}).get(b"unit")
     if stated is not None:
@@ -42,6 +57,4 @@ def _column(arrow: Any, field: Any, data: Any) -> LogColumn | None:
         whole = clock.to_numpy()
         first = float(np.nanmin(whole)) if len(whole) else 0.0
         return LogColumn(name, "s", np.asarray(whole - first, np.float64) * 1e-9)
-    if arrow.types.is_integer(field.type) or arrow.types.is_floating(field.type):
-        return LogColumn(name, unit, np.asarray(data.to_numpy(), np.float64))
-    return None
+    return LogColumn(name, unit, np.asarray(data.to_numpy(), np.float64))

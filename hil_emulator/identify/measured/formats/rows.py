@@ -1,19 +1,30 @@
 """Rows of cells, as text files and spreadsheets hold them: header, units, times and numbers."""
 
+import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 
+from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label
 
 Row = Sequence[str]
+
+BATCH = 4096
+"""Rows that are in memory as text at a time (assumed)."""
+
+HEADER_ROWS = 1000
+"""Rows above the first row of numbers, at most (assumed)."""
+
+WIDEST = 10_000
+"""Columns of a table, at most (assumed)."""
 
 DAY = 86400.0
 """Length of a day [s]: a clock without a date begins again after it."""
@@ -42,9 +53,9 @@ class Found:
 
 
 def table(
-    file: Path, rows: Sequence[Row], decimal_comma: bool = False, headings: Sequence[str] = ()
+    file: Path, rows: Iterable[Row], decimal_comma: bool = False, headings: Sequence[str] = ()
 ) -> LogTable:
-    """Return the columns of rows.
+    """Return the columns of rows, which are read once.
 
     Args:
         file: where they come from, for messages.
@@ -53,22 +64,39 @@ def table(
         headings: names and units of the columns, in place of those in the file.
 
     Raises:
-        UserError: if there is no header, or a row is longer than it.
+        UserError: if there is no header, a row is longer than it, or they need too much memory.
 
     """
-    found = _located(file, rows, decimal_comma, headings)
-    cells = rows[found.first :]
+    left = iter(rows)
+    top = _top(left, decimal_comma)
+    found = _located(file, top, decimal_comma, headings)
     width = len(found.heads)
-    for i, row in enumerate(cells):
-        if len(row) > width and any(cell.strip() for cell in row[width:]):
-            raise UserError(
-                f"{file}: row {found.first + i + 1} has {len(row)} cells, the header has {width}"
-            )
-    columns = [
-        _column(head, [row[i] if i < len(row) else "" for row in cells], decimal_comma, found.notes)
-        for i, head in enumerate(found.heads)
-    ]
-    return LogTable(_with_time(columns, found.notes), notes=tuple(found.notes))
+    if width > WIDEST:
+        raise UserError(f"{file}: has {width} columns; at most {WIDEST} are read")
+    columns = [_Cells(*head) for head in found.heads]
+    count, below = found.first, itertools.chain(top[found.first :], left)
+    while batch := list(itertools.islice(below, BATCH)):
+        for i, row in enumerate(batch):
+            if len(row) > width and any(cell.strip() for cell in row[width:]):
+                raise UserError(
+                    f"{file}: row {count + i + 1} has {len(row)} cells, the header has {width}"
+                )
+        count += len(batch)
+        input_files.check_unpacked(file, count * width * 8)
+        for i, column in enumerate(columns):
+            column.take([row[i] if i < len(row) else "" for row in batch], decimal_comma)
+    made = [column.column(found.notes) for column in columns]
+    return LogTable(_with_time(made, found.notes), notes=tuple(found.notes))
+
+
+def _top(rows: Iterator[Row], decimal_comma: bool) -> list[Row]:
+    """Return the first rows, up to one of numbers."""
+    top = []
+    for row in itertools.islice(rows, HEADER_ROWS):
+        top.append(row)
+        if _holds_numbers(row, decimal_comma):
+            break
+    return top
 
 
 def _located(
@@ -159,17 +187,36 @@ def moment(cell: str) -> datetime | timedelta | None:
         return None
 
 
-def _column(
-    head: tuple[str, str | None], cells: Sequence[str], decimal_comma: bool, notes: list[str]
-) -> LogColumn:
-    name, unit = head
-    values = _numbers(cells, decimal_comma)
-    if cells and not np.isfinite(values).any():
-        times = _seconds([moment(cell) for cell in cells])
-        if np.isfinite(times).any():
-            notes.append(f'"{name}" holds times of day or dates; counted in s from the first')
-            return LogColumn(name, "s", times)
-    return LogColumn(name, unit, values)
+class _Cells:
+    """The cells of a column, in batches: as numbers, or else as times.
+
+    Args:
+        name: of the column.
+        unit: as it stands in the file.
+
+    """
+
+    def __init__(self, name: str, unit: str | None) -> None:
+        self._name, self._unit = name, unit
+        self._numbers: list[Array] = []
+        self._moments: list[datetime | timedelta | None] | None = []
+
+    def take(self, cells: Sequence[str], decimal_comma: bool) -> None:
+        """Take the cells of further rows."""
+        values = _numbers(cells, decimal_comma)
+        self._numbers.append(values)
+        if self._moments is not None:
+            self._moments += map(moment, cells)
+            times = any(m is not None for m in self._moments)
+            if not times or np.isfinite(values).any():
+                self._moments = None  # the first rows show what a column holds
+
+    def column(self, notes: list[str]) -> LogColumn:
+        """Return the column."""
+        if self._moments:
+            notes.append(f'"{self._name}" holds times of day or dates; counted in s from the first')
+            return LogColumn(self._name, "s", _seconds(self._moments))
+        return LogColumn(self._name, self._unit, np.concatenate([np.zeros(0), *self._numbers]))
 
 
 def _numbers(cells: Sequence[str], decimal_comma: bool) -> Array:
