@@ -24,6 +24,9 @@ from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewP
     multiple=True,
     help="File to write; its ending says the format: .rec .csv .blf ..., an unknown one lists all.",
 )
+@click.option(
+    "--require-recording", "required", is_flag=True, help="End the run if the recording ends early."
+)
 @click.option("--trigger", help='Record only around a condition, such as "position > 60 mm".')
 @click.option("--before", type=Duration(), default="5 s", help="How long before the trigger.")
 @click.option("--after", type=Duration(), default="1 s", help="How long after the trigger.")
@@ -47,11 +50,12 @@ def run(
 
     lean_start()
     from hil_emulator.commands import run as command
+    from hil_emulator.commands.recording import ordered
 
     opened = [said.pop(name) for name in ("port", "control", "panel", "processes")]
     operation = command.operation(*opened)
-    capture = command.capture(**said)
-    command.run(files, bus, clock, duration, record, capture, faults, operation)
+    recording = ordered(record, **said)
+    command.run(files, bus, clock, duration, recording, faults, operation)
 
 
 @click.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value
