@@ -106,12 +106,21 @@ def test_the_walk_ends_with_the_result(run: tuple[list[str], dict[str, Any]]) ->
     assert beside_pictures[-1] == WALK[-1] == "conclusion/result.py"
 
 
-def test_whatever_else_runs_is_a_side_door(run: tuple[list[str], dict[str, Any]]) -> None:
-    """No file takes part in a run without a word on the page."""
+def test_whatever_else_runs_is_of_a_folder_on_the_page(
+    run: tuple[list[str], dict[str, Any]],
+) -> None:
+    """Each file that takes part in a run stands on the page, or in a folder that does."""
     files, _ = run
-    doors = set(re.findall(r"`([\w/]+(?:\.py|/))`", SECTIONS["Side doors"]))
-    told = {*WALK, *doors, *(f"selection/{file}" for file in SELECTION)}
-    assert [f for f in files if not told & {f, *(f"{p}/" for p in Path(f).parents)}] == []
+    others = set(re.findall(r"`([\w/]+(?:\.py|/))`", SECTIONS["The other files"]))
+    listed = {*WALK, *others, *(f"selection/{file}" for file in SELECTION)}
+    assert [f for f in files if not listed & {f, *(f"{p}/" for p in Path(f).parents)}] == []
+
+
+def test_each_folder_of_the_page_is_there() -> None:
+    """A folder that the page describes exists, and every folder but `selection` is described."""
+    described = set(re.findall(r"^\| `(\w+)/`", SECTIONS["The other files"], re.M))
+    there = {f.parent.name for f in ROOM.glob("*/__init__.py")}
+    assert described == there - {"selection"}
 
 
 def test_all_of_selection_is_told_by_what_it_does() -> None:

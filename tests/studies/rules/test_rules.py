@@ -1,6 +1,7 @@
 """The table of rules, against the product: none is forgotten, and each can be left out."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -34,6 +35,14 @@ def test_ten_numbers_decide() -> None:
     """Whatever a rule asks, it asks with one of them."""
     deciding = set(constants()) - {*EFFORT, *DERIVED}
     assert len(deciding) <= 10, sorted(deciding)
+
+
+def test_the_readme_states_the_worth_of_each_rule() -> None:
+    """Its first table has one row per rule, in the order of the rules."""
+    text = (Path(__file__).parent / "README.md").read_text()
+    table = text.partition("## Each rule alone")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| (.+?) \|(?:.*\|){3}$", table, re.M)
+    assert rows == ["rule", *RULES]
 
 
 @pytest.mark.parametrize("name", RULES)
