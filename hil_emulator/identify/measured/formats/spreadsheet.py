@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats import rows
-from hil_emulator.identify.measured.formats.table import LogTable, module
+from hil_emulator.identify.measured.formats.table import OPENPYXL, LogTable, module
 
 
 def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
@@ -21,7 +21,7 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
         UserError: if it is no such file, holds no table, or openpyxl is not installed.
 
     """
-    library = module("openpyxl", file, "logs")
+    library = module(OPENPYXL, file)
     try:
         book = library.load_workbook(file, read_only=True, data_only=True)
         sheets = {s.title: [[_text(c) for c in row] for row in s.iter_rows(values_only=True)]
