@@ -67,7 +67,7 @@ ROOMS = {
         "identify/selection", "model", "platform", "recording", "simulation",
     },
     "scenario": {
-        "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",
+        "numpy", "pydantic", "bus", "config", "faults", "model", "pages", "platform",
         "recording", "signals", "simulation",
     },
     "testing": {

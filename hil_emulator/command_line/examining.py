@@ -20,9 +20,16 @@ def effects(files: tuple[Path, ...], as_json: bool) -> None:
 @click.command()
 @FILES
 @click.option(
-    "--position", type=QuantityType("m", "40 mm"), help='Such as "40 mm"; else the start.'
+    "--position",
+    type=QuantityType("m", "40 mm"),
+    help='Of the rod, such as "40 mm"; else the start.',
 )
-@click.option("--current", type=QuantityType("A", "1 mA"), default="0 mA", help="0 mA: at rest.")
+@click.option(
+    "--current",
+    type=QuantityType("A", "1 mA"),
+    default="0 mA",
+    help='Such as "1 mA"; 0 mA: at rest.',
+)
 @click.option("--json", "as_json", is_flag=True, help="For programs; SI.")
 @click.option(
     "--picture",
@@ -52,7 +59,7 @@ def linear(
     show_default=True,
     help="Folder for tables, pictures and the page.",
 )
-@click.option("--seed", type=click.IntRange(min=0), help="Of the sensors' noise.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the sensors' noise.")
 def characterise(test: str, files: tuple[Path, ...], out: Path, seed: int | None) -> None:
     """Put the emulated actuator on a test bench; TEST is "all" or the name of one."""
     from hil_emulator.commands import characterise as command
@@ -62,7 +69,7 @@ def characterise(test: str, files: tuple[Path, ...], out: Path, seed: int | None
 
 @click.command()
 @click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
-@click.option("--duration", type=Duration(), default="10 s", help="Of the wall-clock part.")
+@click.option("--duration", type=Duration(), default="10 s", help="Duration of the real-time part.")
 @click.option("--identify", type=Duration(), help='Instead: find an effect in "60 s" of data.')
 @click.option(
     "--panel", is_flag=True, help="Instead: what the panel costs, by pages that are open."

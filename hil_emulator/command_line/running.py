@@ -16,6 +16,7 @@ from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewP
     type=click.Choice(["wall", "lockstep", "follow-sync"]),
     default="wall",
     show_default=True,
+    help="Real time, as fast as possible, or one period per SYNC.",
 )
 @click.option("--duration", type=Duration(), help='Emulator time to run, such as "60 s".')
 @click.option(
@@ -32,7 +33,7 @@ from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewP
 @click.option("--port", type=click.IntRange(0, 65535), help="TCP port of the bus; 0: any free one.")
 @click.option("--control", type=click.IntRange(0, 65535), help="Port of the remote control (ctl).")
 @click.option("--panel", "panel", flag_value="full", help="Show it in a browser.")
-@click.option("--panel-view-only", "panel", flag_value="view only", help="Nobody touches it there.")
+@click.option("--panel-view-only", "panel", flag_value="view only", help="The same, read-only.")
 def run(
     files: tuple[Path, ...],
     bus: str | None,
@@ -55,7 +56,10 @@ def run(
 
 
 @click.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value
-@click.option("--port", type=click.IntRange(1, 65535), default=29537, show_default=True)
+@click.option(
+    "--port", type=click.IntRange(1, 65535), default=29537, show_default=True,
+    help="Port that the emulator got by --control.",
+)  # fmt: skip
 @click.argument("words", metavar="status|read|fault|end|set ...", nargs=-1)
 def ctl(port: int, words: tuple[str, ...]) -> None:
     """Control an emulator that runs with --control."""
@@ -70,6 +74,7 @@ def ctl(port: int, words: tuple[str, ...]) -> None:
     type=NewPicture(),
     default="hil-emulator-demo.png",
     show_default=True,
+    help="File of the picture.",
 )
 @click.pass_context
 def demo(ctx: click.Context, picture: Path) -> None:
