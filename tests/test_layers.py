@@ -31,8 +31,10 @@ ROOMS = {
     "wire": set(),
     "export": {"cantools", "device"},
     "faults": {"signals", "device", "model"},
-    "recording": {"numpy", "scipy", "bus", "config", "device", "export", "model", "signals"},
-    "remote": {"faults", "signals", "wire"},
+    "recording": {
+        "numpy", "scipy", "bus", "config", "device", "export", "model", "platform", "signals",
+    },
+    "remote": {"faults", "platform", "signals", "wire"},
     "identify/measured": {"numpy", "scipy", "model"},
     "identify/data_checks": {"numpy", "scipy", "model"},
     "identify/prediction/residuals": {"numpy", "scipy"},

@@ -1,14 +1,18 @@
 """Who is connected to a TCP bus: who comes, joins, is read from, written to, and goes."""
 
 import contextlib
+import logging
 import selectors
+import socket
 import time
 from collections.abc import Callable
 from typing import cast
 
-from hil_emulator.bus.tcp_connection import Connection
-from hil_emulator.bus.tcp_listener import MAX_CLIENTS, listen, readable, turn_away
+from hil_emulator.bus.tcp_connection import HANDSHAKE_LIMIT_S, Connection
+from hil_emulator.bus.tcp_listener import MAX_CLIENTS, listen, readable, refuse
 from hil_emulator.frame import Frame
+
+_log = logging.getLogger(__name__)
 
 LOOK_AROUND_S = 0.005
 """Time between looks for who comes [s] (assumed)."""
@@ -46,6 +50,7 @@ class Clients:
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._knocks = readable(self._listener)
+        self._refusals: set[str] = set()
         self._silent: list[Connection] = []  # those in the pause after their handshake
         self._look_around = 0.0  # [s] of time.monotonic()
         self._lost = 0
@@ -123,7 +128,7 @@ class Clients:
             if len(self.connected) >= MAX_CLIENTS:
                 self._dismiss()
             if len(self.connected) >= MAX_CLIENTS:
-                turn_away(sock)
+                self._refuse(sock, f"{MAX_CLIENTS} clients are connected already: close one")
                 return
             client = Connection(sock, self._channel)
             self._selector.register(sock, selectors.EVENT_READ, client)
@@ -133,8 +138,15 @@ class Clients:
     def _dismiss(self) -> None:
         """Let those go who hold a place without ever joining the bus."""
         for client in [c for c in self.connected if c.lingers]:
-            client.gone = True
+            client.refuse(f"no rawmode for {HANDSHAKE_LIMIT_S:g} s: connect again")
             self._watch(client)
+
+    def _refuse(self, sock: socket.socket, reason: str) -> None:
+        """Refuse a client, and log the reason, each reason once."""
+        if reason not in self._refusals:
+            self._refusals.add(reason)
+            _log.warning("CAN port %d: a client is refused: %s", self.port, reason)
+        refuse(sock, reason)
 
     def _read(self, client: Connection) -> None:
         was_raw = client.raw
@@ -153,6 +165,8 @@ class Clients:
             self._lost += client.dropped
             self._senseless += client.ignored
             self._selector.unregister(client.socket)
+            if client.refusal:
+                self._refuse(client.socket, client.refusal)
             client.close()
             return
         events = selectors.EVENT_READ

@@ -19,7 +19,7 @@ _QUICKACK: int | None = getattr(socket, "TCP_QUICKACK", None)  # Linux only
 class Connection:
     """A client of the bus, from `< hi >` until it vanishes.
 
-    A client that begins with anything but `< open` is closed at once: a web page can make a
+    A client that begins with anything but `< open` is refused at once: a web page can make a
     browser post to this port, and what the body of its request says would be obeyed.
 
     Frames for a client that has only just been told the last `< ok >` are held back for
@@ -32,7 +32,8 @@ class Connection:
 
     Attributes:
         raw: the handshake is over: frames go both ways.
-        gone: the client has vanished; whoever watches the socket should `close()` it.
+        gone: the client has vanished or is refused; whoever watches the socket should `close()` it.
+        refusal: why it is refused; "" for one that is not.
         dropped: frames the client has lost because it did not read.
         ignored: commands that were none, or made no sense.
 
@@ -45,6 +46,7 @@ class Connection:
         self.socket = sock
         self.raw = False
         self.gone = False
+        self.refusal = ""
         self.dropped = 0
         self.ignored = 0
         self._since = time.monotonic()
@@ -89,7 +91,7 @@ class Connection:
             if plain is not None:
                 return plain
         if self._beginning is not None and not self._begins_well(chunk):
-            self.gone = True
+            self.refuse(f"no socketcand client: begin with open {self._channel}, then rawmode")
             return []
         frames = [self._obey(command) for command in self._commands.feed(chunk)]
         return [frame for frame in frames if frame is not None]
@@ -139,6 +141,11 @@ class Connection:
         self._silent_until = None
         if self._waiting:
             self.flush()
+
+    def refuse(self, reason: str) -> None:
+        """Mark the client as refused; it is to be sent the reason before its socket is closed."""
+        self.refusal = reason
+        self.gone = True
 
     def close(self) -> None:
         """Close the socket; what was still to be written is lost with the client."""

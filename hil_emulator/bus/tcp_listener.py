@@ -1,5 +1,6 @@
 """The port at which TCP clients come to a bus."""
 
+import contextlib
 import functools
 import select
 import socket
@@ -9,6 +10,8 @@ from collections.abc import Callable
 import can
 
 from hil_emulator.bus import socketcand
+
+_UNREAD_BYTES = 1 << 16  # of a client that is refused (assumed)
 
 MAX_CLIENTS = 16
 """Clients at a time (assumed)."""
@@ -46,8 +49,10 @@ def readable(sock: socket.socket) -> Callable[[], object]:
     return functools.partial(poll.poll, 0)
 
 
-def turn_away(sock: socket.socket) -> None:
-    """Say to a client that there is no room, and close its connection."""
-    with sock:
+def refuse(sock: socket.socket, reason: str) -> None:
+    """Send a client the reason why it is refused, and close its connection."""
+    with sock, contextlib.suppress(OSError):  # one that has gone already
         sock.setblocking(False)
-        sock.send(socketcand.format_error(f"{MAX_CLIENTS} clients are connected already"))
+        sock.send(socketcand.format_error(reason))
+        sock.shutdown(socket.SHUT_WR)
+        sock.recv(_UNREAD_BYTES)  # closing with unread bytes would reset the connection

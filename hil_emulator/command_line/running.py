@@ -25,15 +25,24 @@ from hil_emulator.command_line.kinds import CONFIGURATION, FILES, Duration, NewP
     multiple=True,
     help="File to write; its ending says the format: .rec .csv .blf ..., an unknown one lists all.",
 )
+@click.option(
+    "--require-recording", "required", is_flag=True, help="End the run if the recording ends early."
+)
 @click.option("--trigger", help='Record only around a condition, such as "position > 60 mm".')
 @click.option("--before", type=Duration(), default="5 s", help="How long before the trigger.")
 @click.option("--after", type=Duration(), default="1 s", help="How long after the trigger.")
 @click.option("--fault", "faults", multiple=True, help='TARGET KIND NAME=VALUE...; see "faults".')
-@click.option("--processes", type=click.IntRange(1), help="Of several actuators; default: cores.")
+@click.option(
+    "--processes",
+    type=click.IntRange(1),
+    help="Processes for several actuators; default: one per core.",
+)
 @click.option("--port", type=click.IntRange(0, 65535), help="TCP port of the bus; 0: any free one.")
 @click.option("--control", type=click.IntRange(0, 65535), help="Port of the remote control (ctl).")
-@click.option("--panel", "panel", flag_value="full", help="Show it in a browser.")
-@click.option("--panel-view-only", "panel", flag_value="view only", help="The same, read-only.")
+@click.option("--panel", "panel", flag_value="full", help="Show the panel in a browser.")
+@click.option(
+    "--panel-view-only", "panel", flag_value="view only", help="Show the panel, read-only."
+)
 def run(
     files: tuple[Path, ...],
     bus: str | None,
@@ -48,11 +57,12 @@ def run(
 
     lean_start()
     from hil_emulator.commands import run as command
+    from hil_emulator.commands.recording import ordered
 
     opened = [said.pop(name) for name in ("port", "control", "panel", "processes")]
     operation = command.operation(*opened)
-    capture = command.capture(**said)
-    command.run(files, bus, clock, duration, record, capture, faults, operation)
+    recording = ordered(record, **said)
+    command.run(files, bus, clock, duration, recording, faults, operation)
 
 
 @click.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value

@@ -38,8 +38,8 @@ class Teller(Protocol):
         """Show how it stands; never wait."""
         ...
 
-    def warn(self, line: str) -> None:
-        """Tell what is to be remembered; never wait."""
+    def warn(self, text: str) -> None:
+        """Warn of something; never wait."""
         ...
 
     def end(self) -> None:
@@ -63,8 +63,9 @@ class Terminal:
             sys.stderr.write(f"\r\x1b[K{status}")
             sys.stderr.flush()
 
-    def warn(self, line: str) -> None:
+    def warn(self, text: str) -> None:
         """Write a line that stays, unless the terminal would make the loop wait."""
+        line = f"warning   {text}"
         if select.select([], [sys.stderr], [], 0)[1]:
             sys.stderr.write(f"\r\x1b[K{line}\n" if self.live else f"{line}\n")
             sys.stderr.flush()
@@ -116,7 +117,7 @@ def keep_running(
                 between()
             if timing.slipped_ns >= told_ns + _SLIP_NS:
                 told_ns = timing.slipped_ns
-                told.warn(f"warning   {behind(timing)}: this machine is too slow, or too busy")
+                told.warn(f"{behind(timing)}: this machine is too slow, or too busy")
             if told.live and time.monotonic() - shown > _STATUS_S / 2:
                 shown = time.monotonic()
                 told.show(status())

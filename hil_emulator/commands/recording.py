@@ -3,7 +3,8 @@
 import copy
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
@@ -11,45 +12,101 @@ import click
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
+from hil_emulator.platform.helper_process import HelperFailedError
 from hil_emulator.platform.paths import near
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.header import header
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.recorder import FileRecorder
+from hil_emulator.signals import condition
 from hil_emulator.simulation.machine import Machine
 from hil_emulator.simulation.rig import Rig
 
 
+@dataclass(frozen=True)
+class RecordOptions:
+    """How a run is recorded.
+
+    Attributes:
+        files: for signals and frames, see `recording.exports`; of several actuators each has its
+            own, see `of_actuator`.
+        capture: records only what is around a condition, where there is one.
+        required: whether the run ends when the recording does.
+
+    """
+
+    files: Sequence[Path] = ()
+    capture: Capture | None = None
+    required: bool = False
+
+
+def ordered(
+    files: Sequence[Path], required: bool, trigger: str | None, before: float, after: float
+) -> RecordOptions:
+    """Return what the command line records.
+
+    Args:
+        files: where to.
+        required: whether the run ends when the recording does.
+        trigger: condition around which ticks are recorded; all are without.
+        before: time before it [s].
+        after: time after it [s].
+
+    Raises:
+        UserError: for a required recording without a file.
+
+    """
+    if required and not files:
+        raise UserError("--require-recording: there is no recording; add --record FILE")
+    if trigger is None:
+        return RecordOptions(files, None, required)
+    capture = Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
+    return RecordOptions(files, capture, required)
+
+
 @contextmanager
 def recorded(
-    rig: Rig, config: Configuration, files: Sequence[Path], capture: Capture | None
+    rig: Rig, config: Configuration, options: RecordOptions, supervisor: Supervisor
 ) -> Iterator[None]:
-    """Record what happens meanwhile, where there are files to record into."""
+    """Record what happens meanwhile, where there are files to record into.
+
+    Args:
+        rig: what is recorded.
+        config: what it is.
+        options: how it is recorded.
+        supervisor: watches the process that writes; has its failures at the end.
+
+    """
+    files, capture = options.files, options.capture
     if not files:
         yield
         return
     text = capture.text if capture else ""
     recorder = FileRecorder(files, header(config, rig.nodes, text), capture)
+    supervisor.watch(recorder.writer, required=options.required)
     rig.recorder = recorder
     try:
         yield
     finally:
-        recorder.close()
-        fired = capture is None or capture.triggered_ns is not None
-        for file in files:
-            empty = "" if fired else f', without a tick: "{text}" never held'
-            click.echo(f"recorded  {near(file)}{empty}")
+        with suppress(HelperFailedError):  # the supervisor raises it, with what else has failed
+            recorder.close()
+            fired = capture is None or capture.triggered_ns is not None
+            for file in files:
+                empty = "" if fired else f', without a tick: "{text}" never held'
+                click.echo(f"recorded  {near(file)}{empty}")
 
 
 @contextmanager
 def machine_recorded(
-    machine: Machine, settings: MachineSettings, files: Sequence[Path], capture: Capture | None
+    machine: Machine, settings: MachineSettings, options: RecordOptions, supervisor: Supervisor
 ) -> Iterator[None]:
     """Record every actuator of a machine; a capture waits for the signals of each by itself."""
     with ExitStack() as stack:
         for actuator in settings.actuators:
-            own = [of_actuator(file, actuator.name) for file in files]
+            files = [of_actuator(file, actuator.name) for file in options.files]
+            single = replace(options, files=files, capture=copy.deepcopy(options.capture))
             rig = machine.rigs[actuator.name]
-            stack.enter_context(recorded(rig, actuator.config, own, copy.deepcopy(capture)))
+            stack.enter_context(recorded(rig, actuator.config, single, supervisor))
         yield
 
 

@@ -12,8 +12,16 @@ import click
 from hil_emulator import __version__
 from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
-from hil_emulator.commands.live import FOREVER, departures, keep_running, load, summary, traffic
-from hil_emulator.commands.recording import recorded
+from hil_emulator.commands.live import (
+    FOREVER,
+    Terminal,
+    departures,
+    keep_running,
+    load,
+    summary,
+    traffic,
+)
+from hil_emulator.commands.recording import RecordOptions, recorded
 from hil_emulator.commands.run_machine import run_machine
 from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.bus import DEFAULT_BUS
@@ -23,11 +31,10 @@ from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.panel.host import Panel, PanelOptions, require_server
 from hil_emulator.platform.paths import cache_folder, near
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.exports import check_file
-from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.several import Recorders
 from hil_emulator.remote.control_server import ControlServer
-from hil_emulator.signals import condition
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
@@ -61,8 +68,7 @@ def run(
     bus: str | None,
     clock: str,
     duration: float | None,
-    record: Sequence[Path] = (),
-    capture: Capture | None = None,
+    recording: RecordOptions,
     faults: Sequence[str] = (),
     operation: Operation = Operation(),
 ) -> None:
@@ -73,19 +79,19 @@ def run(
         bus: "interface:channel" in place of what the configuration says.
         clock: "wall", "lockstep" or "follow-sync".
         duration: emulator time to run [s]; None runs until interrupted.
-        record: files for signals and frames, see `recording.exports`; of several actuators
-            each has its own, see `taping.of_actuator`.
-        capture: records only what is around a condition, where there is one.
+        recording: how it is recorded; of several actuators each has its own files.
         faults: what breaks, a line each; see `faults.fault.spoken` and `run_machine.placed`.
         operation: how it is operated.
 
     Raises:
         UserError: for whatever the user can mend.
+        HelperFailedError: at the end, if a helper process has failed; at once, if it is the
+            recording's and that is required.
 
     """
     if clock == "lockstep" and duration is None:
         raise UserError("the lock-step clock waits for nobody: give it a --duration")
-    for file in record:
+    for file in recording.files:
         check_file(file)
     settings = load_machine(files)
     if len(settings.actuators) > 1:
@@ -93,22 +99,22 @@ def run(
             raise UserError(
                 "--bus, --port, --control and --panel are for one actuator; run its own files"
             )
-        run_machine(settings, clock, duration, record, capture, faults, operation.processes)
+        run_machine(settings, clock, duration, recording, faults, operation.processes)
         return
     broken = [spoken(line) for line in faults]
     config = settings.actuators[0].config
     settings_of_bus = bus_settings(config, bus, operation.port)
     with waiting(PREPARING):
         prepare(settings, cache_folder())  # before anybody can connect
-    taped = partial(recorded, config=config, files=record, capture=capture)
-    with Bus(settings_of_bus) as door:
-        _on_bus(door, config, clock, duration, taped, broken, operation)
+    with Supervisor(Terminal().warn) as supervisor, Bus(settings_of_bus) as door:
+        taped = partial(recorded, config=config, options=recording, supervisor=supervisor)
+        _on_bus(door, config, clock, duration, taped, broken, operation, supervisor)
 
 
 def _on_bus(
     door: Bus, config: Configuration, clock: str, duration: float | None,
     taped: Callable[[Rig], AbstractContextManager[object]], broken: Sequence[Fault],
-    operation: Operation,
+    operation: Operation, supervisor: Supervisor,
 ) -> None:  # fmt: skip
     """Put the rig on the bus, with those who look on, and let its time pass."""
     follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
@@ -118,8 +124,8 @@ def _on_bus(
     with ExitStack() as stack:
         stack.enter_context(taped(rig))
         if panel:
-            stack.enter_context(_open(panel, rig, config, door))
-        control_server = stack.enter_context(_control_server(operation.control))
+            stack.enter_context(_open(panel, rig, config, door, supervisor))
+        control_server = stack.enter_context(_control_server(operation.control, supervisor))
         for fault in broken:
             rig.inject(fault)
         measures = [] if clock == "lockstep" else realtime.apply()
@@ -130,13 +136,21 @@ def _on_bus(
         served = [server.serve for server in (control_server, panel) if server]
         pace = _clock(clock, config, follow, rig)
         ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
-        _live(rig, pace, (ticks, timing, served), door, config)
+
+        def between() -> None:
+            for serve in served:
+                serve(rig)
+            supervisor.look()
+
+        if follow is not None:
+            follow.idle = between
+        _live(rig, pace, (ticks, timing, between), door, config)
 
 
 def _live(
     rig: Rig,
     clock: Clock,
-    course: tuple[int, Timing, Sequence[Callable[[Rig], None]]],
+    course: tuple[int, Timing, Callable[[], None]],
     bus: Bus,
     config: Configuration,
 ) -> None:
@@ -145,18 +159,13 @@ def _live(
     Args:
         rig: what is run.
         clock: when its ticks begin.
-        course: how many there are, what takes down how punctual they were, and what serves those
-            who look into the run meanwhile.
+        course: how many there are, what takes down how punctual they were, and what serves helper
+            processes between them.
         bus: what it is on.
         config: what it is.
 
     """
-    ticks, timing, served = course
-
-    def between() -> None:
-        for serve in served:
-            serve(rig)
-
+    ticks, timing, between = course
     try:
         keep_running(
             rig,
@@ -164,7 +173,7 @@ def _live(
             ticks,
             timing,
             lambda: _status(rig, timing, bus),
-            between=between if served else None,
+            between=between,
             stop_when_late=config.late == "stop",
         )
     finally:
@@ -174,23 +183,26 @@ def _live(
 
 
 @contextmanager
-def _open(panel: Panel, rig: Rig, config: Configuration, bus: Bus) -> Iterator[None]:
+def _open(
+    panel: Panel, rig: Rig, config: Configuration, bus: Bus, supervisor: Supervisor
+) -> Iterator[None]:
     """Show the run in a browser meanwhile."""
     rig.recorder = Recorders(rig.recorder, panel.tap) if rig.recorder else panel.tap
     try:
-        click.echo(f"panel     {panel.open(rig, config, bus)}")
+        click.echo(f"panel     {panel.open(rig, config, bus, supervisor)}")
         yield
     finally:
         panel.close()
 
 
 @contextmanager
-def _control_server(port: int | None) -> Iterator[ControlServer | None]:
+def _control_server(port: int | None, supervisor: Supervisor) -> Iterator[ControlServer | None]:
     """Serve the remote control meanwhile, where there is a port for it."""
     if port is None:
         yield None
         return
     control_server = ControlServer(port)
+    supervisor.watch(control_server.process)
     try:
         click.echo(f"control   http://127.0.0.1:{control_server.port}")
         yield control_server
@@ -217,13 +229,6 @@ def operation(
         require_server()
     opened = PanelOptions(panel == "view only") if panel else None
     return Operation(port, control, opened, processes)
-
-
-def capture(trigger: str | None, before: float, after: float) -> Capture | None:
-    """Return the pre-trigger capture of the command line; times in seconds."""
-    if trigger is None:
-        return None
-    return Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
 
 
 def bus_settings(

@@ -1,13 +1,12 @@
 """`hil-emulator run` of several actuators on their buses."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import click
 
 from hil_emulator import __version__
 from hil_emulator.commands.live import Terminal
-from hil_emulator.commands.recording import refuse_one_file_for_two
+from hil_emulator.commands.recording import RecordOptions, refuse_one_file_for_two
 from hil_emulator.commands.run_part import MachineRun, run_part
 from hil_emulator.commands.run_parts import run_parts
 from hil_emulator.commands.waiting import PREPARING, waiting
@@ -16,7 +15,6 @@ from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.platform.worker import can_fork, usable_cores
-from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.simulation.independent import parts
 from hil_emulator.simulation.machine import prepare
 
@@ -25,10 +23,9 @@ def run_machine(
     settings: MachineSettings,
     clock: str,
     duration: float | None,
-    record: Sequence[Path] = (),
-    capture: Capture | None = None,
-    faults: Sequence[str] = (),
-    processes: int | None = None,
+    recording: RecordOptions,
+    faults: Sequence[str],
+    processes: int | None,
 ) -> None:
     """Run several actuators; those that share neither bus nor supply can have cores of their own.
 
@@ -36,14 +33,14 @@ def run_machine(
         settings: the machine.
         clock: see `MachineRun`.
         duration: see `MachineRun`.
-        record: see `MachineRun`.
-        capture: see `MachineRun`.
+        recording: see `MachineRun`.
         faults: what breaks, a line each; see `placed`.
         processes: into how many it is divided at most; by default as many as there are cores.
 
     Raises:
         UserError: for whatever the user can mend.
         PlantFailedError: at the end, if an FMU failed meanwhile.
+        HelperFailedError: see `run_part`; also if a part's process has ended by itself.
 
     """
     if clock == "follow-sync":
@@ -51,8 +48,8 @@ def run_machine(
     if processes not in (None, 1) and not can_fork():
         raise UserError(f"--processes {processes}: only Linux divides a machine; leave it out")
     broken = [placed(line, [a.name for a in settings.actuators]) for line in faults]
-    order = MachineRun(clock, duration, record, capture, broken)
-    refuse_one_file_for_two(settings, record)
+    order = MachineRun(clock, duration, recording, broken)
+    refuse_one_file_for_two(settings, recording.files)
     with waiting(PREPARING):
         prepare(settings, cache_folder())  # before anybody can connect, once for all processes
     click.echo(f"hil-emulator {__version__}  {len(settings.actuators)} actuators")

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from pathlib import Path
 
 import click
 
@@ -18,11 +17,11 @@ from hil_emulator.commands.live import (
     summary,
     traffic,
 )
-from hil_emulator.commands.recording import machine_recorded
+from hil_emulator.commands.recording import RecordOptions, machine_recorded
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.faults.fault import Fault
 from hil_emulator.platform.paths import cache_folder, near
-from hil_emulator.recording.pre_trigger import Capture
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.clock import Clock, LockStep, WallClock
 from hil_emulator.simulation.loop import Timing
@@ -37,16 +36,14 @@ class MachineRun:
     Attributes:
         clock: "wall" or "lockstep".
         duration: emulator time to run [s]; None runs until interrupted.
-        record: files for signals and frames; each actuator's bears its name besides.
-        capture: records only what is around a condition, where there is one.
+        recording: how they are recorded.
         faults: what breaks, each with the name of the actuator that it befalls.
 
     """
 
     clock: str
     duration: float | None
-    record: Sequence[Path]
-    capture: Capture | None
+    recording: RecordOptions
     faults: Sequence[tuple[str, Fault]]
 
 
@@ -64,16 +61,17 @@ def run_part(
     Raises:
         UserError: for whatever the user can mend.
         PlantFailedError: at the end, if an FMU failed meanwhile.
+        HelperFailedError: at the end, if a recording is not whole; at once, if it is required.
 
     """
     tick_ns = settings.actuators[0].config.tick_ns
-    with ExitStack() as stack:
+    with Supervisor(teller.warn) as supervisor, ExitStack() as stack:
         buses = {name: stack.enter_context(Bus(t)) for name, t in settings.buses.items()}
         machine = assemble_machine(settings, buses, cache_folder())
         for name in buses:
             there = [a.name for a in settings.actuators if a.bus == name]
             refuse_collisions(name, [n for a in there for n in machine.rigs[a].nodes])
-        stack.enter_context(machine_recorded(machine, settings, order.record, order.capture))
+        stack.enter_context(machine_recorded(machine, settings, order.recording, supervisor))
         broken = [(name, fault) for name, fault in order.faults if name in machine.rigs]
         for name, fault in broken:
             machine.rigs[name].inject(fault)
@@ -88,6 +86,7 @@ def run_part(
         try:
             keep_running(
                 machine, pace, ticks, timing, lambda: _status(machine, timing, doors),
+                supervisor.look if order.recording.files else None,
                 stop_when_late=any(a.config.late == "stop" for a in settings.actuators),
                 teller=teller,
             )  # fmt: skip

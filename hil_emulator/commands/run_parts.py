@@ -14,6 +14,7 @@ from hil_emulator.commands.live import Terminal
 from hil_emulator.commands.run_part import MachineRun, run_part
 from hil_emulator.config.machine import MachineSettings
 from hil_emulator.errors import UserError
+from hil_emulator.platform.helper_process import HelperFailedError
 from hil_emulator.platform.worker import Worker
 
 GO = "go"
@@ -73,12 +74,15 @@ class Foreman:
                 worker.stop()
 
     def conclude(self) -> None:
-        """Print how each part went; raise the first error."""
+        """Print how each part went; raise the first error that ended the run, or all others."""
         for worker in self._workers:
             worker.join()
         self._print(self._said)
+        for error in self._errors:
+            if type(error) is not HelperFailedError:
+                raise error
         if self._errors:
-            raise self._errors[0]
+            raise HelperFailedError("\n".join(map(str, self._errors)))
 
     def _hear(self, line: Connection, i: int) -> None:
         try:
@@ -86,7 +90,7 @@ class Foreman:
         except (EOFError, OSError):
             del self._open[line]
             if not self._stopped:
-                self._fail(UserError(f"the process of {self._names[i]} has ended by itself"))
+                self._fail(self._workers[i].failure(f"the process of {self._names[i]}"))
             return
         match kind:
             case "assembled":
@@ -103,7 +107,9 @@ class Foreman:
             case "over":
                 del self._open[line]
                 self._said[i], error = content
-                if error:
+                if type(error) is HelperFailedError:  # at the end of a part that went on
+                    self._errors.append(error)
+                elif error:
                     self._fail(error)
 
     def _assembled(self, i: int, banner: str) -> None:
@@ -140,12 +146,13 @@ class Messenger:
         """Show how it stands."""
         self._line.send(("status", status))
 
-    def warn(self, line: str) -> None:
-        """Tell what is to be remembered."""
-        self._line.send(("warning", line))
+    def warn(self, text: str) -> None:
+        """Warn of something."""
+        self._line.send(("warning", text))
 
     def end(self) -> None:
-        """Take the status line back: the terminal's owner does."""
+        """Let the part end in its own time: what stops it now would disturb its end."""
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
 def _work(part: MachineSettings, order: MachineRun, line: Connection) -> None:
@@ -162,6 +169,8 @@ def _work(part: MachineSettings, order: MachineRun, line: Connection) -> None:
     with redirect_stdout(said):
         try:
             run_part(part, order, Messenger(line), begin)
+        except HelperFailedError as raised:
+            error = raised
         except UserError as raised:
             error = UserError(str(raised))
             error.exit_code = raised.exit_code

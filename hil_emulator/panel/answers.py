@@ -6,6 +6,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.panel.hand import MasterByHand
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.messages import as_json, messages
 from hil_emulator.remote.control_server import ANSWERS, Answers
 from hil_emulator.signals.inputs import SETTINGS
@@ -13,12 +14,12 @@ from hil_emulator.simulation.loop import Timing
 from hil_emulator.simulation.rig import Rig
 
 
-def answers(hand: MasterByHand, bus: Bus, timing: Timing) -> Answers:
+def answers(hand: MasterByHand, bus: Bus, timing: Timing, supervisor: Supervisor) -> Answers:
     """Return what can be asked of a rig: everything that HTTP requests ask for, and these.
 
     | request | answers |
     |---|---|
-    | look | time, faults, nodes, settings, bus, timing |
+    | look | time, faults, nodes, settings, bus, timing, failures of helper processes or an FMU |
     | messages | what PDOs mean now |
     | send | sends frames as a master does |
 
@@ -31,6 +32,7 @@ def answers(hand: MasterByHand, bus: Bus, timing: Timing) -> Answers:
             "settings": {name: _present(name, rig) for name in SETTINGS},
             "bus": {"received": bus.received, "sent": bus.sent, "dropped": bus.dropped},
             "timing": {"ticks": timing.ticks, "late": timing.overruns},
+            "failures": [*supervisor.failures, *filter(None, [rig.plant.supply.failure])],
         }
 
     def send(request: dict[str, Any], rig: Rig) -> dict[str, Any]:

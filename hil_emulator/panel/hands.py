@@ -50,7 +50,7 @@ class Hands:
     @property
     def status(self) -> Answer:
         """Which recording runs, and how the last scenario goes."""
-        tape = self._tape.file.name if self._tape else None
+        tape = self._tape.file.name if self._tape and not self._tape.failed else None
         return {"recording": tape, "scenario": self.scenarios.progress}
 
     async def close(self) -> None:
@@ -79,9 +79,12 @@ class Hands:
     async def _record(self, request: Request) -> Answer:
         """Begin a recording, or end that which runs."""
         async with self._taping:
+            failed = self._tape is not None and self._tape.failed
             if self._tape is not None:
                 await self._stop_tape()
-            elif request.get("file"):
+                if not failed:  # otherwise the page shows that none runs
+                    return {}
+            if request.get("file"):
                 file = Path(str(request["file"]))
                 self._tape = await asyncio.to_thread(Tape, file, self._header)
                 self._watched.listeners.append(self._tape.take)

@@ -13,6 +13,7 @@ from hil_emulator.panel.answers import answers
 from hil_emulator.panel.hand import MasterByHand
 from hil_emulator.panel.ring import RingWriter
 from hil_emulator.panel.tap import PanelTap, WatchedTiming, watched_columns
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.header import header
 from hil_emulator.remote.control_server import ControlServer
 from hil_emulator.simulation.rig import Rig
@@ -21,6 +22,11 @@ from hil_emulator.simulation.wire_door import FrameDoor
 PORT = 29538
 """Where the panel is if that port is free: the next one after the remote control's (assumed)."""
 _PROGRAM = "hil_emulator.panel.serve"
+_ROLE = (
+    "panel",
+    "its page works no longer, a recording begun there has ended; start the run again with --panel",
+)
+"""Name of the process, and what is lost with it."""
 
 
 def require_server() -> None:
@@ -70,16 +76,26 @@ class Panel:
         self.tap = PanelTap(self._ring)
         self.timing = WatchedTiming(self.tap)
 
-    def open(self, rig: Rig, config: Configuration, bus: Bus) -> str:
-        """Start the process; return the address of the page, with the token that opens it."""
+    def open(self, rig: Rig, config: Configuration, bus: Bus, supervisor: Supervisor) -> str:
+        """Start the process; return the address of the page, with the token that opens it.
+
+        Args:
+            rig: what is shown.
+            config: what it is.
+            bus: what it is on.
+            supervisor: watches the process; the page shows its failures.
+
+        """
         token = secrets.token_urlsafe(16)
         self._server = ControlServer(
             self._options.port,
             _PROGRAM,
-            answers(self.hand, bus, self.timing),
+            answers(self.hand, bus, self.timing, supervisor),
             shared=[self._ring.fd],
             briefing=self._briefing(rig, config, token),
+            role=_ROLE,
         )
+        supervisor.watch(self._server.process)
         return f"http://127.0.0.1:{self._server.port}/#{token}"
 
     def serve(self, rig: Rig) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hil_emulator.errors import UserError, brief
+from hil_emulator.platform.helper_process import ending, report
 from hil_emulator.platform.paths import shipped
 
 _SHIPPED = "configs/scenarios/stuck_spool_at_speed.toml"
@@ -29,6 +30,7 @@ class ScenarioPlayer:
         self.files = {f.stem: f for place in places for f in sorted(place.glob("*.toml"))}
         self.progress: dict[str, Any] | None = None
         self._player: asyncio.subprocess.Process | None = None
+        self._stopped = False
         self._task: asyncio.Task[None] | None = None
 
     async def start(self, name: str) -> None:
@@ -42,10 +44,12 @@ class ScenarioPlayer:
             raise UserError(f"no scenario {brief(name)}; there are {', '.join(self.files)}")
         await self.stop()
         self.progress = {"title": name, "time": 0.0, "checks": []}
+        self._stopped = False
         self._task = asyncio.create_task(self._play(self.files[name]))
 
     async def stop(self) -> None:
         """End what is played."""
+        self._stopped = True
         if self._player is not None and self._player.returncode is None:
             self._player.kill()
         if self._task is not None:
@@ -60,4 +64,8 @@ class ScenarioPlayer:
         async for line in self._player.stdout:
             if line.endswith(b"\n"):  # not one that was cut off
                 self.progress = json.loads(line)
-        await self._player.wait()
+        code = await self._player.wait()
+        if code and not self._stopped:
+            trouble = f"scenario {file.stem}: its process {ending(code)}; play it again"
+            self.progress = {"trouble": trouble}
+            report(trouble)

@@ -1,19 +1,20 @@
 """Recording from the panel: what comes from the loop goes on to a writer's process, as it is."""
 
-import contextlib
 import queue
-import subprocess
-import sys
 import threading
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from hil_emulator.errors import UserError, brief
+from hil_emulator.platform.helper_process import report
+from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording import journal
 from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.journal import EntryKind
-from hil_emulator.recording.writer_process import READY
+from hil_emulator.recording.writer import start_writer
+
+_PAUSE_S = 0.25  # without an entry, until the writer is looked at (assumed)
 
 
 class Tape:
@@ -38,14 +39,8 @@ class Tape:
         check_file(file)
         self.file = file
         self._width = 8 * len(header["columns"])
-        command = [sys.executable, "-m", "hil_emulator.recording.writer_process", str(file)]
-        self._writer = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        assert self._writer.stdout is not None
-        with self._writer.stdout as ready:
-            if ready.read(len(READY)) != READY:
-                raise UserError(f"{file}: cannot be written")
+        self._writer = start_writer([file], header)
         self._waiting: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        self._waiting.put(journal.header_entry(header))
         self._carrier = threading.Thread(target=self._carry, daemon=True)
         self._carrier.start()
 
@@ -55,15 +50,31 @@ class Tape:
             payload = payload[: self._width]
         self._waiting.put(journal.entry(EntryKind(kind), payload))
 
+    @property
+    def failed(self) -> bool:
+        """Whether the recording has ended, or has lost ticks, before it was stopped."""
+        return bool(self._writer.failures)
+
     def close(self) -> None:
         """Write the rest, and wait until the file is whole."""
         self._waiting.put(b"")
         self._carrier.join()
-        self._writer.wait()
 
     def _carry(self) -> None:
-        """Hand entries to the writer, until an empty one comes."""
-        assert self._writer.stdin is not None
-        with contextlib.suppress(BrokenPipeError), self._writer.stdin as pipe:
-            while entry := self._waiting.get():
-                pipe.write(entry)
+        """Hand entries to the writer until an empty one comes; report the writer's failures."""
+        supervisor = Supervisor(report)
+        supervisor.watch(self._writer)
+        while (entry := self._next()) != b"":
+            if entry:
+                self._writer.write(entry)
+            supervisor.look()
+        self._writer.close()
+        for failure in self._writer.look():
+            report(failure)
+
+    def _next(self) -> bytes | None:
+        """Return the next entry; None if no entry comes for a while."""
+        try:
+            return self._waiting.get(timeout=_PAUSE_S)
+        except queue.Empty:
+            return None

@@ -8,6 +8,8 @@ import sys
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
+from hil_emulator.platform.helper_process import HelperFailedError, ending
+
 _PR_SET_PDEATHSIG = 1  # Linux <linux/prctl.h>
 
 
@@ -44,6 +46,12 @@ class Worker:
     def stop(self) -> None:
         """Ask it to end: SIGTERM."""
         self._process.terminate()
+
+    def failure(self, name: str) -> HelperFailedError:
+        """Return the error for a worker that ended by itself, which its name begins."""
+        self._process.join()
+        how = ending(self._process.exitcode or 0)
+        return HelperFailedError(f"{name} {how}, which ends the run; start it again")
 
     def join(self) -> None:
         """Wait until it has ended."""

@@ -2,9 +2,7 @@
 
 import contextlib
 import os
-import subprocess
 import sys
-import tempfile
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -12,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
+from hil_emulator.platform.helper_process import HelperFailedError
 from hil_emulator.recording import journal
 from hil_emulator.recording.exports import check_file
 from hil_emulator.recording.journal import EntryKind
 from hil_emulator.recording.pre_trigger import Capture
-from hil_emulator.recording.writer_process import READY
+from hil_emulator.recording.writer import start_writer
 from hil_emulator.signals.columns import Readings, columns, fill_row
 
-_TICKS_PER_WRITE = 32  # one system call for as many ticks; 32 ms at 1 kHz (assumed)
+_TICKS_PER_WRITE = 25  # one system call for as many ticks; 25 ms at 1 kHz (assumed)
 _PIPE_BYTES = 1 << 20  # what Linux grants without privileges
 _SET_PIPE_SIZE = 1031  # F_SETPIPE_SZ of <linux/fcntl.h>
 
@@ -37,6 +35,9 @@ class FileRecorder:
         header: see `header.header`.
         capture: holds ticks back until its condition holds, where there is one.
 
+    Attributes:
+        writer: the process.
+
     Raises:
         UserError: for a file that cannot be written.
 
@@ -50,24 +51,11 @@ class FileRecorder:
         self._row = np.empty(len(columns()))
         self._capture = capture
         self._tick = bytearray()  # this tick so far
-        self._buffer = bytearray(journal.header_entry(header))
+        self._buffer = bytearray()
         self._unsent: deque[bytes] = deque()
         self._ticks = 0
-        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by close()
-        command = [sys.executable, "-m", "hil_emulator.recording.writer_process", *map(str, files)]
-        self._writer = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._errors,
-            start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
-        )
-        assert self._writer.stdin is not None
-        assert self._writer.stdout is not None
-        with self._writer.stdout as ready:
-            if ready.read(len(READY)) != READY:
-                self._finish()
-        self._pipe = self._writer.stdin.fileno()
+        self.writer = start_writer(files, header)
+        self._pipe = self.writer.input
         os.set_blocking(self._pipe, False)
         _widen(self._pipe)
 
@@ -96,24 +84,14 @@ class FileRecorder:
         """Hand over the rest and wait until all files are written.
 
         Raises:
-            UserError: if one could not be written, or not to its end.
+            HelperFailedError: if one could not be written, or not to its end.
 
         """
         os.set_blocking(self._pipe, True)
         self._hand_over()
-        assert self._writer.stdin is not None
-        with contextlib.suppress(BrokenPipeError):
-            self._writer.stdin.close()
-        self._finish()
-
-    def _finish(self) -> None:
-        """Wait for the writer, and say what went wrong."""
-        failed = self._writer.wait()
-        self._errors.seek(0)
-        text = self._errors.read().decode(errors="replace").strip()
-        self._errors.close()
-        if failed:
-            raise UserError(f"recording: {text or f'the writer ended with {failed}'}")
+        self.writer.close()
+        if self.writer.failures:
+            raise HelperFailedError("\n".join(self.writer.failures))
 
     def _hand_over(self) -> None:
         """Write as much as the pipe takes; the rest waits here."""
@@ -130,7 +108,7 @@ class FileRecorder:
         except BlockingIOError:
             pass
         except BrokenPipeError:
-            self._unsent.clear()  # the writer is gone; close() tells why
+            self._unsent.clear()  # the writer is gone; its process is watched elsewhere
 
 
 def _widen(pipe: int) -> None:

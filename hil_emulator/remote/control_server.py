@@ -3,7 +3,6 @@
 import contextlib
 import json
 import socket
-import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
@@ -11,12 +10,19 @@ from typing import Any, Protocol
 from hil_emulator.errors import UserError, brief
 from hil_emulator.faults.active import Faults
 from hil_emulator.faults.running import Running
+from hil_emulator.platform.helper_process import HelperProcess
 from hil_emulator.signals.columns import columns
 from hil_emulator.signals.inputs import COMMANDS, SETTINGS, setting
 from hil_emulator.wire.wire import TimedWire
 
 _CHUNK = 1 << 16
 _START_S = 20.0  # for a Python process to begin (assumed limit)
+
+CONTROL = (
+    "remote control",
+    "ctl and requests over HTTP get no answer; start the run again with --control",
+)
+"""Name of the process that speaks HTTP, and what is lost with it."""
 
 
 class Controlled(Protocol):
@@ -54,9 +60,11 @@ class ControlServer:
         answers: what can be asked; `ANSWERS` without any.
         shared: descriptors that the server inherits besides.
         briefing: what it is told first, where it asks for that.
+        role: name of the process, and what is lost with it; see `HelperProcess`.
 
     Attributes:
         port: the port in use.
+        process: the server's process.
 
     Raises:
         UserError: if the port cannot be listened on.
@@ -70,16 +78,14 @@ class ControlServer:
         answers: Answers | None = None,
         shared: Sequence[int] = (),
         briefing: dict[str, Any] | None = None,
+        role: tuple[str, str] = CONTROL,
     ) -> None:
         self._answers = ANSWERS if answers is None else answers
         self._socket, theirs = socket.socketpair()
         with theirs:
             passed = [theirs.fileno(), *shared]
-            self._server = subprocess.Popen(
-                [sys.executable, "-m", program, str(port), *map(str, passed)],
-                pass_fds=passed,
-                start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
-            )
+            command = [sys.executable, "-m", program, str(port), *map(str, passed)]
+            self.process = HelperProcess(command, *role, pass_fds=passed)
         self._pending = b""
         self._unsent = bytearray()
         self._socket.settimeout(_START_S)
@@ -87,6 +93,7 @@ class ControlServer:
             self._socket.sendall(json.dumps(briefing).encode() + b"\n")
         greeting = self._greeting()
         if "error" in greeting:
+            self.close()
             raise UserError(f"--control {port}: {greeting['error']}; choose another port")
         self.port = int(greeting["port"])
         self._socket.setblocking(False)
@@ -110,7 +117,7 @@ class ControlServer:
     def close(self) -> None:
         """End the server; it sees that the line is cut."""
         self._socket.close()
-        self._server.wait()
+        self.process.close()
 
     def _greeting(self) -> dict[str, Any]:
         line = b""

@@ -29,7 +29,7 @@ from typing import Any
 from urllib.parse import parse_qs
 
 HOST = "127.0.0.1"
-_ANSWER_S = 5.0  # a loop that follows SYNC may wait for a controller (assumed limit)
+_ANSWER_S = 5.0  # between two ticks an FMU may take a while (assumed limit)
 _LARGEST = 1 << 16  # bytes of a body
 _IDLE_S = 10.0  # a client that says nothing for so long is left (assumed)
 _SHOWN = 80  # characters of a name in an answer (assumed)
@@ -63,7 +63,7 @@ class LoopLine:
                 while (answer := self._answers.get(timeout=_ANSWER_S)).pop("id", number) != number:
                     pass  # too late for the one who asked
             except queue.Empty:
-                return {"error": "no time passes in the emulator: it waits for SYNC"}
+                return {"error": f"the emulator's loop has not answered for {_ANSWER_S:g} s"}
             return answer
 
     def _listen(self) -> None:

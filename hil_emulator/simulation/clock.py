@@ -129,6 +129,7 @@ class FollowSync:
 
     Attributes:
         serve: lets the nodes answer frames without moving the plant; set by whoever has the rig.
+        idle: called some times a second while no SYNC comes.
 
     """
 
@@ -141,6 +142,7 @@ class FollowSync:
         self._waiting: list[Frame] = []
         self._passed: list[Frame] = []
         self.serve: Callable[[Sequence[Frame]], None] = lambda frames: None
+        self.idle: Callable[[], None] = lambda: None
         self.send = bus.send
 
     def wait_until(self, t_ns: int) -> int:
@@ -154,6 +156,7 @@ class FollowSync:
                 self._released_ns += self._period_ns
             elif not before:
                 self._bus.wait(0.1)
+                self.idle()
         return 0
 
     def receive(self) -> list[Frame]:

@@ -108,6 +108,7 @@ def test_places_held_by_nobody_are_given_away(
         assert b"error" in late.hear(1)
     monkeypatch.setattr(tcp_connection, "HANDSHAKE_LIMIT_S", 0.0)
     with Client(server).shake_hands() as client:
+        assert b"< error no rawmode for 5 s: connect again >" in idle[0].heard()
         server.send(message_of(FRAME))
         assert b"frame" in client.hear(1)
     for connection in idle:

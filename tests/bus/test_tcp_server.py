@@ -125,18 +125,38 @@ def test_what_a_client_said_before_it_left_counts(server: SocketcandServerBus) -
     assert polled(server, lambda: server.clients == 0) == [Frame(0x80)] * 3
 
 
-def test_there_is_room_for_a_stated_number_of_clients(server: SocketcandServerBus) -> None:
+def test_there_is_room_for_a_stated_number_of_clients(
+    server: SocketcandServerBus, caplog: pytest.LogCaptureFixture
+) -> None:
     """One too many is told so and let go; when somebody leaves there is room again."""
     with ExitStack() as stack:
         clients = [stack.enter_context(Client(server).shake_hands()) for _ in range(MAX_CLIENTS)]
         with Client(server) as late:
-            assert b"error" in late.hear(1)
+            assert b"< error 16 clients are connected already: close one >" in late.hear(1)
             assert late.socket.recv(1) == b""
+        assert "16 clients are connected already" in caplog.text
         server.send(SYNC)
         assert all(client.hear(1).startswith(b"< frame") for client in clients)
         clients[0].socket.close()
         polled(server, lambda: server.clients == MAX_CLIENTS - 1)
         stack.enter_context(Client(server).shake_hands())
+
+
+@pytest.mark.parametrize("beginning", [b"< hi >", b"GET / HTTP/1.1\r\n\r\n", b"?" * 10_000])
+def test_a_client_that_is_refused_hears_why(
+    server: SocketcandServerBus, caplog: pytest.LogCaptureFixture, beginning: bytes
+) -> None:
+    """In the protocol's own form, before the connection ends; the log says each reason once."""
+    reason = "no socketcand client: begin with open can0, then rawmode"
+    for _ in range(2):
+        with Client(server) as client:
+            client.say(beginning)
+            assert client.hear(2) == f"< hi >< error {reason} >".encode()
+            assert client.socket.recv(1) == b""
+    assert server.clients == 0
+    assert [r.getMessage() for r in caplog.records] == [
+        f"CAN port {server.port}: a client is refused: {reason}"
+    ]
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ import pytest
 
 from hil_emulator.platform.paths import shipped
 from hil_emulator.platform.worker import can_fork
+from tests.processes import children, descendants
 
 KNEE = shipped("configs/hyq_knee.toml")
 COMMAND = [sys.executable, "-m", "hil_emulator", "run"]
@@ -58,8 +59,7 @@ def running(*words: object) -> Iterator[tuple["subprocess.Popen[str]", list[str]
 
 def workers_of(process: "subprocess.Popen[str]") -> list[int]:
     """Return the numbers of the processes that a run has started."""
-    text = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
-    return [int(number) for number in text.split()]
+    return list(children(process.pid))
 
 
 def alive(number: int) -> bool:
@@ -119,6 +119,25 @@ def test_a_part_that_cannot_begin_ends_all_with_one_message(pair: Path) -> None:
     assert len(result.stderr.strip().splitlines()) == 1
 
 
+def test_a_part_whose_recording_fails_goes_on(pair: Path, tmp_path: Path) -> None:
+    """A warning names the part; all go on until the run is ended, whose exit code is 3."""
+    file = tmp_path / "run.rec"
+    with running(pair, "--processes", 2, "--record", file) as (process, _):
+        (left,) = [n for n, line in descendants(process.pid).items() if "run_left.rec" in line]
+        os.kill(left, signal.SIGKILL)
+        assert process.stderr
+        warning = process.stderr.readline()
+        assert "run_left.rec: its process was ended by signal 9" in warning
+        assert warning.endswith("(left)\n")
+        assert all(map(alive, workers_of(process)))
+        process.send_signal(signal.SIGTERM)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 3
+    assert "run_left.rec: its process was ended by signal 9" in err
+    assert "Traceback" not in err
+    assert f"recorded  {tmp_path / 'run_right.rec'}" in out
+
+
 @pytest.mark.parametrize("victim", ["a worker", "the foreman"])
 def test_none_outlives_the_others(pair: Path, victim: str) -> None:
     """A worker that is killed is missed and the run ends; killed itself, it leaves no worker."""
@@ -129,5 +148,5 @@ def test_none_outlives_the_others(pair: Path, victim: str) -> None:
     while any(map(alive, workers)):
         time.sleep(0.01)
     if victim == "a worker":
-        assert process.returncode == 2
-        assert "the process of left has ended by itself" in err
+        assert process.returncode == 3
+        assert "the process of left was ended by signal 9 (SIGKILL)" in err

@@ -52,13 +52,16 @@ class Bench:
 
 
 @contextmanager
-def running(*options: str, folder: Path | None = None, bus: Sequence[str] = ()) -> Iterator[Bench]:
-    """Yield an emulator with a panel; it has to end well.
+def running(
+    *options: str, folder: Path | None = None, bus: Sequence[str] = (), code: int = 0
+) -> Iterator[Bench]:
+    """Yield an emulator with a panel; it has to end as it should.
 
     Args:
         options: of `run`.
         folder: where it runs.
         bus: what says on which bus it is; a virtual one without.
+        code: its exit code.
 
     """
     command = [sys.executable, "-m", "hil_emulator", "run", str(shipped("configs/hyq_knee.toml"))]
@@ -73,7 +76,7 @@ def running(*options: str, folder: Path | None = None, bus: Sequence[str] = ()) 
         ports = re.findall(r"^bus .*:(\d+)", said, re.M)
         yield Bench(process, url, int(ports[0]) if ports else 0)
         process.terminate()
-        assert process.wait(PATIENCE_S) == 0
+        assert process.wait(PATIENCE_S) == code
     finally:
         process.kill()
         process.wait()

@@ -105,28 +105,59 @@ def until(done: object, seconds: float = 20.0) -> None:
         time.sleep(0.05)
 
 
-def test_a_full_disk_ends_the_recording_and_not_the_run(
-    journal: Path, recording: Recording, tmp_path: Path
-) -> None:
-    """What fitted is readable, and the message says why there is no more."""
-    limit = journal.stat().st_size // 2
+def on_a_small_disk(
+    journal: Path, limit: int, *files: Path
+) -> "subprocess.CompletedProcess[bytes]":
+    """Return the writer of some files that can have so many bytes."""
 
     def small() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
-    file = tmp_path / "full.rec"
-    result = subprocess.run(
-        [sys.executable, "-m", "hil_emulator.recording.writer_process", str(file)],
+    return subprocess.run(
+        [sys.executable, "-m", "hil_emulator.recording.writer_process", *map(str, files)],
         input=journal.read_bytes(),
         capture_output=True,
         preexec_fn=small,
         check=False,
     )
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_run(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """What fitted is readable, and the message says why there is no more."""
+    file = tmp_path / "full.rec"
+    result = on_a_small_disk(journal, journal.stat().st_size // 2, file)
     assert result.returncode == 1
-    assert b"ends early: File too large" in result.stderr
+    assert b"ends early: File too large" in result.stdout
     rows = read(file).rows
     assert 0.4 * TICKS < len(rows) < 0.6 * TICKS
     assert rows.tobytes() == recording.rows[: len(rows)].tobytes()
+
+
+def test_a_recording_has_not_begun_where_its_first_block_finds_no_room(
+    journal: Path, tmp_path: Path
+) -> None:
+    """The writer is not ready: its first line is the reason, and no file stays behind."""
+    result = on_a_small_disk(journal, 100, tmp_path / "full.csv")
+    assert result.returncode == 1
+    (line,) = result.stdout.splitlines()
+    assert line.endswith(b"full.csv.rec: cannot be written: File too large; make room")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_format_that_cannot_be_written_leaves_the_journal(journal: Path, tmp_path: Path) -> None:
+    """The other formats are written all the same, and how to write it later is said."""
+    folder, other = tmp_path / "run.csv", tmp_path / "run.npz"
+    folder.mkdir()
+    result = on_a_small_disk(journal, resource.RLIM_INFINITY, folder, other)
+    assert result.returncode == 1
+    ready, line = result.stdout.decode().splitlines()
+    assert ready == ""
+    assert "run.csv: cannot be written: Is a directory" in line
+    assert line.endswith(f"hil-emulator convert {folder}.rec {folder}")
+    assert (tmp_path / "run.csv.rec").read_bytes() == journal.read_bytes()
+    assert other.stat().st_size > 0
 
 
 def test_a_file_that_cannot_be_opened_stops_the_run_before_it_begins(tmp_path: Path) -> None:
@@ -144,10 +175,9 @@ def test_a_writer_that_dies_is_reported_at_the_end(tmp_path: Path) -> None:
         recorder = FileRecorder([tmp_path / "run.rec"], header(config, b.rig.nodes))
         b.rig.recorder = recorder
         b.ticks(50)
-        recorder._writer.kill()
-        recorder._writer.wait()
+        os.kill(recorder.writer.pid, signal.SIGKILL)
         b.ticks(100)
-        with pytest.raises(UserError, match="the writer ended with -9"):
+        with pytest.raises(UserError, match=r"ended by signal 9 \(SIGKILL\)"):
             recorder.close()
         assert b.rig.now_ns == 150_000_000
 
@@ -169,11 +199,11 @@ def test_a_capture_keeps_what_was_before_the_trigger(tmp_path: Path) -> None:
     assert capture.triggered_ns == round(table["time"][at] * 1e9)
 
 
-def test_the_loop_makes_one_system_call_in_thirty_two_ticks(
+def test_the_loop_makes_one_system_call_in_twenty_five_ticks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Frames and rows in between stay in memory; closing hands over the rest, and none is lost."""
-    config, calls, ticks = reference(), [], 100
+    config, calls, ticks = reference(), [], 110
     write = os.write
 
     def counted(pipe: int, data: bytes) -> int:
@@ -186,9 +216,9 @@ def test_the_loop_makes_one_system_call_in_thirty_two_ticks(
         for k in range(ticks):
             recorder.bus(k, [set_point(0.1), START], sent=False)
             recorder.row(k * 1_000_000, b.rig.plant, list(b.rig.sensors.reading))
-        assert len(calls) == ticks // 32
+        assert len(calls) == ticks // 25
         recorder.close()
-    assert len(calls) == ticks // 32 + 1
+    assert len(calls) == ticks // 25 + 1
     kept = read(tmp_path / "run.rec")
     assert len(kept.rows) == ticks
     assert len(kept.frames) == 2 * ticks

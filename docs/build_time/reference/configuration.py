@@ -64,9 +64,15 @@ def _section(title: str, model: Any, *further: str) -> list[str]:
     """Return heading, meaning and keys of a table, without its effects."""
     effects = [n for n, f in model.model_fields.items() if _is_effect(f.annotation)]
     listed = keys.keys(model, leave_out=effects) if len(effects) < len(model.model_fields) else ""
-    ways = f"Give {text(model.wanted)}." if issubclass(model, TableOfWays) else ""
+    ways = _ways(model) if issubclass(model, TableOfWays) else ""
     return [f"## {title}", sentence((model.__doc__ or "").partition("\n")[0]), listed, ways,
             *further]  # fmt: skip
+
+
+def _ways(model: type[TableOfWays]) -> str:
+    """Return which keys say the same, of which one way is to be chosen."""
+    optional = tuple(0 for _ in model.groups) in model.ways
+    return f"{'If any, give' if optional else 'Give'} {text(model.wanted)}."
 
 
 def _is_effect(annotation: Any) -> bool:

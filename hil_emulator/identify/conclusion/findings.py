@@ -80,7 +80,7 @@ class Rival:
 
 @dataclass(frozen=True)
 class Wanted:
-    """Each experiment's estimate of an effect, all else as estimated from all experiments.
+    """One experiment's estimate of an effect, all else as estimated from all experiments.
 
     Attributes:
         experiment: its name.

@@ -123,7 +123,9 @@ function step(name, key) {
   views[next].button.focus();
 }
 
-function states({ nodes = [], faults = [], timing, slipped, error }) {
+function states({ nodes = [], faults = [], failures = [], timing, slipped, error }) {
+  if (failures.length) byId("failures").textContent = failures.join("\n");
+  byId("failures").hidden = !byId("failures").textContent;
   byId("states").replaceChildren(
     ...nodes.map(({ id, state }) => make("span", {
       class: `chip ${state === "operational" ? "good" : ""}`,
