@@ -44,7 +44,7 @@ def _course(said: dict[str, Any]) -> Any:
     "--method",
     type=click.Choice(["search", "least-squares"]),
     default="search",
-    help="least-squares: beside what the search finds, a plain fit of the same effects.",
+    help="least-squares: in addition, a plain fit of the effects that the search finds.",
 )
 def identify(
     files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],

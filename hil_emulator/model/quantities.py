@@ -195,7 +195,7 @@ SIGNALS = (
     Quantity("load_acceleration", "m/s^2", "acceleration of the load"),
     Quantity("transverse_force", "N", "force across the load cell"),
     Quantity("outward_flow", "m^3/s", "leakage out of both chambers"),
-    Quantity("pilot_flow", "m^3/s", "flow from s to t beside the edges"),
+    Quantity("pilot_flow", "m^3/s", "flow from s to t past the metering edges"),
     Quantity("pump_pressure", "Pa", "pressure at the pump"),
     Quantity("pump_flow", "m^3/s", "flow that the pump displaces"),
     Quantity("pump_leakage_flow", "m^3/s", "leakage inside the pump"),
