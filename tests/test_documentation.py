@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parent.parent / "docs"
-PAGES = sorted(p.stem for p in DOCS.glob("*.md") if p.stem != "index")
+FILES = [*DOCS.glob("*.md"), *DOCS.glob("reference/*.md")]
+PAGES = sorted({str(p.relative_to(DOCS).with_suffix("")) for p in FILES} - {"index"})
 TREE = re.findall(r"^[\w/]+$", (DOCS / "index.md").read_text(), re.M)
 
 

@@ -70,7 +70,7 @@ ROOMS = {
         "identify/selection", "model", "platform", "protocol", "recording", "simulation",
     },
     "scenario": {
-        "numpy", "pydantic", "bus", "config", "faults", "pages", "platform",
+        "numpy", "pydantic", "bus", "config", "faults", "model", "pages", "platform",
         "recording", "signals", "simulation",
     },
     "testing": {

@@ -93,7 +93,9 @@ def export(files: tuple[Path, ...], out: Path, *, overwrite: bool) -> None:
 @FILES
 @click.option("--out", type=OutputStem(), help="File to write, such as knee.fmu.")
 @OVERWRITE
-@click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True)
+@click.option(
+    "--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Version of FMI."
+)
 @click.option("--c-only", is_flag=True, help="One .h and one .c, without FMI.")
 @click.option("--float32", is_flag=True, help="With --c-only: compute with float.")
 @click.option("--all-effects", is_flag=True, help="Bring effects that are off, too.")

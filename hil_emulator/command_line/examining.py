@@ -28,9 +28,16 @@ def effects(files: tuple[Path, ...], as_json: bool) -> None:
 @click.command()
 @FILES
 @click.option(
-    "--position", type=QuantityType("m", "40 mm"), help='Such as "40 mm"; else the start.'
+    "--position",
+    type=QuantityType("m", "40 mm"),
+    help='Of the rod, such as "40 mm"; else the start.',
 )
-@click.option("--current", type=QuantityType("A", "1 mA"), default="0 mA", help="0 mA: at rest.")
+@click.option(
+    "--current",
+    type=QuantityType("A", "1 mA"),
+    default="0 mA",
+    help='Such as "1 mA"; 0 mA: at rest.',
+)
 @click.option("--json", "as_json", is_flag=True, help="For programs; SI.")
 @click.option(
     "--picture",
@@ -63,7 +70,7 @@ def linear(
     show_default=True,
     help="Folder for tables, pictures and the page.",
 )
-@click.option("--seed", type=click.IntRange(min=0), help="Of the sensors' noise.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the sensors' noise.")
 @OVERWRITE
 def characterise(
     test: str, files: tuple[Path, ...], out: Path, seed: int | None, *, overwrite: bool
@@ -76,7 +83,7 @@ def characterise(
 
 @click.command()
 @click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
-@click.option("--duration", type=Duration(), default="10 s", help="Of the wall-clock part.")
+@click.option("--duration", type=Duration(), default="10 s", help="Duration of the real-time part.")
 @click.option("--identify", type=Duration(), help='Instead: find an effect in "60 s" of data.')
 @click.option(
     "--panel", is_flag=True, help="Instead: what the panel costs, by pages that are open."

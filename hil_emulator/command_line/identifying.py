@@ -40,13 +40,13 @@ def _course(said: dict[str, Any]) -> Any:
 
 @click.command(cls=Examination)
 @recordings
-@click.option("--only", multiple=True, metavar="EFFECT", help="Name none but these.")
-@click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not name these.")
+@click.option("--only", multiple=True, metavar="EFFECT", help="Consider only this effect.")
+@click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not consider this effect.")
 @click.option(
     "--method",
     type=click.Choice(["search", "least-squares"]),
     default="search",
-    help="least-squares: beside what the search finds, a plain fit of the same effects.",
+    help="least-squares: in addition, a plain fit of the effects that the search finds.",
 )
 def identify(
     files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],
@@ -81,9 +81,14 @@ def gap(
 
 @click.command()
 @click.argument("name", required=False)
-@click.option("--amplitude", type=QuantityType("m", "12 mm"), help="Largest deviation: 12 mm.")
+@click.option(
+    "--amplitude", type=QuantityType("m", "12 mm"), help='Largest deviation, such as "12 mm".'
+)
 @click.option("--duration", type=Duration(), help='How long, such as "2 s".')
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=1, show_default=True,
+    help="Seed of levels and phases.",
+)  # fmt: skip
 @click.option(
     "--config", "configs", multiple=True, type=CONFIGURATION,
     help="The machine, for its stops and its valve.",
@@ -107,10 +112,14 @@ def experiment(
 
 @click.command()
 @click.argument("effects", nargs=-1)
-@click.option("--size", "sizes", multiple=True, help="small, medium, large, or a value; one each.")
+@click.option(
+    "--size", "sizes", multiple=True, help="small, medium, large, or a value; one per effect."
+)
 @click.option("--config", "configs", multiple=True, type=CONFIGURATION, help="The machine.")
-@click.option("--seed", type=click.IntRange(min=0), help="The same machine again.")
-@click.option("--surprise", is_flag=True, help="Draw an effect, and do not tell.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), help="Seed of the machine and its noise, to repeat it."
+)
+@click.option("--surprise", is_flag=True, help="Draw the effects at random and do not print them.")
 @click.option("--duration", type=Duration(), help='Of each experiment, such as "3 s".')
 @click.option("--out", type=Output(is_folder=True), help="Folder of the practice ground.")
 @OVERWRITE

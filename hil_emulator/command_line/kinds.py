@@ -78,9 +78,11 @@ class Duration(click.ParamType[float]):
 class QuantityType(click.ParamType[float]):
     """A number with a unit."""
 
+    name = "quantity"
+
     def __init__(self, unit: str, example: str) -> None:
-        self.name = example
         self._unit = unit
+        self._example = example
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -89,7 +91,7 @@ class QuantityType(click.ParamType[float]):
         from hil_emulator.units import to_si
 
         try:
-            return to_si(value, self._unit, self.name)
+            return to_si(value, self._unit, self._example)
         except ValueError as error:
             self.fail(str(error), param, ctx)
 

@@ -46,7 +46,7 @@ def recordings(function: Any) -> Any:
         click.option("--out", type=Output(is_folder=True), help="Folder for the report."),
         click.option(
             "--rated-current", type=QuantityType("A", "10 mA"),
-            help="What 100 % of a valve driver's set point are, where nothing states it.",
+            help='Current at 100 % of the set point, such as "10 mA", where no file states it.',
         ),
         click.option(
             "--set-points", type=click.Choice(["held", "moves"]),

@@ -23,6 +23,7 @@ from hil_emulator.command_line.kinds import (
     type=click.Choice(["wall", "lockstep", "follow-sync"]),
     default="wall",
     show_default=True,
+    help="Real time, as fast as possible, or one period per SYNC.",
 )
 @click.option("--duration", type=Duration(), help='Emulator time to run, such as "60 s".')
 @click.option(
@@ -39,11 +40,17 @@ from hil_emulator.command_line.kinds import (
 @click.option("--before", type=Duration(), default="5 s", help="How long before the trigger.")
 @click.option("--after", type=Duration(), default="1 s", help="How long after the trigger.")
 @click.option("--fault", "faults", multiple=True, help='TARGET KIND NAME=VALUE...; see "faults".')
-@click.option("--processes", type=click.IntRange(1), help="Of several actuators; default: cores.")
+@click.option(
+    "--processes",
+    type=click.IntRange(1),
+    help="Processes for several actuators; default: one per core.",
+)
 @click.option("--port", type=click.IntRange(0, 65535), help="TCP port of the bus; 0: any free one.")
 @click.option("--control", type=click.IntRange(0, 65535), help="Port of the remote control (ctl).")
-@click.option("--panel", "panel", flag_value="full", help="Show it in a browser.")
-@click.option("--panel-view-only", "panel", flag_value="view only", help="Nobody touches it there.")
+@click.option("--panel", "panel", flag_value="full", help="Show the panel in a browser.")
+@click.option(
+    "--panel-view-only", "panel", flag_value="view only", help="Show the panel, read-only."
+)
 def run(
     files: tuple[Path, ...],
     bus: str | None,
@@ -67,7 +74,10 @@ def run(
 
 
 @click.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value
-@click.option("--port", type=click.IntRange(1, 65535), default=29537, show_default=True)
+@click.option(
+    "--port", type=click.IntRange(1, 65535), default=29537, show_default=True,
+    help="Port that the emulator got by --control.",
+)  # fmt: skip
 @click.argument("words", metavar="status|read|fault|end|set ...", nargs=-1)
 def ctl(port: int, words: tuple[str, ...]) -> None:
     """Control an emulator that runs with --control."""
@@ -82,6 +92,7 @@ def ctl(port: int, words: tuple[str, ...]) -> None:
     type=NewPicture(),
     default="hil-emulator-demo.png",
     show_default=True,
+    help="File of the picture.",
 )
 @OVERWRITE
 @click.pass_context

@@ -12,6 +12,7 @@ from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load
 from hil_emulator.model.declare import Effect, Param
 from hil_emulator.model.effects import CATALOGUE
+from hil_emulator.model.sensors import Channel
 from hil_emulator.units import show
 
 
@@ -31,9 +32,9 @@ def effects(files: Sequence[Path], as_json: bool) -> None:
             e.stage.table,
             e.name,
             e.knob.name,
-            _amount(e.knob.typical, e.knob),
-            f"{_amount(e.knob.low, e.knob)} ... {_amount(e.knob.high, e.knob)}",
-            _amount(e.off, e.knob),
+            amount(e.knob.typical, e.knob),
+            f"{amount(e.knob.low, e.knob)} ... {amount(e.knob.high, e.knob)}",
+            amount(e.off, e.knob),
             e.equation,
         )
         for e in known
@@ -45,9 +46,10 @@ def effects(files: Sequence[Path], as_json: bool) -> None:
     )
 
 
-def _amount(value: float, param: Param) -> str:
-    if param.unit == "span":
-        return f"{value:g} span"
+def amount(value: float, param: Param | Channel) -> str:
+    """Return a value for people; one of a transducer without a channel as a part of its span."""
+    if param.unit.startswith("span") and math.isfinite(value):
+        return f"{value:g} {param.unit}"
     return show(value, param.unit, param.shown)
 
 

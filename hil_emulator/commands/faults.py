@@ -1,5 +1,7 @@
 """`hil-emulator faults`: the vocabulary of faults."""
 
+import math
+
 import click
 
 from hil_emulator.commands.text_table import text_table
@@ -22,17 +24,28 @@ def faults() -> None:
 
 
 def _params(kind: FaultKind) -> str:
-    return ", ".join(f"{p.name} = {_usual(p)}" for p in kind.params)
+    return ", ".join(f"{p.name} = {usual(p)}" for p in kind.params)
 
 
-def _usual(param: FaultParam) -> str:
-    """Return what a parameter is when nothing is said of it."""
+def usual(param: FaultParam) -> str:
+    """Return the default of a parameter, "NAME" for a required name."""
     if param.unit == TEXT:
         return "NAME"
     assert param.default is not None
-    if param.unit in (SPAN, SPAN_PER_SECOND):
-        return f"{param.default:.3g} {_unit(param)}"
-    return show(param.default, param.unit, param.shown)
+    return _amount(param.default, param)
+
+
+def bounds(param: FaultParam) -> str:
+    """Return the smallest and the largest value of a parameter, "" for a name."""
+    if param.unit == TEXT:
+        return ""
+    return f"{_amount(param.low, param)} ... {_amount(param.high, param)}"
+
+
+def _amount(value: float, param: FaultParam) -> str:
+    if param.unit in (SPAN, SPAN_PER_SECOND) and math.isfinite(value):
+        return f"{value:.3g} {_unit(param)}"
+    return show(value, param.unit, param.shown)
 
 
 def _unit(param: FaultParam) -> str:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import model_validator
 
-from hil_emulator.config.table import QuantityReader, StrictTable
+from hil_emulator.config.table import DescribedTable, QuantityReader
 from hil_emulator.model.declare import Param
 from hil_emulator.model.quantities import PARAMS
 from hil_emulator.units import show
@@ -20,8 +20,9 @@ from hil_emulator.units import show
 ABSENT = "absent"
 
 CHAMBER_PRESSURE = Param(
-    "pressure", "Pa", "constant pressure in a chamber", 3e5, 0.0, 1000e5, "bar"
-)
+    "pressure", "Pa", "constant pressure of a chamber that no channel measures; absent: no such "
+    "chamber", 3e5, 0.0, 1000e5, "bar",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -92,22 +93,22 @@ KINDS = {kind.name: kind for kind in (
 FREE = "free"
 
 PROPORTIONAL_GAIN = Param(
-    "proportional_gain", "A/m", "current per deviation of the position", 0.5, 1e-4, 1e4
+    "proportional_gain", "A/m", "gain of the position controller, current per deviation; free: "
+    "identification estimates it", 0.5, 1e-4, 1e4,
 )  # fmt: skip
 
 Chamber = Annotated[float | None, QuantityReader(CHAMBER_PRESSURE, {ABSENT: math.nan})]
 Gain = Annotated[float | None, QuantityReader(PROPORTIONAL_GAIN, {FREE: math.nan})]
 
 
-class BenchTable(StrictTable):
-    """Which bench it is, and what holds there that no table of the actuator says."""
+class BenchTable(DescribedTable):
+    """The kind of bench, and what the tables of the actuator do not say about it."""
 
     kind: Literal[tuple(KINDS)] = "actuator"  # type: ignore[valid-type]
+    """which parts of an actuator stand on the bench"""
     pressure_a: Chamber = None
     pressure_b: Chamber = None
-    proportional_gain: Annotated[
-        float | None, QuantityReader(PROPORTIONAL_GAIN, {FREE: math.nan})
-    ] = None
+    proportional_gain: Gain = None
 
     @model_validator(mode="after")
     def _of_its_kind(self) -> "BenchTable":

@@ -16,7 +16,7 @@ DEFAULT_BUS = {
 }
 """A TCP server any process can connect to without root; 29536 is socketcand's port."""
 
-BIT_RATE = Param("bit_rate", "bit/s", "of the bus", 500e3, 10e3, 1e6, "kbit/s")
+BIT_RATE = Param("bit_rate", "bit/s", "bit rate of the bus", 500e3, 10e3, 1e6, "kbit/s")
 FASTEST = 1_000_000
 """Assumed where nothing is said: the fastest classical CAN [bit/s]."""
 TRANSMIT_QUEUE = 32
@@ -30,9 +30,9 @@ class BusTable(BaseModel):
 
     bit_rate: Annotated[float | None, QuantityReader(BIT_RATE)] = None
     timing: Literal["ideal", "modelled"] = "ideal"
-    """whether frames pass at once, or take their time and their turn"""
+    """ideal: frames pass at once; modelled: they take bus time and wait for arbitration"""
     transmit_queue: int = Field(default=TRANSMIT_QUEUE, ge=1, le=1024)
-    """frames that can wait in a node"""
+    """frames that can wait in a node for the bus"""
 
     @model_validator(mode="after")
     def _one_rate(self) -> "BusTable":

@@ -32,7 +32,7 @@ from hil_emulator.config.load import load_rig
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.nodes import UNCONFIGURED
 from hil_emulator.config.one_supply import on_one_supply
-from hil_emulator.config.table import DescribedTable, StrictTable
+from hil_emulator.config.table import DescribedTable
 from hil_emulator.config.toml_file import read_toml
 from hil_emulator.errors import UserError
 
@@ -44,32 +44,35 @@ class ActuatorTable(DescribedTable):
     """One actuator: its files, bus and supply, what it carries, and where its node-IDs begin."""
 
     name: str = Field(min_length=1)
-    """what recordings and faults call it"""
+    """name in recordings and faults"""
     files: tuple[str, ...] = Field(min_length=1)
-    """its configuration, later files over earlier ones; paths from this file"""
+    """its configuration, later files over earlier ones; paths are relative to this file"""
     bus: str
     """name of one of [buses]"""
     node_offset: int = Field(default=0, ge=0, le=126)
     """added to every node-ID in its files"""
     supply: str | None = None
-    """name of one of [supplies], where it shares that with others"""
+    """name of one of [supplies]; without it the actuator has a supply of its own"""
     carries: str | None = None
-    """name of the actuator whose joint is at the end of the link that this one moves"""
+    """name of the actuator whose joint is at the end of the link that this actuator moves"""
 
 
 class SupplyTable(DescribedTable):
     """A supply that several actuators share."""
 
     files: tuple[str, ...] = Field(min_length=1)
-    """what describes it, laid over the files of each of them; paths from this file"""
+    """configuration files, laid over those of each actuator on it; paths relative to this file"""
 
 
-class MachineTable(StrictTable):
-    """The whole file."""
+class MachineTable(DescribedTable):
+    """A machine of several actuators, under one clock."""
 
     buses: dict[str, BusTable] = Field(min_length=1)
+    """the buses by name, each like [bus] of a configuration"""
     supplies: dict[str, SupplyTable] = Field(default_factory=dict)
+    """the supplies that several actuators share, by name"""
     actuator: tuple[ActuatorTable, ...] = Field(min_length=1)
+    """the actuators"""
 
 
 @dataclass(frozen=True)

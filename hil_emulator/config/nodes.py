@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field
 from hil_emulator.config.bus import BIT_RATE
 from hil_emulator.config.course_points import column
 from hil_emulator.config.object_map import COMMAND_UNITS, ObjectSettings, read_map
-from hil_emulator.config.table import DescribedTable, QuantityReader, StrictTable
+from hil_emulator.config.table import DescribedTable, QuantityReader
 from hil_emulator.model.declare import Param
 
 UNCONFIGURED = 0xFF
@@ -46,39 +46,46 @@ def read_id(said: object) -> int:
     raise ValueError(f'{said!r} is no node-ID: 1 to 127, or "unconfigured" to get one by LSS')
 
 
-class IdentityTable(StrictTable):
-    """Who the node says it is, where its EDS says something else."""
+class IdentityTable(DescribedTable):
+    """Identity objects whose values differ from those in the EDS."""
 
     vendor_id: _U32 = None
+    """value of 0x1018:01"""
     product_code: _U32 = None
+    """value of 0x1018:02"""
     revision_number: _U32 = None
+    """value of 0x1018:03"""
     device_name: str | None = None
+    """value of 0x1008"""
     hardware_version: str | None = None
+    """value of 0x1009"""
     software_version: str | None = None
+    """value of 0x100A"""
 
 
 class NodeTable(DescribedTable):
     """One CANopen node: its IDs, EDS, commands, safe current, and folder of stored parameters."""
 
     id: Annotated[int, BeforeValidator(read_id, json_schema_input_type=_NODE_ID)]
-    """node-ID, or "unconfigured" to get one by LSS"""
+    """node-ID, or `"unconfigured"` to get one by LSS"""
     serial_number: int | None = Field(default=None, ge=1, le=0xFFFF_FFFF)
-    """0x1018:04; of each node its own where nothing is said"""
+    """value of 0x1018:04; without it every node has a different one"""
     eds: str
-    """EDS or DCF, a path from this file"""
+    """EDS or DCF of the node; the path is relative to this file"""
     commands: tuple[Literal["valve_current"], ...] | None = None
-    """what it commands; all that its map or EDS has where nothing is said"""
+    """inputs of the plant that it commands; without it all that its map or EDS has"""
     storage: str | None = None
-    """folder of the parameters that a master stores with 0x1010"""
+    """folder of the parameters that a master stores with 0x1010; without it they are lost"""
     safe_current: Annotated[float, QuantityReader(SAFE_CURRENT)] = SAFE_CURRENT.typical
     map: Annotated[
         tuple[ObjectSettings, ...] | None,
         BeforeValidator(read_map, json_schema_input_type=dict[str, Any]),
     ] = None
-    """what its objects show and command, such as { "0x6130:1" = "pressure_a" }"""
+    """what its objects show and command, such as `{ "0x6130:1" = "pressure_a" }`"""
     identity: IdentityTable = IdentityTable()
+    """identity objects whose values differ from those in the EDS"""
     autostart: bool | None = None
-    """whether it enters OPERATIONAL by itself; 0x1F80 decides where nothing is said"""
+    """whether it enters OPERATIONAL by itself; without it 0x1F80 decides"""
     bit_rate: Annotated[float | None, QuantityReader(BIT_RATE)] = None
     extended_ids: bool = True
     """whether its PDOs may have 29-bit identifiers"""

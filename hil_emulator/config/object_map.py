@@ -28,7 +28,7 @@ DEVICE_SIGNALS = ("sample_counter", "sample_time")
 
 _PLACE = re.compile(r"0[xX]([0-9A-Fa-f]{4})(?::([0-9A-Fa-f]{1,2}))?")
 _UNITS = {c.name: c.unit for c in CHANNELS} | COMMAND_UNITS
-_KEYS = {
+KEYS = {
     "channel": ("unit",),
     "command": ("unit",),
     "constant": ("unit",),
@@ -37,6 +37,20 @@ _KEYS = {
     "file": ("column", "repeat"),
 }
 """By the key that says what an object shows, the keys that may stand beside it."""
+
+MEANINGS = {
+    "channel": "sensor channel, `sample_counter` or `sample_time` that the object shows",
+    "command": "input of the plant that the object sets",
+    "constant": "value that the object keeps: digits, text, or a quantity if there is a unit",
+    "ramp": "first and last value of a ramp, in digits or as quantities if there is a unit",
+    "table": 'times and values of a course: `[["0 s", 20], ["5 s", 60]]`',
+    "file": "CSV file, times [s] in its first column; the path is relative to the configuration",
+    "unit": 'what one digit is, such as `"0.1 mbar"`; without it Unit and Factor of the EDS',
+    "time": 'duration of the ramp, such as `"2 s"`',
+    "repeat": "whether ramp, table or file begins again at its end",
+    "column": "column of the file; without it the second one",
+}
+"""Meaning of the keys of an object that is written as a table."""
 
 
 @dataclass(frozen=True)
@@ -111,13 +125,13 @@ def _said(said: object) -> dict[str, Any]:
         return _constant(said)
     if not isinstance(said, Mapping):
         raise ValueError(f"{said!r} is no name, number or table")
-    kinds = [kind for kind in _KEYS if kind in said]
+    kinds = [kind for kind in KEYS if kind in said]
     if len(kinds) != 1:
-        raise ValueError(f"give one of {', '.join(_KEYS)}; found {', '.join(kinds) or 'none'}")
+        raise ValueError(f"give one of {', '.join(KEYS)}; found {', '.join(kinds) or 'none'}")
     (kind,) = kinds
-    wrong = [key for key in said if key != kind and key not in _KEYS[kind]]
+    wrong = [key for key in said if key != kind and key not in KEYS[kind]]
     if wrong:
-        known = ", ".join(_KEYS[kind]) or "nothing"
+        known = ", ".join(KEYS[kind]) or "nothing"
         raise ValueError(f"unknown key '{wrong[0]}'; beside {kind} may stand {known}")
     return _of_kind(kind, said)
 

@@ -22,15 +22,15 @@ class PlantTable(DescribedTable):
     """An FMU in place of the built-in plant."""
 
     fmu: str | None = None
-    """File beside this one: a functional mock-up unit, FMI 2.0 or 3.0"""
+    """functional mock-up unit, FMI 2.0 or 3.0; the path is relative to this file"""
     interface: Literal["co-simulation", "model exchange"] | None = None
-    """Whose solver moves it, of an FMU that has both: its own, or the configuration's steps"""
+    """who integrates an FMU that has both: its own solver, or the emulator"""
     inputs: dict[str, str] = Field(default_factory=dict)
-    """Its variables for what acts on the plant: valve_current = "u [mA]"; unit as in the FMU"""
+    """the FMU's variable for each input, such as `valve_current = "u [mA]"`, with its unit there"""
     outputs: dict[str, str] = Field(default_factory=dict)
-    """Its variables for the model's signals that sensors measure: position = "cylinder.s" """
+    """the FMU's variable for each signal that sensors measure: `position = "cylinder.s"`"""
     parameters: dict[str, float] = Field(default_factory=dict)
-    """Values of its parameters, by their names and in their units there"""
+    """values of the FMU's parameters, by their names and in their units there"""
     timeout: Annotated[float, QuantityReader(_TIMEOUT)] = 1.0
 
 

@@ -99,6 +99,21 @@ def _base(table: str, kind: Kind) -> type[StrictTable]:
     return OneSidedCylinder if kind.needs.get(table) else CylinderAside
 
 
+MEANINGS = {
+    "supply": "Supply pressure, pump, accumulator and pressure line.",
+    "tank": "Return line and its pressure.",
+    "valve": "Servo valve: rating or gain, spool, metering edges and driver.",
+    "lines": "Lines, load-holding and relief valves between valve and cylinder.",
+    "cylinder": "Cylinder: areas or diameters, stroke, volumes, leakage, cushions and end stops.",
+    "oil": "Oil: stiffness, density, viscosity, temperature and gas.",
+    "friction": "Friction of the seals.",
+    "load": "Load, its coupling to the rod and what acts on it.",
+    "initial": "State at the start.",
+    "sensors": "Transducers, one table per channel: [sensors.pressure_a].",
+}
+"""Meaning of the tables that are made of parameters and effects."""
+
+
 def _plant_table(table: str, effects: Iterable[Effect], kind: Kind) -> Any:
     """Return the model of one of the plant's tables: parameters, then effects."""
     exclusive = {n for pair in datasheet.ALTERNATIVES.get(table, ()) for side in pair for n in side}
@@ -112,7 +127,7 @@ def _plant_table(table: str, effects: Iterable[Effect], kind: Kind) -> Any:
     for effect in effects:
         if effect.stage.table == table:
             fields[effect.name] = _optional(effect)
-    return create_model(table, __base__=_base(table, kind), **fields)
+    return create_model(table, __base__=_base(table, kind), __doc__=MEANINGS.get(table), **fields)
 
 
 def _sensors_table(effects: Iterable[Effect]) -> Any:
@@ -122,7 +137,8 @@ def _sensors_table(effects: Iterable[Effect]) -> Any:
         fields = {e.name: _optional(_in_channel_unit(e, channel)) for e in chain}
         model = create_model(channel.name, __base__=ChannelTable, **fields)
         channels[channel.name] = (model, model())
-    return create_model("sensors", __base__=StrictTable, **channels)
+    meaning = MEANINGS["sensors"]
+    return create_model("sensors", __base__=StrictTable, __doc__=meaning, **channels)
 
 
 def plant_tables(effects: Iterable[Effect]) -> list[str]:

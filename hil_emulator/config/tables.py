@@ -37,11 +37,11 @@ class RigTable(DescribedTable):
     tick: Annotated[float, QuantityReader(TICK)] = TICK.typical
     step: Annotated[float, QuantityReader(STEP)] = STEP.typical
     seed: int = Field(default=1, ge=0)
-    """of the sensors' noise"""
+    """seed of the sensors' noise"""
     late: Literal["count", "stop"] = "count"
-    """what a late tick means: count it, or stop the run"""
+    """what happens at a late tick: count it, or stop the run"""
     not_finite: Literal["stop", "reset"] = "stop"
-    """what a state of the model that is not finite means: stop the run, or reset the model"""
+    """what happens if a state is not finite: stop the run, or reset the model"""
     sync_period: Annotated[float, QuantityReader(SYNC_PERIOD)] = SYNC_PERIOD.typical
 
     @model_validator(mode="after")
@@ -63,7 +63,7 @@ class ModelTable(DescribedTable):
     """Files with effects of the user's own."""
 
     effects: tuple[str, ...] = ()
-    """Python files beside this one that declare effects and list them in EFFECTS"""
+    """Python files that declare effects and list them in EFFECTS; paths relative to this file"""
 
 
 class LinesTable(TableOfWays):

@@ -43,7 +43,7 @@ def short() -> Change:
     return lambda current, s: current * (1.0 - s)
 
 
-@coil_fault(FaultParam("limit", "A", "the largest current it gives", 1e-3, 0.0, 1.0, "mA"))
+@coil_fault(FaultParam("limit", "A", "largest current of the driver", 1e-3, 0.0, 1.0, "mA"))
 def current_limited(limit: float) -> Change:
     """A weak driver."""
 

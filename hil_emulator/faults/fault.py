@@ -27,7 +27,16 @@ from hil_emulator.signals.condition import Condition
 from hil_emulator.units import show, to_si
 
 _TIMES = ("start", "duration", "ramp")
-_COMMON = (*_TIMES, "probability", "seed", "condition")
+OPTIONS = {
+    "start": "earliest time at which it begins, counted from the injection, such as `2 s`",
+    "duration": "how long it lasts, such as `500 ms`; without it until it is ended",
+    "ramp": "time over which it grows to its full strength, such as `1 s`",
+    "probability": "probability that it acts, per frame on the bus and per tick elsewhere",
+    "seed": "seed of that chance",
+    "condition": "it begins when this first holds, such as `position > 60 mm`",
+}
+"""Meaning of the options that every fault has besides the parameters of its kind."""
+
 _OF_NODE = re.compile(r"node(\d{1,3})(?:\.(.+))?", re.ASCII)
 _LONGEST_S = 1e9  # times of a fault: 32 years fit 64 bits of nanoseconds (assumed)
 _LARGEST_SEED = 2**64 - 1
@@ -79,7 +88,7 @@ class Fault:
             value = self.values[param.name]
             text = str(value) if param.unit == TEXT else show(value, unit, shown)
             told.append(f"{param.name} {text}{'' if param.name in self.said else ' (usual)'}")
-        told += [f"{name} {self.said[name]}" for name in _COMMON if name in self.said]
+        told += [f"{name} {self.said[name]}" for name in OPTIONS if name in self.said]
         return ", ".join([f"{self.target} {self.kind.name}", *told])
 
     def __str__(self) -> str:
@@ -140,8 +149,8 @@ def fault(target: str, kind: str, /, **options: Any) -> Fault:
     chosen = possible[kind]
     names = [p.name for p in chosen.params]
     for key in options:
-        if key not in (*names, *_COMMON):
-            hint = _meant(key, [*names, *_COMMON])
+        if key not in (*names, *OPTIONS):
+            hint = _meant(key, [*names, *OPTIONS])
             raise UserError(f"fault {target} {kind}: no parameter '{brief(key)}'{hint}")
     values = {p.name: _value(target, chosen, p, options) for p in chosen.params}
     match = _OF_NODE.fullmatch(target)

@@ -68,20 +68,20 @@ def drop(connection: NodeConnection) -> FrameFault:
 
 
 @bus_fault(
-    BUS, MESSAGE, params=(FaultParam("time", "s", "how late", 0.01, 0.0, 10.0, "ms"),)
+    BUS, MESSAGE, params=(FaultParam("time", "s", "delay of each frame", 0.01, 0.0, 10.0, "ms"),)
 )  # fmt: skip
 def delay(connection: NodeConnection, time: float) -> FrameFault:
     """Frames come late."""
     return Delayed(connection.chosen, round(time * 1e9))
 
 
-@bus_fault(BUS, MESSAGE, params=(FaultParam("copies", "1", "further ones", 1.0, 1.0, 100.0),))
+@bus_fault(BUS, MESSAGE, params=(FaultParam("copies", "1", "additional copies", 1.0, 1.0, 100.0),))
 def duplicate(connection: NodeConnection, copies: float) -> FrameFault:
     """Frames come several times."""
     return Rewriting(connection.chosen, lambda s, f: [f] * (1 + round(copies)))
 
 
-@bus_fault(BUS, MESSAGE, params=(FaultParam("bits", "1", "how many", 1.0, 1.0, 64.0),))
+@bus_fault(BUS, MESSAGE, params=(FaultParam("bits", "1", "number of wrong bits", 1.0, 1.0, 64.0),))
 def corrupt(connection: NodeConnection, bits: float) -> FrameFault:
     """Bits of the data are wrong."""
 
@@ -100,7 +100,11 @@ def reorder(connection: NodeConnection) -> FrameFault:
     return Reordered(connection.chosen)
 
 
-@bus_fault(BUS, MESSAGE, params=(FaultParam("length", "1", "bytes of data", 1.0, 0.0, 8.0),))
+@bus_fault(
+    BUS,
+    MESSAGE,
+    params=(FaultParam("length", "1", "bytes of data after the fault", 1.0, 0.0, 8.0),),
+)
 def wrong_length(connection: NodeConnection, length: float) -> FrameFault:
     """Frames have another length."""
     size = round(length)
@@ -134,7 +138,7 @@ class _Babbling(PassThrough):
     BUS,
     params=(
         FaultParam("can_id", "1", "COB-ID of its frames", 1.0, 0.0, 2047.0),
-        FaultParam("frames", "1", "how many per tick", 5.0, 1.0, 100.0),
+        FaultParam("frames", "1", "frames per tick", 5.0, 1.0, 100.0),
     ),
     once=True,
 )

@@ -64,13 +64,13 @@ def stuck() -> Wrong:
     return wrong
 
 
-@object_fault(FaultParam("value", "1", "how many digits", 100.0, -_MOST, _MOST))
+@object_fault(FaultParam("value", "1", "digits that are added", 100.0, -_MOST, _MOST))
 def offset(value: float) -> Wrong:
     """Shows too much."""
     return lambda s, sound: _blended(s, sound, sound + value)
 
 
-@object_fault(FaultParam("value", "1", "digits", 0.0, -_MOST, _MOST))
+@object_fault(FaultParam("value", "1", "digits that are shown", 0.0, -_MOST, _MOST))
 def constant(value: float) -> Wrong:
     """Shows the same, whatever its value is."""
     return lambda s, sound: _blended(s, sound, value)

@@ -44,7 +44,7 @@ def plant_fault(
 
 @plant_fault(
     SUPPLY, "supply_pressure",
-    FaultParam("pressure", "Pa", "what is left", 1e5, 0.0, 400e5, "bar"),
+    FaultParam("pressure", "Pa", "remaining supply pressure", 1e5, 0.0, 400e5, "bar"),
 )  # fmt: skip
 def loss(pressure: float) -> Change:
     """The pump stops."""
@@ -53,7 +53,7 @@ def loss(pressure: float) -> Change:
 
 @plant_fault(
     SUPPLY, "supply_pressure",
-    FaultParam("drop", "Pa", "by how much", 40e5, 0.0, 400e5, "bar"),
+    FaultParam("drop", "Pa", "reduction of the supply pressure", 40e5, 0.0, 400e5, "bar"),
 )  # fmt: skip
 def droop(drop: float) -> Change:
     """The supply sags."""
@@ -62,7 +62,7 @@ def droop(drop: float) -> Change:
 
 @plant_fault(
     "cylinder", "internal_leakage_conductance",
-    FaultParam("conductance", "m^3/(s*Pa)", "further leakage", 2e-12, 0.0, 1e-9),
+    FaultParam("conductance", "m^3/(s*Pa)", "additional leakage", 2e-12, 0.0, 1e-9),
 )  # fmt: skip
 def leak(conductance: float) -> Change:
     """Oil passes the worn piston seal."""
@@ -71,7 +71,7 @@ def leak(conductance: float) -> Change:
 
 @plant_fault(
     "cylinder", "coulomb_friction_force",
-    FaultParam("force", "N", "further Coulomb friction", 500.0, 0.0, 1e5),
+    FaultParam("force", "N", "additional Coulomb friction", 500.0, 0.0, 1e5),
 )  # fmt: skip
 def friction_jump(force: float) -> Change:
     """The seal or the guide seizes."""
@@ -80,7 +80,7 @@ def friction_jump(force: float) -> Change:
 
 @plant_fault(
     "oil", "entrained_air_fraction",
-    FaultParam("fraction", "1", "further air, volume at 1 atm", 0.05, 0.0, 0.2, "%"),
+    FaultParam("fraction", "1", "additional air, volume at 1 atm", 0.05, 0.0, 0.2, "%"),
 )  # fmt: skip
 def air(fraction: float) -> Change:
     """The oil foams."""
@@ -95,7 +95,7 @@ def stuck() -> Change:
 
 @plant_fault(
     "valve", "valve_gain",
-    FaultParam("share", "1", "part of the flow that is lost", 0.5, 0.0, 1.0, "%"),
+    FaultParam("share", "1", "share of the flow that is lost", 0.5, 0.0, 1.0, "%"),
 )  # fmt: skip
 def clogged(share: float) -> Change:
     """Dirt in the valve's passages."""
@@ -104,7 +104,7 @@ def clogged(share: float) -> Change:
 
 @plant_fault(
     "valve", "spool_rate_limit_rate",
-    FaultParam("rate", "A/s", "its fastest motion", 0.01, 1e-4, 100.0),
+    FaultParam("rate", "A/s", "largest speed of the spool", 0.01, 1e-4, 100.0),
 )  # fmt: skip
 def slow(rate: float) -> Change:
     """Varnish brakes the spool."""

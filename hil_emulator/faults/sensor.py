@@ -101,33 +101,35 @@ def stuck(place: Place) -> Act:
     return _blended(place, wrong)
 
 
-@sensor_fault(FaultParam("value", SPAN, "by how much", 0.1, -10.0, 10.0))
+@sensor_fault(FaultParam("value", SPAN, "amount that is added to the reading", 0.1, -10.0, 10.0))
 def offset(place: Place, value: float) -> Act:
     """Reads too much."""
     return _blended(place, lambda s, v: v + value)
 
 
-@sensor_fault(FaultParam("factor", "1", "by what", 1.2, -10.0, 10.0))
+@sensor_fault(FaultParam("factor", "1", "factor on the reading", 1.2, -10.0, 10.0))
 def gain(place: Place, factor: float) -> Act:
     """Multiplies its reading."""
     return _blended(place, lambda s, v: v * factor)
 
 
-@sensor_fault(FaultParam("rate", SPAN_PER_SECOND, "how fast", 0.1, -100.0, 100.0))
+@sensor_fault(FaultParam("rate", SPAN_PER_SECOND, "rate of the drift", 0.1, -100.0, 100.0))
 def drift(place: Place, rate: float) -> Act:
     """Wanders off."""
     return _blended(place, lambda s, v: v + rate * s.elapsed_ns * 1e-9)
 
 
-@sensor_fault(FaultParam("deviation", SPAN, "standard deviation", 0.02, 0.0, 10.0))
+@sensor_fault(
+    FaultParam("deviation", SPAN, "standard deviation of the additional noise", 0.02, 0.0, 10.0)
+)
 def noise(place: Place, deviation: float) -> Act:
     """Reads with further, normal noise."""
     return _blended(place, lambda s, v: v + s.random.gauss(0.0, deviation))
 
 
 @sensor_fault(
-    FaultParam("amplitude", SPAN, "half of its height", 0.02, 0.0, 10.0),
-    FaultParam("frequency", "Hz", "of the mains", 50.0, 0.1, 10e3),
+    FaultParam("amplitude", SPAN, "amplitude of the sine", 0.02, 0.0, 10.0),
+    FaultParam("frequency", "Hz", "frequency of the mains", 50.0, 0.1, 10e3),
 )
 def hum(place: Place, amplitude: float, frequency: float) -> Act:
     """The cable picks up the mains: a sine on top of its reading."""
@@ -135,13 +137,16 @@ def hum(place: Place, amplitude: float, frequency: float) -> Act:
     return _blended(place, lambda s, v: v + amplitude * math.sin(turning * s.elapsed_ns))
 
 
-@sensor_fault(FaultParam("height", SPAN, "by how much", 0.3, -10.0, 10.0), probability=0.02)
+@sensor_fault(
+    FaultParam("height", SPAN, "amount that is added to a sample", 0.3, -10.0, 10.0),
+    probability=0.02,
+)
 def spike(place: Place, height: float) -> Act:
     """Single samples read too much."""
     return _blended(place, lambda s, v: v + height)
 
 
-@sensor_fault(FaultParam("time", "s", "how long before", 0.02, 0.0, 10.0, "ms"))
+@sensor_fault(FaultParam("time", "s", "delay of the reading", 0.02, 0.0, 10.0, "ms"))
 def delay(place: Place, time: float) -> Act:
     """Shows what it read before; first what it read last."""
     time_ns = round(time * 1e9)

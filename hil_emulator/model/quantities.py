@@ -35,7 +35,7 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               default=1e5, source="exact to 0.1 % at 20 us behind a wide edge"),
     ),
     "lines": (
-        Param("closed", "1", "what shut-off valves are told: 0 open, 1 closed", 0.0, 0.0, 1.0,
+        Param("closed", "1", "command to the shut-off valves: 0 open, 1 closed", 0.0, 0.0, 1.0,
               default=0.0),
         Param("block_volume", "m^3", "oil between the line and the holding valves of a chamber",
               1e-5, 1e-7, 1e-2, "ml", default=1e-5),
@@ -121,7 +121,7 @@ INPUTS = (
     Quantity("valve_current", "A", "set point of the coil current"),
     Quantity("external_force", "N", "further force against the load"),
     Quantity("transverse_force", "N", "force across the load cell, seen by its cross-talk alone"),
-    Quantity("wall_shift", "m", "where the wall is told to be, over its distance"),
+    Quantity("wall_shift", "m", "displacement of the wall from its distance"),
 )
 
 HELD = (
@@ -184,7 +184,7 @@ SIGNALS = (
     Quantity("hydraulic_force", "N", "f_h = A_p (p_a - alpha p_b)"),
     Quantity("friction_force", "N", "f_f, against the motion"),
     Quantity("stop_force", "N", "force of the cylinder's ends on the rod"),
-    Quantity("load_force", "N", "f, what rod and load exchange"),
+    Quantity("load_force", "N", "force f between rod and load"),
     Quantity("resisting_force", "N", "force of the surroundings against the load"),
     Quantity("valve_loss", "W", "power turned into heat in the valve"),
     Quantity("leakage_loss", "W", "power turned into heat by the cylinder's leakage"),
@@ -195,7 +195,7 @@ SIGNALS = (
     Quantity("load_acceleration", "m/s^2", "acceleration of the load"),
     Quantity("transverse_force", "N", "force across the load cell"),
     Quantity("outward_flow", "m^3/s", "leakage out of both chambers"),
-    Quantity("pilot_flow", "m^3/s", "flow from s to t beside the edges"),
+    Quantity("pilot_flow", "m^3/s", "flow from s to t past the metering edges"),
     Quantity("pump_pressure", "Pa", "pressure at the pump"),
     Quantity("pump_flow", "m^3/s", "flow that the pump displaces"),
     Quantity("pump_leakage_flow", "m^3/s", "leakage inside the pump"),

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from hil_emulator.errors import UserError
 
-_EXTRA = "hil-emulator[recording]"
+EXTRA = "recording"
+"""Extra of this package that brings what formats need."""
 
 
 @dataclass(frozen=True)
@@ -39,5 +40,6 @@ class Format:
                 importlib.import_module(self.needs)
         except ImportError:
             raise UserError(
-                f"{file}: needs {self.needs}, which is not installed; pip install '{_EXTRA}'"
+                f"{file}: needs {self.needs}, which is not installed; "
+                f"pip install 'hil-emulator[{EXTRA}]'"
             ) from None

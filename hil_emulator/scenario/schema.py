@@ -15,10 +15,11 @@ from pydantic import (
 )
 
 from hil_emulator.config.mistakes import SHOWN
-from hil_emulator.config.table import StrictTable
+from hil_emulator.config.table import DescribedTable, QuantityReader
 from hil_emulator.config.toml_file import read_toml
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError
 from hil_emulator.faults.fault import Fault, spoken
+from hil_emulator.model.declare import Param
 from hil_emulator.signals import condition
 from hil_emulator.signals.condition import Condition
 from hil_emulator.signals.inputs import SET_POINTS, SETTINGS, setting
@@ -29,13 +30,6 @@ LONGEST_S = 1e6
 
 NMT = {"start": 1, "stop": 2, "pre-operational": 128, "reset": 129, "reset communication": 130}
 """NMT commands (CiA 301 7.2.8.2.1)."""
-
-
-def _time(text: object) -> float:
-    seconds = to_si(text, "s", "200 ms")
-    if not 0.0 <= seconds <= LONGEST_S:
-        raise ValueError(f'"{brief(text)}" is not a time after the start, at most {LONGEST_S:g} s')
-    return seconds
 
 
 def _broken(text: object) -> Fault:
@@ -74,43 +68,43 @@ def _band(signal: object, within: object) -> tuple[float, ...]:
     return tuple(0.0 if bound == 0 else to_si(bound, unit) for bound in within)
 
 
-Seconds = Annotated[float, BeforeValidator(_time)]
+TIME = Param("time", "s", "time after the start", 0.2, 0.0, LONGEST_S)
+Seconds = Annotated[float, QuantityReader(TIME)]
+OptionalSeconds = Annotated[float | None, QuantityReader(TIME)]
 Broken = Annotated[Fault, BeforeValidator(_broken)]
 Holds = Annotated[Condition, BeforeValidator(_condition)]
 Values = Annotated[dict[str, float], BeforeValidator(_values)]
 
 
-class SignalProfile(StrictTable):
+class SignalProfile(DescribedTable):
     """A setting or a set point over time, from a CSV file: a header, then time [s], value (SI)."""
 
     signal: Literal[
         "supply_pressure", "lines_closed", "external_force", "wall_shift", "position", "load_force",
         "valve_current",
     ]  # fmt: skip
+    """the setting or set point that follows the file"""
     file: str
+    """CSV file; the path is relative to the scenario"""
 
 
-class Step(StrictTable):
-    """Something done at a time, or when a condition first holds.
-
-    Attributes:
-        at: emulator time [s].
-        when: the condition; with `at`, not before that.
-        set: set points and settings.
-        fault: what breaks, as at the command line.
-        nmt: an NMT command to every node.
-        controller: "off" sends no more set points, "on" sends them again.
-        profile: a setting or set point that follows a file from now on.
-
-    """
+class Step(DescribedTable):
+    """An action at a time, or when a condition first holds."""
 
     at: Seconds = 0.0
+    """emulator time of the action; with `when`, the condition is not examined before it"""
     when: Holds | None = None
+    """condition that starts the action, such as `position > 60 mm and load_force < 100 N`"""
     set: Values = Field(default_factory=dict)
+    """settings and set points, such as `{ supply_pressure = "120 bar" }`"""
     fault: Broken | None = None
+    """fault to inject, as on the command line, such as `pressure_a offset value='3 bar'`"""
     nmt: Literal["start", "stop", "pre-operational", "reset", "reset communication"] | None = None
+    """NMT command to every node"""
     controller: Literal["on", "off"] | None = None
+    """off: the controller stops sending set points; on: it sends them again"""
     profile: SignalProfile | None = None
+    """a setting or set point that follows a file from now on"""
 
     @property
     def words(self) -> str:
@@ -124,32 +118,28 @@ class Step(StrictTable):
         return ", ".join(said)
 
 
-class Expect(StrictTable):
-    """What is expected of a signal or of the frames.
-
-    Attributes:
-        signal: a column of a recording.
-        within: lowest and highest value, as quantities.
-        start: from when on the signal has to be there [s]; written `from`.
-        until: to when [s]; the end without one.
-        by: by when at the latest it has to be there [s].
-        lasting: how long it has to stay from then [s]; written `for`; to the end without one.
-        frame: COB-ID such as 0x085 that is looked for from `from` to `until`.
-        data: how its data have to begin, in hexadecimal.
-        seen: whether it has to be seen, or not.
-
-    """
+class Expect(DescribedTable):
+    """An expectation of a signal or of the frames on the bus."""
 
     model_config = ConfigDict(populate_by_name=True)
     signal: str | None = None
+    """a column of a recording, such as `position` or `model.velocity`"""
     within: tuple[float, float] | None = None
+    """lowest and highest value of the signal, as quantities, such as `["59 mm", "61 mm"]`"""
     start: Seconds = Field(0.0, alias="from")
-    until: Seconds | None = None
-    by: Seconds | None = None
-    lasting: Seconds | None = Field(None, alias="for")
+    """time from which on the signal has to be within the limits, or the frame is looked for"""
+    until: OptionalSeconds = None
+    """time until which it has to be within the limits, or the frame is looked for; else the end"""
+    by: OptionalSeconds = None
+    """latest time at which the signal has to enter the limits"""
+    lasting: OptionalSeconds = Field(None, alias="for")
+    """how long it has to stay within the limits after that; without it to the end"""
     frame: int | None = Field(None, ge=0, le=0x1FFF_FFFF)
+    """COB-ID of a frame, such as `"0x085"`; or the number"""
     data: str = ""
+    """beginning of the frame's data, in hexadecimal"""
     seen: bool = True
+    """whether the frame has to be seen; false: it must not be seen"""
 
     @model_validator(mode="before")
     @classmethod
@@ -171,29 +161,29 @@ class Expect(StrictTable):
         return text
 
 
-class Scenario(StrictTable):
-    """A scenario.
-
-    Attributes:
-        title: one line for tables.
-        config: configuration files, beside the scenario.
-        duration: how long it takes [s].
-        seed: another seed of the sensor noise.
-        steps: what happens; written `[[step]]`.
-        expectations: what has to be true; written `[[expect]]`.
-
-    """
+class Scenario(DescribedTable):
+    """A scenario."""
 
     model_config = ConfigDict(populate_by_name=True)
     title: str
+    """one line for tables and reports"""
     config: list[str] = Field(min_length=1)
+    """configuration files, later ones laid over earlier ones; paths relative to the scenario"""
     duration: Seconds
+    """emulator time that the scenario takes"""
     seed: int | None = Field(None, ge=0)
+    """seed of the sensors' noise; without it the one of the configuration"""
     steps: list[Step] = Field(alias="step", min_length=1)
+    """the actions"""
     expectations: list[Expect] = Field(alias="expect", min_length=1)
+    """the expectations"""
 
 
-_TABLES: dict[str, type[StrictTable]] = {"step": Step, "expect": Expect, "profile": SignalProfile}
+_TABLES: dict[str, type[DescribedTable]] = {
+    "step": Step,
+    "expect": Expect,
+    "profile": SignalProfile,
+}
 
 
 def _told(place: Sequence[int | str], kind: str) -> str:

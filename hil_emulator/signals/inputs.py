@@ -17,7 +17,15 @@ SETTINGS = {
         dataclasses.replace(_SUPPLY, name="supply_pressure"),
         dataclasses.replace(_CLOSED, name="lines_closed"),
         Param("external_force", "N", "further force against the load", 0.0, -1e6, 1e6),
-        Param("wall_shift", "m", "where [load] wall is, over its distance", 0.0, -10.0, 10.0, "mm"),
+        Param(
+            "wall_shift",
+            "m",
+            "displacement of the wall of [load] from its distance",
+            0.0,
+            -10.0,
+            10.0,
+            "mm",
+        ),
         Param("valve_current", "A", "set point of the coil current", 0.0, -10.0, 10.0, "mA"),
     )
 }
@@ -34,9 +42,18 @@ OF_SUPPLY = ("supply_pressure",)
 SET_POINTS = {
     p.name: p
     for p in (
-        Param("position", "m", "of the rod", 0.04, 0.0, 10.0, "mm"),
-        Param("load_force", "N", "what rod and load exchange", 0.0, -1e6, 1e6),
-        Param("valve_current", "A", "an INTEGER32 in nA carries 2.1 A", 0.0, -2.0, 2.0, "mA"),
+        Param("position", "m", "set point of the position of the rod", 0.04, 0.0, 10.0, "mm"),
+        Param("load_force", "N", "set point of the force between rod and load", 0.0, -1e6, 1e6),
+        Param(
+            "valve_current",
+            "A",
+            "set point of the coil current",
+            0.0,
+            -2.0,
+            2.0,
+            "mA",
+            source="an INTEGER32 in nA carries 2.1 A",
+        ),
     )
 }
 """What a controller can be told to hold, one at a time."""

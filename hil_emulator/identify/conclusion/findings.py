@@ -26,15 +26,15 @@ a data sheet)."""
 
 @dataclass(frozen=True)
 class Refitted:
-    """An ordinary parameter, which was fitted beside the effects.
+    """A parameter of the configuration that was estimated together with the effects.
 
     Attributes:
         configured: its value in the configuration [unit].
         refitted: its value in the final model [unit].
         low: lower end of its 95 % interval [unit].
-        high: upper end [unit].
+        high: upper end of its 95 % interval [unit].
         unit: SI unit.
-        shown: the unit for people.
+        shown: the unit in which reports show it.
 
     """
 
@@ -62,12 +62,12 @@ class Refitted:
 
 @dataclass(frozen=True)
 class Rival:
-    """An effect that was weighed and not named.
+    """A rival: an effect that was examined and not named.
 
     Attributes:
         name: the effect.
         delta_chi2: gain in chi-square on the training data.
-        held_out: the same on the validation data; None without any.
+        held_out: gain in chi-square on the validation data; null without any.
         lost: why it was not named.
 
     """
@@ -80,12 +80,12 @@ class Rival:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What one experiment wants of an effect, all else as all of them want it.
+    """One experiment's estimate of an effect, all else as estimated from all experiments.
 
     Attributes:
         experiment: its name.
-        size: what it wants, over what is told.
-        deviation: standard deviation of that.
+        size: its estimate relative to the reported value.
+        deviation: standard deviation of `size`.
 
     """
 
@@ -103,22 +103,22 @@ class Finding:
         knob: the parameter that was fitted.
         value: its value [unit].
         unit: SI unit.
-        shown: the unit for people.
+        shown: the unit in which reports show it.
         interval: 95 % confidence interval [unit].
         explained: share of the squared error one step ahead on the training data, before anything
-            was named, that this effect takes.
+            was named, that this effect explains.
         delta_chi2: gain in chi-square on the training data.
-        held_out: the same on the validation data; None without any.
-        group: effects that these data cannot tell from it, or that explain nearly as much where
-            none of their laws fits.
+        held_out: gain in chi-square on the validation data; null without any.
+        group: effects that these data do not distinguish from it, or that explain nearly as much
+            if the law of neither fits.
         form_differs: whether its law is of another form than the catalogue's.
-        form: what says so, in words.
-        words: what the machine does, as a workshop says it.
-        rivals: what else was weighed.
-        separating_size: size [unit] at which the nearest rival would separate; None without rivals,
-            or if none would.
-        by_experiment: what each experiment wants of it, the held-out ones last; each
-            part of an experiment where there are fewer than three.
+        form: the evidence of another form, in words.
+        words: the effect in words.
+        rivals: the other effects that were examined.
+        separating_size: size [unit] from which the nearest rival could be distinguished; null
+            without rivals, or if no size suffices.
+        by_experiment: the estimate of each experiment, the held-out ones last; of each part of an
+            experiment if there are fewer than three.
 
     """
 
@@ -175,11 +175,11 @@ class Unexplained:
     """A significant term that no effect explains.
 
     Attributes:
-        balance: where it sits.
+        balance: the balance in which it is missing.
         regressor: what it depends on.
         unit: unit of the term.
-        knots: values of the regressor.
-        curve: what the model lacks there: the term that would have to be added.
+        knots: values of the driver.
+        curve: the missing term at these values, in the unit of the term.
         shape: the curve in words.
         statistic: gain in chi-square.
 

@@ -1,7 +1,6 @@
 """What identification found, as a person and as a program read it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -24,7 +23,17 @@ Verdict = Literal[
     "agrees",
     "disagrees",
 ]
-"""The last two are those of a gap that was measured without a search."""
+
+VERDICTS: dict[Verdict, str] = {
+    "missing_effects": "the configuration lacks the effects that are named",
+    "nothing_missing": "the model agrees with the data; no effect is missing",
+    "unknown_effect": "something is missing that no effect of the catalogue explains",
+    "cannot_examine": "the data cannot be examined; the reason states why",
+    "cannot_tell": "the data do not decide; the reason states why",
+    "agrees": "of `gap`, which does not search: no balance disagrees",
+    "disagrees": "of `gap`, which does not search: a balance disagrees",
+}
+"""Meaning of each verdict."""
 
 
 @dataclass
@@ -32,38 +41,39 @@ class Result:
     """The outcome.
 
     Attributes:
-        verdict: in one word.
+        verdict: the outcome.
         reason: the verdict in a sentence.
-        effects: the missing effects, the first found first.
-        unknown: what remains and is not explained.
-        nearest: the effect that explains a part of it, but by another law, or two that explain as
-            much ("fixed_pump or variable_pump"); "" without one.
-        hardly_believed: ordinary parameters that hardly any machine has so far off, beside what was
-            named, in words: something else is missing as well, or stands in for one of them.
-        gap: by channel, {"training": {"before", "after", "floor", ...}, "validation": ...}, root
-            mean square in `measure` and in percent of the channel's spread, one step ahead and
-            (prefix `free_`) in free runs of 500 ms; see `gap.measure`.
-        motion: by channel and region of motion, the free run before, after and its floor, held-out
-            where there are such data.
+        effects: the missing effects, in the order in which they were accepted.
+        unknown: significant terms that no effect explains.
+        nearest: the effect that explains a part of the unknown by another law, or two that explain
+            as much ("fixed_pump or variable_pump"); "" without one.
+        hardly_believed: parameters whose estimates are implausible for such a machine, in words:
+            another effect is missing as well, or was named in place of one of them.
+        gap: root mean square error by channel and part of the data (`training`, `validation`):
+            `before`, `after`, `floor` and, if asked for, `least_squares` one step ahead; with the
+            prefix `free_` in free runs of 500 ms; with the suffix `_percent` in percent of the
+            channel's standard deviation, else in the unit of `gap_measure`.
+        motion: root mean square error of the free run by channel and region of motion, `before`,
+            `after` and `floor`, on validation data if there are any, in units of the noise.
         where: the balances that the configured model does not meet, and in which regions.
-        remaining: the same of the final model.
+        remaining: the balances that the final model does not meet, and in which regions.
         maps: what the worst balances lack over what it depends on, before and after.
         measure: what the gap is counted in.
-        parameters: ordinary parameters by name.
+        parameters: parameters of the configuration that were estimated as well, by name.
         unseen: effects that these data cannot show.
-        next_experiment: what to record next, in words; empty if nothing is needed.
-        plan: the same with its numbers; None if nothing is needed or could be forecast.
-        notes: what was found in the data.
-        digests: by experiment, the digest of the file it comes from, or "".
+        next_experiment: what to record next, in words; "" if nothing is needed.
+        plan: the next experiment in numbers; null if nothing is needed or could be forecast.
+        notes: remarks on the data.
+        digests: by experiment, the first 16 hexadecimal digits of the SHA-256 digest of its file;
+            "" if there is no file.
         held_out: experiments that took no part in the fit.
-        ladder: per accepted effect: name, beside which other one it was judged if beside any,
-            gain in chi-square on training and on validation data.
+        ladder: for each accepted effect `effect`, the effect `beside` which it was examined or
+            null, and its gain in chi-square on the `training` and `validation` data.
         search: the search itself.
         traces: by experiment and channel, see `gap.traces`.
         repeats: what the final model leaves that comes again at the same state; None where its
             noise is known.
-        plain: value [SI] of every parameter by ordinary least squares, by name; empty where nobody
-            asked for it.
+        plain: estimate of every parameter by ordinary least squares [SI]; empty unless asked for.
         interrupted: whether the user ended the search before it was complete.
         added: the strongest unexplained term as an effect file; None without one, or where the
             model has no place for it.
@@ -101,45 +111,29 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what goes into `result.json`."""
-        return {
-            "verdict": self.verdict,
-            "reason": self.reason,
-            "effects": [_finding(f) for f in self.effects],
-            "unknown": [_plain(u) for u in self.unknown],
-            "nearest": self.nearest,
-            "hardly_believed": self.hardly_believed,
-            "gap": self.gap,
-            "gap_measure": self.measure,
-            "free_run_by_motion": self.motion,
-            "where": [_where(d) for d in self.where],
-            "remaining": [_where(d) for d in self.remaining],
-            "parameters": {name: _plain(p) for name, p in self.parameters.items()},
-            "unseen": self.unseen,
-            "next_experiment": self.next_experiment,
-            "plan": self.plan.to_dict() if self.plan else None,
-            "notes": self.notes,
-            "data": self.digests,
-            "held_out": self.held_out,
-            "ladder": self.ladder,
-            "least_squares": self.plain,
-            "interrupted": self.interrupted,
-        }
+        return {KEYS.get(n, n): _as_json(v) for n, v in vars(self).items() if n not in INTERNAL}
 
 
-_KEYS = {"regressor": "driver", "delta_chi2": "gain"}
-"""Keys of `result.json` that are not the attribute's name: programs read them."""
+INTERNAL = frozenset({"search", "traces", "maps", "repeats", "added", "final_at"})
+"""Attributes of a result that `result.json` does not hold."""
+
+KEYS = {
+    "regressor": "driver",
+    "delta_chi2": "gain",
+    "measure": "gap_measure",
+    "motion": "free_run_by_motion",
+    "digests": "data",
+    "plain": "least_squares",
+}
+"""Keys of `result.json` that differ from the attribute's name: programs read them."""
 
 
-def _plain(found: object) -> dict[str, Any]:
-    """Return attributes by their keys in `result.json`."""
-    return {_KEYS.get(name, name): value for name, value in vars(found).items()}
-
-
-def _finding(finding: Finding) -> Mapping[str, Any]:
-    parts = {name: [_plain(p) for p in getattr(finding, name)]
-             for name in ("rivals", "by_experiment")}  # fmt: skip
-    return {**_plain(finding), **parts}
-
-
-def _where(disagreement: Disagreement) -> Mapping[str, Any]:
-    return {**_plain(disagreement), "regions": [_plain(r) for r in disagreement.regions]}
+def _as_json(value: Any) -> Any:
+    """Return a value of a result as JSON holds it."""
+    if is_dataclass(value):
+        return {KEYS.get(name, name): _as_json(inner) for name, inner in vars(value).items()}
+    if isinstance(value, dict):
+        return {key: _as_json(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_as_json(inner) for inner in value]
+    return value

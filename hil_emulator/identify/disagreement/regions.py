@@ -38,7 +38,7 @@ class Region:
     """A part of the state space.
 
     Attributes:
-        words: where, for people.
+        words: the region in words.
         share: share of the balance's gap that lies there.
         time: share of the time that the machine spent there.
 
@@ -54,14 +54,14 @@ class Region:
 
 @dataclass(frozen=True)
 class Disagreement:
-    """One balance that does not hold.
+    """A balance that the model does not meet.
 
     Attributes:
-        balance: which.
+        balance: its name.
         regressor: what its strongest term depends on.
         share: share of the gap that terms in this balance explain.
-        delta_chi2: their gain in chi-square.
-        regions: where it is, the widest part first.
+        delta_chi2: gain in chi-square of these terms.
+        regions: where in the state space, the largest share first.
 
     """
 

@@ -5,8 +5,7 @@ simulating their recordings, with noise, and refitting every explanation to old 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,11 +44,11 @@ class Candidate:
 
     Attributes:
         experiment: its name in the library.
-        amplitude: [m].
-        duration: [s].
-        predicted: smallest separability in the group, with the data that there are.
+        amplitude: largest deviation [m].
+        duration: how long it lasts [s].
+        predicted: smallest separability of two of them with this experiment and the present data.
         verified: median difference in chi-square between the named effect and the best rival after
-            refits to simulated recordings; None where that was not tried.
+            refits to simulated recordings; null where that was not tried.
 
     """
 
@@ -71,10 +70,10 @@ class NextExperiment:
 
     Attributes:
         members: the effects that look alike, the named one first.
-        now: their smallest separability with the data that there are.
+        now: smallest separability of two of them with the present data.
         best: the experiment to record.
-        others: what else there is, the better ones first.
-        command: what writes the stimulus file.
+        others: further experiments of the library, the better ones first.
+        command: command line that writes the stimulus file.
 
     """
 
@@ -101,10 +100,6 @@ class NextExperiment:
             f"{alike}; record {b.experiment} at {size} for {b.duration:g} s, which would separate "
             f"them by {b.merit:.0f}: {self.command}"
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return what goes into `result.json`."""
-        return asdict(self)
 
 
 def recommend(

@@ -278,13 +278,13 @@ def _shut_off_rate(lines_closed: float, shut: float, closing_time: float) -> flo
     holding,
     knob=Param("closing_time", "s", "time from open to closed", 0.05, 0.0, 10.0, shown="ms"),
     states=(Quantity("shut", "1", "part of the way on which it has closed"),),
-    source="seat valve with a solenoid, its opening linear in time; told by `closed` of the table",
-    signature="both chambers keep their oil once it is told to close",
+    source="seat valve with a solenoid, opening linear in time; commanded by `closed`",
+    signature="both chambers keep their oil after the command to close",
     not_modelled="leakage over the seat; air in the block",
     also=((holding_rates, _shut_off_rate),),
 )  # fmt: skip
 def shut_off_valves(opening: float, shut: float) -> float:
-    """h = 1 - z,  |dz/dt| <= 1/T towards what it is told.
+    """h = 1 - z,  |dz/dt| <= 1/T towards its command.
 
     Shut-off valves close the lines between valve and cylinder.
     """

@@ -76,7 +76,7 @@ def load_spring(position: float, stiffness: float, rest_position: float) -> floa
               shown="mm", default=0.05, along_stroke=True),
         Param("damping", "s/m", "relative growth of the force with the closing speed",
               2.0, 0.0, 50.0, default=2.0),
-        Param("time_constant", "s", "time in which the wall follows where it is told to be",
+        Param("time_constant", "s", "time constant with which the wall follows its shift",
               0.02, 1e-3, 10.0, shown="ms", default=0.02),
     ),
     states=(Quantity("place", "m", "position of the wall over its distance"),),

@@ -1,4 +1,4 @@
-"""BLF, ASC, candump's log: the frames, and a DBC beside them; for Vector's tools and cantools."""
+"""BLF, ASC, candump's log: the frames, and a DBC; for Vector's tools and cantools."""
 
 import json
 from pathlib import Path

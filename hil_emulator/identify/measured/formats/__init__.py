@@ -1,18 +1,7 @@
-"""Files that hold recorded columns, one module per format; each has one function, `read`.
-
-| ending | format | names and units | times |
-|---|---|---|---|
-| .csv .txt .tsv | text in columns | header `name [unit]`, or a row of units | the column `time` |
-| .xlsx | Excel | the same | the same |
-| .lvm | LabVIEW measurement | the channels' own | X columns or rate |
-| .tdms | LabVIEW, DIAdem | the channels' own | waveform rate, or the column `time` |
-| .mat | MATLAB | `name_unit`, or a structure `units` | the vector `time` |
-| .npz | recording of the emulator | its table of units | the column `time` |
-| .parquet | Apache Parquet | `name [unit]`, or metadata `unit` of the field | the column `time` |
-| .mf4 .mdf .dat | ASAM MDF | the channels' own | the channel groups' own |
-"""
+"""Files that hold recorded columns, one module per format; each has one function, `read`."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -27,29 +16,82 @@ from hil_emulator.identify.measured.formats import (
     parquet,
     spreadsheet,
 )
-from hil_emulator.identify.measured.formats.table import LogTable
+from hil_emulator.identify.measured.formats.table import (
+    ASAMMDF,
+    H5PY,
+    NPTDMS,
+    OPENPYXL,
+    PYARROW,
+    Library,
+    LogTable,
+)
 
-NAMED: dict[str, Callable[[Path, Sequence[str]], LogTable]] = {
-    ".csv": delimited_text.read,
-    ".txt": delimited_text.read,
-    ".tsv": delimited_text.read,
-    ".xlsx": spreadsheet.read,
-    ".mat": partial(own_process.read, "matlab"),
-}
-"""What reads each ending, in lower case, whose columns may have to be named."""
 
-OTHERS: dict[str, Callable[[Path], LogTable]] = {
-    ".lvm": labview_text.read,
-    ".tdms": labview_binary.read,
-    ".npz": numpy_archive.read,
-    ".parquet": parquet.read,
-    ".mf4": partial(own_process.read, "measurement_data"),
-    ".mdf": partial(own_process.read, "measurement_data"),
-    ".dat": partial(own_process.read, "measurement_data"),
-}
-"""What reads each other ending."""
+@dataclass(frozen=True)
+class LogFormat:
+    """A format of files that hold recorded columns.
 
-ENDINGS = (*NAMED, *OTHERS)
+    Attributes:
+        endings: of its files, in lower case.
+        name: of the format.
+        labels: where the names and units of the columns stand.
+        times: where the times stand.
+        read: reads a file; takes the headings of its columns as well, if `takes_headings`.
+        takes_headings: whether the user may have to name the columns.
+        library: what reading needs besides the required packages.
+
+    """
+
+    endings: tuple[str, ...]
+    name: str
+    labels: str
+    times: str
+    read: Callable[..., LogTable]
+    takes_headings: bool = False
+    library: Library | None = None
+
+
+_HEADER = "header `name [unit]`, or a row of units; else `--columns`"
+_CHANNELS = "those of the channels"
+_TIME = "the column `time`"
+
+FORMATS = (
+    LogFormat(
+        (".csv", ".txt", ".tsv"), "text in columns", _HEADER, _TIME, delimited_text.read,
+        takes_headings=True,
+    ),
+    LogFormat(
+        (".xlsx",), "Excel", _HEADER, _TIME, spreadsheet.read, takes_headings=True,
+        library=OPENPYXL,
+    ),
+    LogFormat(
+        (".lvm",), "LabVIEW measurement", _CHANNELS, "X columns or rate", labview_text.read
+    ),
+    LogFormat(
+        (".tdms",), "LabVIEW, DIAdem", _CHANNELS, f"waveform rate, or {_TIME}",
+        labview_binary.read, library=NPTDMS,
+    ),
+    LogFormat(
+        (".mat",), "MATLAB; the library only for version 7.3",
+        "`name_unit`, or a structure `units`; of a matrix `--columns`", "the vector `time`",
+        partial(own_process.read, "matlab"), takes_headings=True, library=H5PY,
+    ),
+    LogFormat(
+        (".npz",), "recording of the emulator", "its table of units", _TIME, numpy_archive.read
+    ),
+    LogFormat(
+        (".parquet",), "Apache Parquet", "`name [unit]`, or metadata `unit` of the field", _TIME,
+        parquet.read, library=PYARROW,
+    ),
+    LogFormat(
+        (".mf4", ".mdf", ".dat"), "ASAM MDF", _CHANNELS, "those of the channel groups",
+        partial(own_process.read, "measurement_data"), library=ASAMMDF,
+    ),
+)  # fmt: skip
+
+_BY_ENDING = {ending: form for form in FORMATS for ending in form.endings}
+
+ENDINGS = tuple(_BY_ENDING)
 
 
 def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
@@ -66,8 +108,7 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     """
     input_files.check(file, input_files.LOG)
     ending = file.suffix.lower()
-    if ending in NAMED:
-        return NAMED[ending](file, headings)
-    if ending in OTHERS:
-        return OTHERS[ending](file)
-    raise UserError(f"{file}: unknown ending; a table of columns ends in {', '.join(ENDINGS)}")
+    if ending not in _BY_ENDING:
+        raise UserError(f"{file}: unknown ending; a table of columns ends in {', '.join(ENDINGS)}")
+    chosen = _BY_ENDING[ending]
+    return chosen.read(file, headings) if chosen.takes_headings else chosen.read(file)

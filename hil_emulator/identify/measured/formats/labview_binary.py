@@ -8,7 +8,7 @@ import numpy as np
 from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
+from hil_emulator.identify.measured.formats.table import NPTDMS, LogColumn, LogTable, label, module
 
 UNITS = ("unit_string", "NI_UnitDescription", "unit")
 """Properties that state a channel's unit, the first one there counts."""
@@ -21,7 +21,7 @@ def read(file: Path) -> LogTable:
         UserError: if it is no such file, or npTDMS is not installed.
 
     """
-    library = module("nptdms", file, "logs", "npTDMS")
+    library = module(NPTDMS, file)
     try:
         with library.TdmsFile.open(file) as source:
             clocks: dict[tuple[float, float, int], Array] = {}

@@ -14,7 +14,7 @@ from scipy.io import loadmat
 
 from hil_emulator import input_files
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
+from hil_emulator.identify.measured.formats.table import H5PY, LogColumn, LogTable, label, module
 
 UNITS = "units"
 """Structure whose texts are the units of the vectors of the same names."""
@@ -89,7 +89,7 @@ def _matrix(
 
 def _hdf5(file: Path) -> dict[str, Any]:
     """Return the content of a file of version 7.3."""
-    h5py = module("h5py", file, "logs")
+    h5py = module(H5PY, file)
 
     left = itertools.repeat(None, input_files.MEMBERS)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hil_emulator import input_files
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
+from hil_emulator.identify.measured.formats.table import ASAMMDF, LogColumn, LogTable, label, module
 
 OWN_MARK = '"hil-emulator"'
 """What stands in the header of a file that the emulator has written."""
@@ -28,7 +28,7 @@ def read(file: Path, _: Sequence[str] = ()) -> LogTable:
         UserError: if it is no such file, or asammdf is not installed.
 
     """
-    asammdf = module("asammdf", file)
+    asammdf = module(ASAMMDF, file)
     with file.open("rb") as stream:  # asammdf itself stumbles over what is no MDF at all
         begins = stream.read(_SMALLEST)
     if len(begins) < _SMALLEST or not begins.startswith(_BEGINNINGS):

@@ -1,5 +1,6 @@
 """Apache Parquet: columns named `name [unit]`, or with their unit as metadata of the field."""
 
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from hil_emulator import input_files
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label, module
+from hil_emulator.identify.measured.formats.table import PYARROW, LogColumn, LogTable, label, module
 
 OWN_MARK = b"hil-emulator"
 """Metadata of a table that the emulator has written."""
@@ -20,7 +21,8 @@ def read(file: Path) -> LogTable:
         UserError: if it is no such file, or pyarrow is not installed.
 
     """
-    arrow, storage = module("pyarrow", file), module("pyarrow.parquet", file)
+    arrow = module(PYARROW, file)
+    storage = importlib.import_module("pyarrow.parquet")
     try:
         with storage.ParquetFile(file) as source:  # one file, whatever folders are called
             stated = source.metadata

@@ -11,7 +11,7 @@ from typing import Any
 from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.formats import rows
-from hil_emulator.identify.measured.formats.table import LogTable, module
+from hil_emulator.identify.measured.formats.table import OPENPYXL, LogTable, module
 
 
 def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
@@ -25,7 +25,7 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
         UserError: if it is no such file, holds no table, or openpyxl is not installed.
 
     """
-    library = module("openpyxl", file, "logs")
+    library = module(OPENPYXL, file)
     try:
         input_files.check_archive(file, input_files.LOG)
         book = library.load_workbook(file, read_only=True, data_only=True)

@@ -58,24 +58,40 @@ def label(text: str) -> tuple[str, str | None]:
     return match["name"].strip(), unit.strip() or "1"
 
 
-def module(name: str, file: Path, extra: str = "recording", package: str = "") -> Any:
-    """Import what a format needs, or say what to install.
+@dataclass(frozen=True)
+class Library:
+    """A package that a format needs and that is installed with an extra of this one.
 
-    Args:
-        name: of the module.
-        file: that needs it.
-        extra: of this package that brings it.
-        package: what it is called where it is installed from, if not like the module.
+    Attributes:
+        name: of its module.
+        extra: the extra that brings it.
+        package: its name in the package index.
+
+    """
+
+    name: str
+    extra: str
+    package: str
+
+
+ASAMMDF = Library("asammdf", "recording", "asammdf")
+H5PY = Library("h5py", "logs", "h5py")
+NPTDMS = Library("nptdms", "logs", "npTDMS")
+OPENPYXL = Library("openpyxl", "logs", "openpyxl")
+PYARROW = Library("pyarrow", "recording", "pyarrow")
+
+
+def module(library: Library, file: Path) -> Any:
+    """Import the library that a file needs.
 
     Raises:
-        UserError: if the package is not there.
+        UserError: if it is not installed; names the extra that brings it.
 
     """
     try:
-        return importlib.import_module(name)
+        return importlib.import_module(library.name)
     except ImportError:
-        package = package or name.partition(".")[0]
         raise UserError(
-            f"{file}: reading it needs {package}, which is not installed; "
-            f"pip install 'hil-emulator[{extra}]'"
+            f"{file}: reading it needs {library.package}, which is not installed; "
+            f"pip install 'hil-emulator[{library.extra}]'"
         ) from None

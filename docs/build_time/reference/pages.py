@@ -1,0 +1,30 @@
+"""The reference pages by the names of their files."""
+
+from build_time.reference import (
+    command_line,
+    configuration,
+    effects,
+    faults,
+    index,
+    log_formats,
+    objects,
+    result_json,
+    scenarios,
+)
+
+PAGES = {
+    "configuration": configuration,
+    "scenarios": scenarios,
+    "command_line": command_line,
+    "effects": effects,
+    "faults": faults,
+    "objects": objects,
+    "result_json": result_json,
+    "log_formats": log_formats,
+}
+
+
+def texts() -> dict[str, str]:
+    """Return the text of each page by the name of its file, the index first."""
+    written = {f"{name}.md": module.write() for name, module in PAGES.items()}
+    return {"index.md": index.write(PAGES)} | written
