@@ -1,6 +1,7 @@
 """The TCP server against a model of who is on the bus, client by client."""
 
 import contextlib
+import re
 import struct
 import time
 from collections.abc import Callable
@@ -190,15 +191,18 @@ class TcpBus(RuleBasedStateMachine):
     @precondition(lambda self: self.clients < MAX_CLIENTS - 1)
     @rule(beginning=beginnings, piece=st.sampled_from([1, 7, 4096]))
     def intrude(self, beginning: bytes, piece: int) -> None:
-        """Begin with anything but `< open`, then do everything right: to be closed."""
+        """Begin with anything but `< open`, then do everything right: closed, at most with why."""
         with self.greeted() as client:
             text = beginning + OPEN + b"< rawmode >" + line_of(FORBIDDEN) * 3
             with contextlib.suppress(OSError):
                 for start in range(0, len(text), piece):
                     client.say(text[start : start + piece])
             self.poll_until(lambda: self.server.clients == self.clients)
+            said = b""
             with contextlib.suppress(ConnectionResetError):
-                assert client.socket.recv(1) == b""
+                while part := client.socket.recv(4096):
+                    said += part
+            assert re.fullmatch(rb"(< error [^<>]* >)?", said), said
 
     @precondition(lambda self: self.speakers or self.halfway)
     @rule(at=which, reset=st.booleans(), last=st.booleans())
