@@ -6,7 +6,6 @@ from pathlib import Path
 import click
 import pytest
 from click.testing import CliRunner
-from hil_emulator.panel.tape import Tape
 
 from hil_emulator.__main__ import main
 from hil_emulator.command_line.kinds import Output
@@ -15,6 +14,7 @@ from hil_emulator.commands.hide import PARTS, hide
 from hil_emulator.commands.recording import RecordOptions, check_machine
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
+from hil_emulator.panel.recorder import PanelRecorder
 from hil_emulator.platform.packaged import packaged
 from hil_emulator.platform.paths import shipped
 
@@ -215,6 +215,6 @@ def test_the_panel_records_over_nothing(
     """Neither over a file, nor over what comes with it, nor through a link."""
     as_it_was = made(Path(existing))
     with pytest.raises(UserError, match=existing):
-        Tape(Path(wanted), {"columns": {"time": "s"}})
+        PanelRecorder(Path(wanted), {"columns": {"time": "s"}})
     assert as_it_was()
     assert len(list(folder.iterdir())) == 1

@@ -21,7 +21,7 @@ from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.errors import UserError
 from hil_emulator.fmi.importing.wiring import wire
 from hil_emulator.identify.experiment_design import sealed
-from hil_emulator.panel import afterwards
+from hil_emulator.panel import offline_source
 from hil_emulator.platform.paths import shipped
 from hil_emulator.recording import journal, streaming
 from hil_emulator.recording.messages import from_json
@@ -76,7 +76,7 @@ def _log(file: Path) -> None:
 
 
 def _on_panel(path: Path) -> None:
-    source = afterwards.opened(path)
+    source = offline_source.opened(path)
     for watched in source.logs.values():
         watched.row(0.1)
 
