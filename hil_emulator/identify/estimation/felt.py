@@ -6,6 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from hil_emulator.identify.estimation.finite_difference import (
+    DIFFERENCE,
+    LARGEST_CHANGE,
+    Derivative,
+)
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.observer.predictor import Predictor
@@ -39,7 +44,13 @@ def felt(
     """
     fitter, start = Fitter(predictor, experiments, Threads(predictor, jobs)), np.zeros(len(free))
     fitter.freeze(free, start)
-    slopes = fitter.jacobian(free, start, fitter.residual(free, start))
+    base = fitter.residual(free, start)
+    slopes = fitter.jacobian(free, start, base)
+    # a second time by the short steps that the first has shown to do: curves look like one another
+    steep = np.flatnonzero(np.linalg.norm(slopes, axis=0) > LARGEST_CHANGE / DIFFERENCE)
+    for i, column in zip(steep, fitter.columns([Derivative(free, start, i) for i in steep], base),
+                         strict=True):  # fmt: skip
+        slopes[:, i] = column
     fitter.release()
     return _told(free, slopes)
 
