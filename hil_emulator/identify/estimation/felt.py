@@ -47,7 +47,7 @@ def felt(
     base = fitter.residual(free, start)
     slopes = fitter.jacobian(free, start, base)
     # a second time by the short steps that the first has shown to do: curves look like one another
-    steep = np.flatnonzero(np.linalg.norm(slopes, axis=0) > LARGEST_CHANGE / DIFFERENCE)
+    steep = np.flatnonzero(np.linalg.norm(slopes, axis=0) > LARGEST_CHANGE / DIFFERENCE).tolist()
     for i, column in zip(steep, fitter.columns([Derivative(free, start, i) for i in steep], base),
                          strict=True):  # fmt: skip
         slopes[:, i] = column
