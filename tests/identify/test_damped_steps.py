@@ -66,7 +66,9 @@ def test_a_damped_step_is_tried_only_where_it_differs_from_the_one_that_failed()
     lengths = [float(np.linalg.norm(s)) for s in plain]
     assert lengths == sorted(lengths, reverse=True)
     valley = np.array([[1e4, 1e4], [0.0, 10.0], [0.0, 0.0]])
-    along = list(steps(valley, np.array([0.0, 900.0, 0.0]), WEIGHTS, np.zeros(2), ANYWHERE, first=False))
+    along = list(
+        steps(valley, np.array([0.0, 900.0, 0.0]), WEIGHTS, np.zeros(2), ANYWHERE, first=False)
+    )
     assert len(along) == len(DAMPINGS)
 
 

@@ -252,7 +252,11 @@ class Fitter:
         return Fit(free, at, residual, sensitivities, chi2, effective, settled)
 
     def _improved(
-        self, free: Sequence[Coordinate], at: Array, chi2: float, bounds: tuple[Array, Array],
+        self,
+        free: Sequence[Coordinate],
+        at: Array,
+        chi2: float,
+        bounds: tuple[Array, Array],
         ways: Iterator[Array],
     ) -> tuple[Array, Array, float] | None:
         """Return where the first step leads that lessens the loss, the residual and loss there."""
