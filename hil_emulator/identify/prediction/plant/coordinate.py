@@ -69,16 +69,20 @@ class Coordinate:
             return float(self.neutral * part ** (1.0 / self.power))
         return self.neutral + moved
 
+    def at(self, value: float) -> float:
+        """Return the coordinate of a parameter [unit]."""
+        if self.scaling == "inverse":
+            return 1.0 / (value * self.scale) if math.isfinite(value) else 0.0
+        if self.scaling == "linear":
+            return (value - self.neutral) / self.scale
+        return _moved(value / self.neutral, self.power, self.scaling) / self.scale
+
     @property
     def bounds(self) -> tuple[float, float]:
         """Smallest and largest coordinate."""
         if self.scaling == "inverse":
-            return 0.0, 1.0 / (max(self.low, 1e-300) * self.scale)
-        if self.scaling == "linear":
-            return (self.low - self.neutral) / self.scale, (self.high - self.neutral) / self.scale
-        ends = (_moved(end / self.neutral, self.power, self.scaling) / self.scale
-                for end in (self.low, self.high))  # fmt: skip
-        low, high = sorted(ends)
+            return 0.0, self.at(max(self.low, 1e-300))
+        low, high = sorted((self.at(self.low), self.at(self.high)))
         return low, high
 
     @property

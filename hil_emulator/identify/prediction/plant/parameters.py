@@ -34,7 +34,7 @@ def ordinary(
 ) -> list[Coordinate]:
     """Return the parameters of which a configuration leaves open what they are exactly.
 
-    Of what it states that is the tolerance, of what it does not the spread among machines.
+    Of what it states, which comes first, that is the tolerance; of the rest it is the spread.
 
     Args:
         model: of the configuration.
@@ -52,7 +52,8 @@ def ordinary(
         if is_on(effect, value):
             knob = _knob(effect, value, usual.get(field, KNOB_TOLERANCE))
             found += [knob, *_shapes(model, knob, usual)]
-    return [c for c in found if c is not None and c.scale]
+    open_ones = [c for c in found if c is not None and c.scale]
+    return sorted(open_ones, key=lambda c: not c.stated)
 
 
 def _shapes(
