@@ -74,15 +74,15 @@ def _plain(content: Any, where: Where, file: Path, found: dict[Where, Stated]) -
 
 
 def _size(text: Any, where: Where, file: Path) -> float:
+    place = ".".join((*where, KEY))
     try:
         size = to_si(text, "1", "30 %")
+        if not 0.0 <= size <= LARGEST:
+            raise ValueError(f'"{brief(text)}" is outside 0 % ... {LARGEST:.0%}')
     except ValueError as error:
-        raise UserError(f"{file}: {'.'.join((*where, KEY))}: {error}") from None
-    if not 0.0 <= size <= LARGEST:
         raise UserError(
-            f'{file}: {".".join((*where, KEY))}: "{brief(text)}" is outside 0 % ... '
-            f'{LARGEST:.0%}; write the relative standard deviation, such as "30 %"'
-        )
+            f'{file}: {place}: {error}; write the relative standard deviation, such as "30 %"'
+        ) from None
     return size
 
 
