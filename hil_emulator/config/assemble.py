@@ -3,7 +3,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +67,8 @@ def configuration(
         effects=effects,
         plant=said | unsaid,
         unsaid=frozenset(unsaid),
+        stated=frozenset(_stated(checked, effects)),
+        tolerances=layers.tolerances,
         sensors={name: _effect_values(getattr(checked.sensors, name), chain) for name in channels},
         digest=hashlib.sha256(canonical).hexdigest()[:16],
         files=tuple(files),
@@ -97,6 +99,16 @@ def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
     values |= checked.valve.gains()
     values |= checked.cylinder.areas()
     return values
+
+
+def _stated(checked: Any, effects: Sequence[Effect]) -> Iterator[str]:
+    """Yield the fields of the plant that a file states, rather than a default."""
+    for name in plant_tables(effects):
+        table = getattr(checked, name)
+        yield from (f"{name}_{key}" for key in table.model_fields_set)
+        for effect in (e for e in effects if e.stage.table == name):
+            if chosen := getattr(table, effect.name, None):
+                yield from (f"{effect.name}_{key}" for key in chosen.model_fields_set)
 
 
 def _unsaid(checked: Any, said: dict[str, float]) -> dict[str, float]:

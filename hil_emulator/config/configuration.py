@@ -1,6 +1,7 @@
 """A whole rig, checked: what everything else is made from."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,8 @@ class Configuration:
         texts: what each of them says.
         fmu: what moves in place of the built-in plant, where something does.
         unsaid: fields of `plant` that no file states: they follow from the others.
+        stated: fields of `plant` that a file states.
+        tolerances: relative standard deviation of stated values by field, where a file states it.
         bench: what of an actuator it describes; what it need not say of the plant is not a number,
             so that nothing which depends on it has a value.
         supply_mates: names of the other actuators of a machine on its supply.
@@ -60,4 +63,6 @@ class Configuration:
     bench: BenchSettings
     supply_mates: tuple[str, ...] = ()
     unsaid: frozenset[str] = frozenset()
+    stated: frozenset[str] = frozenset()
+    tolerances: Mapping[str, float] = field(default_factory=dict)
     fmu: FmuSettings | None = None

@@ -8,6 +8,7 @@ from typing import Any
 from hil_emulator import input_files
 from hil_emulator.config import datasheet
 from hil_emulator.config.effect_files import read_effects
+from hil_emulator.config.tolerances import Stated, by_field, taken_out
 from hil_emulator.config.toml_file import parse_toml
 from hil_emulator.errors import UserError, brief
 from hil_emulator.model.declare import Effect
@@ -25,12 +26,14 @@ class Layers:
         merged: their tables.
         origin: the file that has the last word, by the path of a key.
         effects: the catalogue, with the files' own effects at its end.
+        tolerances: relative standard deviation by field, where a file states it.
 
     """
 
     merged: dict[str, Any]
     origin: dict[tuple[str, ...], Path]
     effects: tuple[Effect, ...]
+    tolerances: dict[str, float]
 
 
 def laid(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Layers:
@@ -43,12 +46,16 @@ def laid(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Layers:
     layers = [(f, parse_toml(f, text)) for f, text in zip(files, texts, strict=True)]
     own = [e for file, layer in layers for e in _own_effects(file, layer, admit)]
     effects = (*CATALOGUE, *own)
+    knobs: dict[tuple[str, ...], str] = {(e.stage.table, e.name): e.knob.name for e in effects}
     merged: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
+    tolerances: dict[tuple[str, ...], Stated] = {}
     for file, layer in layers:
-        _lay_over(merged, _with_knobs(layer, effects), file, origin)
+        plain, stated = taken_out(layer, file)
+        _lay_over(merged, _with_knobs(plain, knobs), file, origin)
+        tolerances |= stated
     _refuse_machine(merged, origin)
-    return Layers(merged, origin, effects)
+    return Layers(merged, origin, effects, by_field(tolerances, origin, knobs))
 
 
 def _refuse_machine(merged: Mapping[str, Any], origin: Mapping[tuple[str, ...], Path]) -> None:
@@ -87,9 +94,8 @@ def _own_effects(file: Path, layer: dict[str, Any], admit: Admit) -> list[Effect
     return found
 
 
-def _with_knobs(layer: dict[str, Any], effects: Sequence[Effect]) -> dict[str, Any]:
+def _with_knobs(layer: dict[str, Any], knobs: Mapping[tuple[str, ...], str]) -> dict[str, Any]:
     """Write `effect = "value"` out as `effect = {knob = "value"}`."""
-    knobs = {(e.stage.table, e.name): e.knob.name for e in effects}
 
     def spelt(table: str, content: object) -> object:
         if not isinstance(content, dict):

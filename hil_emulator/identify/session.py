@@ -18,11 +18,12 @@ from hil_emulator.identify.conclusion.doubts import doubt_haste, doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
+from hil_emulator.identify.estimation.felt import felt
 from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.benches.boundary import as_stated, bounded, with_gain
-from hil_emulator.identify.prediction.instrumentation import examinable, predicting, priors
+from hil_emulator.identify.prediction.instrumentation import examinable, predicting, tolerances
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.cluster_pool import ClusterPool
 from hil_emulator.identify.prediction.parallel.pool import Pool, Threads
@@ -125,7 +126,8 @@ def _identified(
         return Result("cannot_examine", why, notes=notes)
     model = predictor.model
     candidates = _chosen(examinable(model, predictor), question)
-    nuisances = parameters.ordinary(model, priors(predictor))
+    ordinary = parameters.ordinary(model, tolerances(predictor))
+    nuisances = felt(predictor, learn, ordinary, jobs)
     given = Investigation(learn, check, nuisances, candidates)
     asked = course(predictor, given, tell, told=question.set_points, jobs=jobs)
     if asked is None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hil_emulator.machines import sizing
 from hil_emulator.machines.questions import (
@@ -16,6 +16,7 @@ from hil_emulator.machines.questions import (
 )
 from hil_emulator.machines.valve_sheet import GIVEN, PRINTED, ValveSheet
 from hil_emulator.model.constants import DISCHARGE
+from hil_emulator.model.declare import SETTING
 from hil_emulator.model.effects.edges import land_leakage
 from hil_emulator.model.quantities import PARAMS
 from hil_emulator.model.sensors import CHANNELS
@@ -26,6 +27,10 @@ BULK_MODULUS = 1.3e9
 
 SLOT = 0.25e-3
 """Height of an edge's slot at the rated current [m] (assumed)."""
+
+
+TOLERANCES = {"assumed": "50 %", "from memory": "20 %"}
+"""What `identify` may believe of a number, by a word of where it comes from (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,8 @@ def configuration(answers: Answers, eds: str, schema: str, step: float) -> str:
         f"#:schema ./{schema}",
         f"# {answers['name']}",
         "# Written by `hil-emulator init`: what it assumed is yours to measure, what it had from",
-        "# memory yours to look up. docs/your_machine.md tells which numbers matter most.",
+        "# memory yours to look up; `identify` believes both within their tolerance only.",
+        "# docs/your_machine.md tells which numbers matter most.",
     )
     tables = [_table(*table) for table in _tables(answers, eds, step)]
     return "\n".join([*head, "", "\n\n".join(tables), ""])
@@ -68,7 +74,17 @@ def configuration(answers: Answers, eds: str, schema: str, step: float) -> str:
 
 def _table(name: str, comment: str, entries: Sequence[Assignment]) -> str:
     title = name if name.startswith("[") else f"[{name}]"
-    return "\n".join([*([f"# {comment}"] if comment else []), title, *map(str, entries)])
+    lines = (str(_with_tolerance(name, entry)) for entry in entries)
+    return "\n".join([*([f"# {comment}"] if comment else []), title, *lines])
+
+
+def _with_tolerance(table: str, entry: Assignment) -> Assignment:
+    """Return a line that says how sure its number is, where nobody has measured it."""
+    settings = {p.name for p in PARAMS.get(table, ()) if p.spread is SETTING}
+    wide = next((size for word, size in TOLERANCES.items() if word in entry.why), "")
+    if not wide or table not in PARAMS or entry.key in settings:
+        return entry
+    return replace(entry, value=f'{{ value = {entry.value}, tolerance = "{wide}" }}')
 
 
 def _tables(answers: Answers, eds: str, step: float) -> Iterator[Table]:
@@ -204,7 +220,7 @@ def _cylinder(answers: Answers) -> Iterator[Assignment]:
     yield _typical("dead_volume_a", sizing.dead_volume(answers, 1.0), "m^3", "ml")
     annulus = sizing.dead_volume(answers, sizing.area_ratio(answers))
     yield Assignment(
-        "dead_volume_b", _shown(annulus.value, "m^3", "ml"), "the same for the annulus"
+        "dead_volume_b", _shown(annulus.value, "m^3", "ml"), "assumed: the same for the annulus"
     )
     yield _typical("end_stops", sizing.end_stop_stiffness(answers), "N/m")
     yield _typical("internal_leakage", sizing.leakage(answers), "m^3/(s*Pa)", "cm^3/(min*bar)")

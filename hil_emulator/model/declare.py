@@ -61,6 +61,35 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class Spread:
+    """How far machines lie from a number that their configuration does not state.
+
+    Attributes:
+        size: one standard deviation: of the natural logarithm, or in the number's own unit.
+        logarithmic: whether it is that of the logarithm.
+
+    """
+
+    size: float
+    logarithmic: bool = True
+
+
+def factor(times: float) -> Spread:
+    """Return the spread of a positive number: of three machines two lie within that factor."""
+    return Spread(math.log(times))
+
+
+def within(size: float) -> Spread:
+    """Return the spread of a number of either sign: of three machines two lie that near."""
+    return Spread(size, logarithmic=False)
+
+
+SETTING = Spread(0.0)
+"""Of a number that is chosen rather than measured, such as the flow at which a sheet states a drop:
+where nobody states it, it is the default."""
+
+
+@dataclass(frozen=True)
 class Param(Quantity):
     """A quantity that stays constant during a run.
 
@@ -74,6 +103,11 @@ class Param(Quantity):
         off: of a knob, the value at which its effect vanishes exactly.
         along_stroke: whether it is a place along the stroke, which in another cylinder is usual in
             proportion; `typical` and `default` are those of the reference machine's.
+        spread: how far machines lie from the default (assumed, unless `source` gives a range);
+            required where there is one, except of a knob, which is off by default.
+        tolerance: relative standard deviation of a value that somebody states (assumed: that of a
+            careful data sheet); 0 for one that is exact.
+        power: of a number that may be 0, the power with which its influence grows from there.
 
     """
 
@@ -85,6 +119,9 @@ class Param(Quantity):
     source: str = "assumed"
     off: float = field(default=0.0, kw_only=True)
     along_stroke: bool = field(default=False, kw_only=True)
+    spread: Spread | None = field(default=None, kw_only=True)
+    tolerance: float = field(default=0.0, kw_only=True)
+    power: float = field(default=1.0, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,49 +1,54 @@
 """Every parameter, state, input and signal that all actuators share."""
 
 from hil_emulator.model.constants import REFERENCE_TEMPERATURE
-from hil_emulator.model.declare import Param, Quantity
+from hil_emulator.model.declare import SETTING, Param, Quantity, factor, within
 
 PARAMS: dict[str, tuple[Param, ...]] = {
     "supply": (
         Param("pressure", "Pa", "supply pressure, absolute", 160e5, 1e5, 400e5, "bar",
               source="public HyQ bench scripts"),
         Param("volume", "m^3", "volume of the pressure line at the pump", 1e-3, 1e-5, 1.0, "l",
-              default=1e-3),
+              default=1e-3, spread=factor(3.0)),
         Param("pump_speed", "rad/s", "speed of the pump's shaft", 157.08, 1.0, 1000.0, "rpm",
-              default=157.08, source="1500 rpm of a motor with four poles at 50 Hz, assumed"),
+              default=157.08, source="1500 rpm of a motor with four poles at 50 Hz, assumed",
+              spread=factor(1.1)),
     ),
     "tank": (
         Param("pressure", "Pa", "return pressure, absolute", 1e5, 0.0, 50e5, "bar", default=1e5,
-              source="public HyQ bench script: 1 bar"),
+              source="public HyQ bench script: 1 bar", spread=factor(2.0)),
     ),
     "valve": (
         Param("gain", "m^3/(s*A*Pa^0.5)", "valve gain K_v (S1 eq. 3.8)", 6.68e-6, 1e-8, 1e-3,
-              source="7.5 l/min at 10 mA over 70 bar, the whole valve"),
+              source="7.5 l/min at 10 mA over 70 bar, the whole valve", tolerance=0.10),
         Param("natural_frequency", "Hz", "natural frequency of the spool", 250.0, 1.0, 1000.0,
-              source="S1 3.3.1"),
+              source="S1 3.3.1", tolerance=0.10),
         Param("damping_ratio", "1", "damping ratio of the spool", 0.7, 0.1, 3.0, default=0.7,
-              source="0.5 to 0.9 in public HyQ scripts; 0.7 puts -3 dB at the natural frequency"),
+              source="0.5 to 0.9 in public HyQ scripts; 0.7 puts -3 dB at the natural frequency",
+              spread=factor(1.35), tolerance=0.15),
         Param("critical_reynolds_number", "1", "Reynolds number at which an edge would pass as "
               "much by its laminar as by its turbulent flow; 0: turbulent at any", 14.7, 0.0,
               1000.0, default=14.7,
               source="sharp edge: creeping flow through a slit (Wuest 1954, in Merritt 1967) has "
-                     "C_d² = (pi/128) Re, which is 0.6² there"),
+                     "C_d² = (pi/128) Re, which is 0.6² there; a rounded or "
+                     "worn edge has other ones, and a model by the root alone has 0",
+              spread=factor(3.0), power=1.5),
         Param("slot_per_ampere", "m/A", "height of an edge's slot per ampere of spool travel",
-              0.025, 1e-4, 1.0, default=0.025, source="0.25 mm at 10 mA, assumed"),
+              0.025, 1e-4, 1.0, default=0.025, source="0.25 mm at 10 mA, assumed",
+              spread=factor(2.0)),
         Param("laminar_width", "Pa", "least pressure difference below which the integration takes "
               "an edge for laminar, whatever its Reynolds number", 1e5, 1e3, 20e5, "bar",
-              default=1e5, source="exact to 0.1 % at 20 us behind a wide edge"),
+              default=1e5, source="exact to 0.1 % at 20 us behind a wide edge", spread=SETTING),
     ),
     "lines": (
         Param("closed", "1", "command to the shut-off valves: 0 open, 1 closed", 0.0, 0.0, 1.0,
-              default=0.0),
+              default=0.0, spread=SETTING),
         Param("block_volume", "m^3", "oil between the line and the holding valves of a chamber",
-              1e-5, 1e-7, 1e-2, "ml", default=1e-5),
+              1e-5, 1e-7, 1e-2, "ml", default=1e-5, spread=factor(2.0)),
         Param("passage_gain", "m^3/(s*Pa^0.5)", "flow through open holding valves over the root of "
               "their pressure drop", 1.5e-7, 1e-9, 1e-3, default=1.5e-7,
-              source="7 bar at 7.5 l/min, assumed"),
+              source="7 bar at 7.5 l/min, assumed", spread=factor(2.0)),
         Param("laminar_width", "Pa", "an eighth of the drop at which their laminar and their "
-              "turbulent loss are equal", 2e5, 1e3, 50e5, "bar", default=2e5),
+              "turbulent loss are equal", 2e5, 1e3, 50e5, "bar", default=2e5, spread=factor(2.0)),
     ),
     "cylinder": (
         Param("piston_area", "m^2", "cap-side area A_p", 2.0106e-4, 1e-6, 4.0, "cm^2",
@@ -53,34 +58,39 @@ PARAMS: dict[str, tuple[Param, ...]] = {
         Param("stroke", "m", "stroke L_c", 0.08, 1e-3, 10.0, "mm",
               source="Hoerbiger LB6 1610 0080"),
         Param("dead_volume_a", "m^3", "volume of chamber a and its line at x = 0",
-              3e-6, 1e-8, 1e-1, "ml"),
+              3e-6, 1e-8, 1e-1, "ml", tolerance=0.10),
         Param("dead_volume_b", "m^3", "volume of chamber b and its line at x = L_c",
-              3e-6, 1e-8, 1e-1, "ml"),
+              3e-6, 1e-8, 1e-1, "ml", tolerance=0.10),
     ),
     "oil": (
         Param("bulk_modulus", "Pa", "bulk modulus of the oil without free air", 1.3e9, 1e8, 3e9,
-              "MPa", source="S1 3.1.1"),
-        Param("density", "kg/m^3", "density", 850.0, 500.0, 1500.0, default=850.0, source="S1 3.1"),
+              "MPa", source="S1 3.1.1", tolerance=0.15),
+        Param("density", "kg/m^3", "density", 850.0, 500.0, 1500.0, default=850.0, source="S1 3.1",
+              spread=factor(1.05)),
         Param("kinematic_viscosity", "m^2/s", "kinematic viscosity at 40 °C", 46e-6, 1e-6, 1e-3,
-              "mm^2/s", default=46e-6, source="ISO 3448: VG 46"),
+              "mm^2/s", default=46e-6, source="ISO 3448: VG 46; VG 22 to 100 are usual",
+              spread=factor(2.0)),
         Param("temperature", "K", "temperature of the oil; every parameter holds at 40 °C",
               REFERENCE_TEMPERATURE, 243.15, 393.15, "degC", default=REFERENCE_TEMPERATURE,
-              source="S1 3.3.2: the cooler switches on at some 40 °C"),
+              source="S1 3.3.2: the cooler switches on at some 40 °C", spread=within(15.0)),
     ),
     "friction": (
         Param("transition_velocity", "m/s", "velocity that dry friction opposes as much as a bend "
-              "of the seals by the presliding distance", 1e-3, 1e-5, 0.1, "mm/s", default=1e-3),
+              "of the seals by the presliding distance", 1e-3, 1e-5, 0.1, "mm/s", default=1e-3,
+              spread=factor(3.0)),
         Param("presliding_distance", "m", "dry friction over the stiffness of the seals that hold "
               "a rod at rest", 2e-5, 1e-7, 1e-3, "um", default=2e-5,
-              source="assumed: 100 N over 5e6 N/m, of 1e5 to 1e7 N/m"),
+              source="assumed: 100 N over 5e6 N/m, of 1e5 to 1e7 N/m", spread=factor(3.0)),
     ),
     "load": (
-        Param("mass", "kg", "mass M_l moved by the rod", 50.0, 0.1, 1e5, source="S1 Fig. 3.14"),
+        Param("mass", "kg", "mass M_l moved by the rod", 50.0, 0.1, 1e5, source="S1 Fig. 3.14",
+              tolerance=0.02),
         Param("coupling_damping", "s/m", "relative growth of the force between rod and load "
-              "with the speed of their stretch", 1.0, 0.0, 20.0, default=1.0),
+              "with the speed of their stretch", 1.0, 0.0, 20.0, default=1.0, spread=factor(2.0)),
     ),
     "initial": (
-        Param("position", "m", "position at the start", 0.04, 0.0, 10.0, "mm", default=0.04),
+        Param("position", "m", "position at the start", 0.04, 0.0, 10.0, "mm", default=0.04,
+              spread=SETTING),
     ),
 }  # fmt: skip
 """Parameters that every actuator has, by configuration table."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from hil_emulator.identify.estimation.levenberg_marquardt import (
     DAMPINGS,
@@ -16,6 +17,7 @@ from hil_emulator.identify.prediction.residuals.huber import OUTLIER, WORST, tam
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 WEIGHTS = np.ones(2)
+ANYWHERE = np.full(2, -np.inf), np.full(2, np.inf)
 PARALLEL = np.array([[1.0, 1.0], [0.0, 1e-3], [0.0, 0.0]])
 """Jacobian of two coordinates that nearly make up for each other."""
 
@@ -23,16 +25,28 @@ PARALLEL = np.array([[1.0, 1.0], [0.0, 1e-3], [0.0, 0.0]])
 def offered(jacobian: np.ndarray, size: float) -> list[np.ndarray]:
     """Return every step from a residual of some size along the first column."""
     residual = size * jacobian[:, 0]
-    return list(steps(jacobian, residual, WEIGHTS, np.zeros(2), first=False))
+    return list(steps(jacobian, residual, WEIGHTS, np.zeros(2), ANYWHERE, first=False))
 
 
 def test_the_first_step_is_the_minimum_of_the_linear_model() -> None:
     """It solves the normal equations, priors included."""
     residual = np.array([3.0, 0.5, -1.0])
-    first = next(steps(PARALLEL, residual, WEIGHTS, np.zeros(2), first=False))
+    first = next(steps(PARALLEL, residual, WEIGHTS, np.zeros(2), ANYWHERE, first=False))
     stacked = np.vstack([PARALLEL, np.eye(2)])
     wanted = np.linalg.lstsq(stacked, -np.append(residual, [0.0, 0.0]), rcond=None)[0]
     assert first == pytest.approx(wanted, rel=1e-6)
+
+
+def test_a_step_that_meets_a_bound_is_the_minimum_within_it() -> None:
+    """The other coordinate goes where it is best beside one that is held (scipy's bounded fit)."""
+    jacobian = np.array([[1.0, 1.0], [0.0, 0.3], [0.5, 0.0]])
+    residual = np.array([3.0, 0.5, -1.0])
+    bounds = np.array([-0.2, -9.0]), np.array([9.0, 9.0])
+    first = next(steps(jacobian, residual, WEIGHTS, np.zeros(2), bounds, first=False))
+    stacked = np.vstack([jacobian, np.eye(2)])
+    wanted = lsq_linear(stacked, -np.append(residual, [0.0, 0.0]), bounds)
+    assert wanted.x[0] == pytest.approx(-0.2)
+    assert first == pytest.approx(wanted.x, rel=1e-6)
 
 
 def test_no_step_is_tried_that_promises_nothing() -> None:
@@ -47,12 +61,14 @@ def test_no_step_is_tried_that_promises_nothing() -> None:
 def test_a_damped_step_is_tried_only_where_it_differs_from_the_one_that_failed() -> None:
     """Well-conditioned, damping by a thousandth changes nothing; along a valley it does."""
     residual = np.array([100.0, 0.0, 30.0])
-    plain = list(steps(np.eye(3)[:, :2], residual, WEIGHTS, np.zeros(2), first=False))
+    plain = list(steps(np.eye(3)[:, :2], residual, WEIGHTS, np.zeros(2), ANYWHERE, first=False))
     assert len(plain) < len(DAMPINGS)
     lengths = [float(np.linalg.norm(s)) for s in plain]
     assert lengths == sorted(lengths, reverse=True)
     valley = np.array([[1e4, 1e4], [0.0, 10.0], [0.0, 0.0]])
-    along = list(steps(valley, np.array([0.0, 900.0, 0.0]), WEIGHTS, np.zeros(2), first=False))
+    along = list(
+        steps(valley, np.array([0.0, 900.0, 0.0]), WEIGHTS, np.zeros(2), ANYWHERE, first=False)
+    )
     assert len(along) == len(DAMPINGS)
 
 

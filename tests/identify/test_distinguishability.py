@@ -18,7 +18,7 @@ N = 4000
 
 def coordinate(name: str, scale: float = 1.0) -> Coordinate:
     """Return an effect that only has a name and a typical size."""
-    return Coordinate(name, name, "", "N", "N", scale, 0.0, False, -1e9, 1e9, np.inf, None)
+    return Coordinate(name, name, "", "N", "N", scale, 0.0, "linear", -1e9, 1e9, np.inf, None)
 
 
 class Problem:

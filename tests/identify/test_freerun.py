@@ -40,7 +40,7 @@ def model(leakage: float) -> Fit:
     free = [effects["internal_leakage"], ordinary["valve_gain"], ordinary["oil_bulk_modulus"],
             ordinary["coulomb_friction"]]  # fmt: skip
     values = (leakage, *(f * c.neutral for c, f in zip(free[1:], (1.07, 0.92, 1.2), strict=True)))
-    at = np.array([(v - c.neutral) / c.scale for c, v in zip(free, values, strict=True)])
+    at = np.array([c.at(v) for c, v in zip(free, values, strict=True)])
     return Fit(free, at, np.zeros(0), np.zeros((0, len(free))), 0.0)
 
 

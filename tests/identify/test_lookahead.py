@@ -17,7 +17,7 @@ N = 3000
 
 def coordinate(name: str, most: float = 1e9) -> Coordinate:
     """Return an effect that only has a name, a typical size and a range."""
-    return Coordinate(name, name, "", "N", "N", 1.0, 0.0, False, -most, most, np.inf, None)
+    return Coordinate(name, name, "", "N", "N", 1.0, 0.0, "linear", -most, most, np.inf, None)
 
 
 def scanned(

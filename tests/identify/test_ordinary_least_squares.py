@@ -9,7 +9,7 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.ordinary_least_squares import ordinary_least_squares
 from hil_emulator.identify.measured.data import load_experiments
 from hil_emulator.identify.prediction.benches.force_balance import StaticObserver
-from hil_emulator.identify.prediction.plant.parameters import STATIC_PRIORS, candidates, ordinary
+from hil_emulator.identify.prediction.plant.parameters import UNKNOWN_SEALS, candidates, ordinary
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from tests.identify.rig_data import CACHE
 from tests.studies.logs.rates import DATA, terms
@@ -27,7 +27,8 @@ def test_a_balance_of_forces_gives_what_the_normal_equations_give() -> None:
         load_experiments([DATA / f"oring_{bar}bar.csv" for bar in (1, 5)]), model.plant_values
     )
     named = {c.name: c for c in candidates(model, ("load_force",))}
-    free = [*ordinary(model, STATIC_PRIORS), *(named[name] for name in NAMES)]
+    area = [c for c in ordinary(model, UNKNOWN_SEALS) if c.name in UNKNOWN_SEALS]
+    free = [*area, *(named[name] for name in NAMES)]
     start = Fit(free, np.array([0.0, 0.1, 0.1]), np.zeros(0), np.zeros((0, 3)), 0.0)
     found = ordinary_least_squares(StaticObserver(model), logs, start)
     rows, force = terms(model, logs)

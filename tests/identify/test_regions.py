@@ -133,7 +133,8 @@ def test_what_no_law_explains_casts_doubt_on_what_it_moves() -> None:
     fit, _ = configured()
     names = [c.name for c in fit.coordinates]
     i = names.index("oil_bulk_modulus")
-    true = (OFF["oil_bulk_modulus"] - 1.0) * fit.coordinates[i].neutral / fit.coordinates[i].scale
+    modulus = fit.coordinates[i]
+    true = modulus.at(OFF["oil_bulk_modulus"] * modulus.neutral)
     error = abs(float(fit.at[i]) - true)
     uncertainty = float(np.linalg.norm([t.uncertainty[i] for t in terms()]))
     assert error > 5.0 * np.sqrt(fit.covariance()[i, i])

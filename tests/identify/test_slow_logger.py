@@ -15,7 +15,7 @@ from hil_emulator.identify.estimation.set_point_course import Investigation, fol
 from hil_emulator.identify.measured.between_rows import BRIDGE, SetPoints, moving
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.free_terms.balances import SPOOL
-from hil_emulator.identify.prediction.instrumentation import predicting, priors
+from hil_emulator.identify.prediction.instrumentation import predicting, tolerances
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
@@ -197,7 +197,7 @@ def test_a_current_that_is_held_is_not_told_to_move(number: int) -> None:
     model = PlantModel(load([which.bench.config]), CACHE)
     predictor, learn, _, _ = predicting(model, *blind(which))
     assert predictor is not None
-    known = Investigation(learn, [], ordinary(model, priors(predictor)), [])
+    known = Investigation(learn, [], ordinary(model, tolerances(predictor)), [])
     assert followed(predictor, known, TOLD_APART).answer != "moves"
 
 

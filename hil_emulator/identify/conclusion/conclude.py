@@ -1,10 +1,11 @@
 """From a finished search to its result."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
-from hil_emulator.identify.conclusion import account
+from hil_emulator.identify.conclusion import account, wrong_values
 from hil_emulator.identify.conclusion.findings import (
     Finding,
     Refitted,
@@ -14,6 +15,7 @@ from hil_emulator.identify.conclusion.findings import (
     in_words,
 )
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.conclusion.wrong_values import FarOff
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.experiment_design.contrast import contrast
 from hil_emulator.identify.experiment_design.next_experiment import recommend
@@ -21,12 +23,12 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.certainty import (
     borne_elsewhere,
     discrepancy_uncertainty,
-    hardly_believed,
+    far_off,
     interval,
     not_by_chance,
 )
 from hil_emulator.identify.selection.evidence import Trial
-from hil_emulator.identify.selection.levels import NORMAL_95
+from hil_emulator.identify.selection.levels import FALSE_ALARM, NORMAL_95, ONE_IN_TWENTY
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.rivals import MOST_TOLD, confirmed, near_rivals, weighed
 from hil_emulator.identify.selection.search import Searcher
@@ -59,7 +61,9 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         for t in search.unexplained
     ]  # fmt: skip
     unseen = [s.coordinate.name for s in search.rounds[0].scores if not s.visible]
-    result = Result("nothing_missing", _explained(search))
+    parameters = _refitted(search)
+    result = Result("nothing_missing", _explained(search, parameters))
+    result.nearest, result.parameters = search.nearest, parameters
     result.effects, result.unknown, result.search = findings, unknown, search
     result.unseen = [n for n in unseen if n not in {f.name for f in findings}]
     if findings:
@@ -72,11 +76,8 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         u = unknown[0]
         result.reason = f"something acts on the {u.balance}, depending on {u.regressor}: {u.shape}"
         result.reason += _nearest(search)
-    elif far := not_by_chance(_last_fit(search)):
-        result.verdict = "cannot_tell"
-        result.reason = f"either {' and '.join(far)}, or that stands in for something missing"
-        result.reason += _nearest(search)
-    result.nearest, result.parameters = search.nearest, _refitted(search)
+    elif far := far_off(_last_fit(search), FALSE_ALARM):
+        _conclude_values(result, search, far)
     ambiguous = [f for f in findings if f.group]
     if ambiguous:
         f = ambiguous[0]
@@ -98,10 +99,22 @@ def _advice(searcher: Searcher, finding: Finding) -> str:
     return f"{told} {contrast(one, [other for other in others if other is not None])}"
 
 
-def _explained(search: Search) -> str:
+def _conclude_values(result: Result, search: Search, far: FarOff) -> None:
+    """Tell of values that are other ones than configured, or what else may explain the data."""
+    said = wrong_values.in_words(far, result.parameters) or not_by_chance(_last_fit(search))
+    result.hardly_believed = not_by_chance(_last_fit(search))
+    if rivals := wrong_values.instead(search, far):
+        result.verdict = "cannot_tell"
+        result.reason = f"either {' and '.join(said)}; {wrong_values.advice(far, rivals)}"
+        return
+    result.verdict = "wrong_value"
+    result.reason = f"the data are explained, with another value: {'; '.join(said)}"
+
+
+def _explained(search: Search, parameters: Mapping[str, Refitted]) -> str:
     """Say that nothing is missing, and what has to be believed for it."""
     reason = "the model explains the data within their noise"
-    far = hardly_believed(_last_fit(search))
+    far = wrong_values.in_words(far_off(_last_fit(search), ONE_IN_TWENTY), parameters)
     if not far:
         return reason
     return f"{reason} if {' and '.join(far)}: check that before you trust it"

@@ -52,7 +52,7 @@ def doubt_rows(
                 result.final_at = result.search.told.at
         else:
             result.unknown, result.notes = [], [*result.notes, said]
-    elif result.verdict not in ("nothing_missing", "agrees"):
+    elif result.verdict not in ("nothing_missing", "wrong_value", "agrees"):
         return
     elif late is not None and late.low > 0.0:
         result.verdict = "cannot_tell"

@@ -32,17 +32,20 @@ fail as well (assumed)."""
 
 
 def steps(
-    jacobian: Array, residual: Array, weights: Array, at: Array, first: bool
+    jacobian: Array, residual: Array, weights: Array, at: Array, bounds: tuple[Array, Array],
+    first: bool,
 ) -> Iterator[Array]:  # fmt: skip
     """Yield steps with prior rows, damped more and more (Levenberg 1944, Marquardt 1963).
 
-    Each is tried when the one before has failed; they end where none promises anything.
+    Each is tried when the one before has failed; they end where none promises anything. A
+    coordinate that would leave its bounds goes to them, and the others know.
 
     Args:
         jacobian: Jacobian of the residual, shape (residuals, coordinates).
         residual: where the steps begin.
         weights: one over the prior's standard deviation of each coordinate.
         at: the coordinates there.
+        bounds: smallest and largest value of each.
         first: whether it is the first step with a fresh Jacobian.
 
     """
@@ -51,14 +54,28 @@ def steps(
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-12))
     scaled, slope = normal / np.outer(scale, scale), gradient / scale
     least, failed = LEAST_PROMISED, None
+    low, high = ((end - at) * scale for end in bounds)
     for damping in (*DAMPINGS, *(HEAVY_DAMPINGS if first else ())):
-        step = -np.linalg.solve(scaled + damping * np.eye(len(at)), slope)
+        step = _within(scaled + damping * np.eye(len(at)), slope, low, high)
         if failed is not None and _length(scaled, step - failed) < ALIKE * _length(scaled, failed):
             continue
         if -step @ (2.0 * slope + scaled @ step) < least:
             return
         yield step / scale
         least, failed = LEAST_MENDED, step
+
+
+def _within(normal: Array, slope: Array, low: Array, high: Array) -> Array:
+    """Return the step to the minimum of a parabola, with what would go too far at its end."""
+    step = -np.linalg.solve(normal, slope)
+    held = np.zeros(len(slope), dtype=bool)
+    while np.any(beyond := ~held & ((step < low) | (step > high))):
+        held |= beyond
+        step[beyond] = np.clip(step, low, high)[beyond]
+        free = ~held
+        pull = slope[free] + normal[np.ix_(free, held)] @ step[held]
+        step[free] = -np.linalg.solve(normal[np.ix_(free, free)], pull)
+    return np.asarray(step)
 
 
 def _length(scaled: Array, step: Array) -> float:

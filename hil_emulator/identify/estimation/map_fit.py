@@ -227,13 +227,16 @@ class Fitter:
         residual = self.residual(free, at)
         chi2, settled = self.loss(free, at, residual), False
         sensitivities = None if jacobian is None else jacobian.astype(np.float64)
+        low, high = np.array([c.bounds for c in free]).reshape(-1, 2).T
+        bounds = low, high
         for i in range(rounds):
             if sensitivities is None:
                 sensitivities = self.jacobian(free, at, residual)
             elif i and jacobian is not None and len(free):
                 sensitivities[:, -1] = self.column(free, at, residual, len(free) - 1)
-            ways = steps(sensitivities, residual, weights, at, i == 0 and jacobian is None)
-            better = self._improved(free, at, chi2, ways)
+            first = i == 0 and jacobian is None
+            ways = steps(sensitivities, residual, weights, at, bounds, first)
+            better = self._improved(free, at, chi2, bounds, ways)
             if better is None:
                 settled = True
                 break
@@ -249,12 +252,16 @@ class Fitter:
         return Fit(free, at, residual, sensitivities, chi2, effective, settled)
 
     def _improved(
-        self, free: Sequence[Coordinate], at: Array, chi2: float, ways: Iterator[Array]
+        self,
+        free: Sequence[Coordinate],
+        at: Array,
+        chi2: float,
+        bounds: tuple[Array, Array],
+        ways: Iterator[Array],
     ) -> tuple[Array, Array, float] | None:
         """Return where the first step leads that lessens the loss, the residual and loss there."""
-        low, high = np.array([c.bounds for c in free]).reshape(-1, 2).T
         for step in ways:
-            trial = np.clip(at + step, low, high)
+            trial = np.clip(at + step, *bounds)
             found = next(self.within(free, [trial], chi2))
             if found is not None and found[1] < chi2:
                 return trial, *found

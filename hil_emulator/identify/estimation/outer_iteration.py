@@ -6,7 +6,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.estimation.restarts import nudged, relaxed
+from hil_emulator.identify.estimation.restarts import nudged, relaxed, without_it
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
@@ -44,6 +44,18 @@ def converge(
         passes: most times that the gains are refreshed.
 
     """
+    fit = _settled(fitter, free, start, effects, passes)
+    begun = without_it(fitter, fit)
+    if begun is not fit:
+        fit = _settled(fitter, free, begun.at, effects, passes)
+    return relaxed(fitter, fit)
+
+
+def _settled(
+    fitter: Fitter, free: Sequence[Coordinate], start: Array, effects: Sequence[Coordinate],
+    passes: int,
+) -> Fit:  # fmt: skip
+    """Return what a fit becomes from one start."""
     nudging, jacobian, at = bool(effects), None, start
     frozen, spread = np.full(len(start), np.inf), np.ones(len(start))
     for _ in range(passes):
@@ -66,7 +78,7 @@ def converge(
             at = begun.at
         else:
             jacobian = None if converged or moved > FAR else fit.jacobian
-    return relaxed(fitter, fit)
+    return fit
 
 
 def _moved(one: Array, other: Array, spread: Array) -> float:

@@ -10,6 +10,12 @@ from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
 NUDGES = (0.7, 1.4)
 """Factors of an effect's size at which a refit is begun once more (assumed)."""
 
+MOST_OF_THE_WAY = 0.5
+"""Part of the way to none from which a fit is begun there as well."""
+
+NEARLY_NONE = 0.99
+"""Part of the way at which it begins: at the very end, some influences have no derivative."""
+
 LEAST_SEEN = 2
 """Directions along which what is believed decides."""
 
@@ -42,6 +48,25 @@ def nudged(fitter: Fitter, fit: Fit, i: int, enough: float = LEAST_GAIN) -> Fit:
                 fit.coordinates, at, 3, jacobian=near, enough=enough, known=best.chi2
             )
             best = min(best, other, key=lambda f: f.chi2)
+    return best
+
+
+def without_it(fitter: Fitter, fit: Fit) -> Fit:
+    """Begin once more without what has gone most of the way to none.
+
+    Near none its influence grows with a power: a fit that comes from afar may stop before it.
+
+    Returns:
+        a better fit, or the same.
+
+    """
+    best = fit
+    for i, c in enumerate(fit.coordinates):
+        end = c.bounds[0]
+        if c.scaling != "vanishing" or not end < fit.at[i] < MOST_OF_THE_WAY * end:
+            continue
+        at = np.where(np.arange(len(fit.at)) == i, NEARLY_NONE * end, best.at)
+        best = min(best, fitter.fit(fit.coordinates, at, 3), key=lambda f: f.chi2)
     return best
 
 

@@ -7,16 +7,15 @@ from hil_emulator.identify.data_checks import plausible
 from hil_emulator.identify.data_checks.sound import DRIVEN, travel
 from hil_emulator.identify.measured.experiment import FLOW, REFERENCE, Experiment
 from hil_emulator.identify.prediction.benches import force_balance
-from hil_emulator.identify.prediction.benches.flow_bench import FLOW_PRIORS, FlowBench, flow_bench
+from hil_emulator.identify.prediction.benches.flow_bench import FlowBench, flow_bench
 from hil_emulator.identify.prediction.benches.flow_bench import examinable as flow_examinable
 from hil_emulator.identify.prediction.benches.sweep_bench import (
-    SWEEP_PRIORS,
     SweepBench,
     averaged,
     sweep_bench,
 )
 from hil_emulator.identify.prediction.benches.sweep_bench import examinable as at_rest
-from hil_emulator.identify.prediction.benches.valve_bench import VOLUME_PRIORS, ValveBench, bench
+from hil_emulator.identify.prediction.benches.valve_bench import bench
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.plant import parameters
@@ -124,17 +123,11 @@ def _unknown(e: Experiment, kind: str, lacking: Sequence[str]) -> str:
     return f"{why}; if nothing measures it, say {said} under [bench]"
 
 
-def priors(predictor: Predictor) -> Mapping[str, float]:
-    """Return how well ordinary parameters are known."""
-    if isinstance(predictor, ValveBench):
-        return VOLUME_PRIORS
-    if isinstance(predictor, FlowBench):
-        return FLOW_PRIORS
-    if isinstance(predictor, SweepBench):
-        return SWEEP_PRIORS
+def tolerances(predictor: Predictor) -> Mapping[str, float]:
+    """Return the tolerance of stated values by field, where a bench has others than usual."""
     if isinstance(predictor, force_balance.StaticObserver):
-        return parameters.DRIVEN_PRIORS if predictor.driven else parameters.STATIC_PRIORS
-    return parameters.PRIORS
+        return parameters.CARRIAGE if predictor.driven else parameters.UNKNOWN_SEALS
+    return {}
 
 
 def _slow(experiments: Sequence[Experiment]) -> str:

@@ -108,8 +108,8 @@ def _ordinary(coordinate: Coordinate, value: float, known: Refitted | None) -> s
     if known is not None:
         text += f", 95 %: {known.low:.5g} ... {known.high:.5g}"
     if coordinate.effect is not None:
-        knob = coordinate.effect.knob.name
-        return f"{coordinate.effect.name}.{knob} = {quoted(value, coordinate.unit)}{text}"
+        name = coordinate.field.removeprefix(f"{coordinate.effect.name}_")
+        return f"{coordinate.effect.name}.{name} = {quoted(value, coordinate.unit)}{text}"
     table = coordinate.field.partition("_")[0]
     assert table in quantities.PARAMS
     return f"{coordinate.field[len(table) + 1 :]} = {quoted(value, coordinate.unit)}{text}"

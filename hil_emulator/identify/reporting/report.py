@@ -12,11 +12,11 @@ from hil_emulator.pages.render import render
 _WORDS = {
     "missing_effects": "Missing", "nothing_missing": "Nothing is missing",
     "unknown_effect": "Something unknown is missing", "cannot_examine": "Cannot be examined",
-    "cannot_tell": "Cannot tell",
+    "wrong_value": "A value of the configuration is wrong", "cannot_tell": "Cannot tell",
     "agrees": "Model and measurement agree", "disagrees": "Model and measurement disagree",
 }  # fmt: skip
 
-_SETTLED = ("missing_effects", "nothing_missing", "agrees")
+_SETTLED = ("missing_effects", "nothing_missing", "wrong_value", "agrees")
 """Verdicts that leave nothing open."""
 
 

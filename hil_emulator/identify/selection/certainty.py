@@ -20,6 +20,7 @@ from hil_emulator.identify.estimation.sizes import Sizes
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
 from hil_emulator.identify.prediction.free_terms.term_matching import calibrates
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import (
     FALSE_ALARM,
     GREATER_PART,
@@ -245,13 +246,20 @@ def hardly_believed(fit: Fit, chance: float = ONE_IN_TWENTY) -> list[str]:
         chance: probability that any of them is as far off in a machine like the configured one.
 
     """
+    return [
+        f"{c.name} is {float(c.value(at)) / c.neutral:.2g} times its configured value"
+        for c, at in far_off(fit, chance)
+    ]
+
+
+def far_off(fit: Fit, chance: float) -> list[tuple[Coordinate, float]]:
+    """Return the ordinary parameters that are farther off than any is by chance, and where."""
     ordinary = sum(np.isfinite(c.prior) for c in fit.coordinates)
     deviations = math.sqrt(reached_by_chance(chance, int(ordinary)))
     return [
-        f"{c.name} is {float(c.value(float(at))) / c.neutral:.2g} times its configured value"
-        for c, at in zip(fit.coordinates, fit.at, strict=True)
+        (c, float(at)) for c, at in zip(fit.coordinates, fit.at, strict=True)
         if np.isfinite(c.prior) and c.neutral and abs(at) > deviations * c.prior
-    ]
+    ]  # fmt: skip
 
 
 def disbelief(fit: Fit) -> float:

@@ -129,7 +129,7 @@ def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
 
 
 def _hardly_left(ordinary: Coordinate, at: float) -> bool:
-    if ordinary.effect is None or not np.isfinite(ordinary.prior):
+    if ordinary.effect is None or not ordinary.is_knob or not np.isfinite(ordinary.prior):
         return False
     off = ordinary.effect.off
     return abs(ordinary.value(at) - off) < SMALL_PART * abs(ordinary.neutral - off)

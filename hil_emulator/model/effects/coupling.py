@@ -3,7 +3,7 @@
 With any of them on, rod and load are two bodies and the load cell reads the force between them.
 """
 
-from hil_emulator.model.declare import Param, effect
+from hil_emulator.model.declare import Param, effect, factor
 from hil_emulator.model.stages import coupling, play
 
 
@@ -36,7 +36,7 @@ def _flanks(gap: float, softness: float) -> float:
                source="0 to 0.3 mm; assumed"),
     shape=(
         Param("softness", "1/N", "how far a flank yields per force, relative to the gap",
-              4e-4, 1e-5, 0.1, shown="1/kN", default=4e-4),
+              4e-4, 1e-5, 0.1, shown="1/kN", default=4e-4, spread=factor(3.0)),
     ),
     source="dead zone with elastic flanks (as in Hopsan)",
     signature="load force rests at zero while it changes sign",

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from hil_emulator.model.constants import DISCHARGE
-from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.declare import Param, Quantity, effect, factor
 from hil_emulator.model.effects.supply import Oil
 from hil_emulator.model.stages import (
     cushion_a,
@@ -132,15 +132,15 @@ def _port_area(area: float, left: float, length: float, share: float) -> float:
     knob=Param("length", "m", "length of the plunger at each end", 10e-3, 0.0, 0.2, shown="mm"),
     shape=(
         Param("share", "1", "part of a chamber's area that is cut off from the port", 0.7, 0.05,
-              0.95, shown="%", default=0.7),
+              0.95, shown="%", default=0.7, spread=factor(1.2)),
         Param("diameter", "m", "diameter of the plunger", 9e-3, 1e-3, 1.0, shown="mm",
-              default=9e-3),
+              default=9e-3, spread=factor(1.3)),
         Param("gap", "m", "radial gap between plunger and bore", 5e-5, 5e-6, 1e-3, shown="um",
-              default=5e-5),
+              default=5e-5, spread=factor(2.0)),
         Param("volume", "m^3", "trapped oil that is left at the end of the stroke", 1e-6, 1e-8,
-              1e-2, shown="ml", default=1e-6),
+              1e-2, shown="ml", default=1e-6, spread=factor(2.0)),
         Param("check_flow", "m^3/s", "flow of the check valve towards the chamber at 5 bar",
-              2e-3 / 60.0, 0.0, 0.1, shown="l/min", default=2e-3 / 60.0),
+              2e-3 / 60.0, 0.0, 0.1, shown="l/min", default=2e-3 / 60.0, spread=factor(2.0)),
     ),
     states=(
         Quantity("excess_a", "Pa", "pressure of trapped oil over that of chamber a"),

@@ -1,7 +1,7 @@
 """Leakage, ends of stroke and the rod's own mass."""
 
 from hil_emulator.model.constants import ATMOSPHERE
-from hil_emulator.model.declare import Param, effect
+from hil_emulator.model.declare import Param, effect, factor
 from hil_emulator.model.stages import cross_leakage, inertia, outward_leakage, stop
 
 
@@ -45,7 +45,7 @@ def external_leakage(pressure: float, viscosity: float, conductance: float) -> f
     knob=Param("stiffness", "N/m", "stiffness of the cylinder's ends", 1e8, 0.0, 1e12),
     shape=(
         Param("damping", "s/m", "relative growth of the force with the closing speed",
-              2.0, 0.0, 50.0, default=2.0),
+              2.0, 0.0, 50.0, default=2.0, spread=factor(2.0)),
     ),
     source="Hunt and Crossley 1975; a configuration that says nothing has stops as stiff as its "
            "steel is long: k = E A/L, see config.derived",
@@ -74,7 +74,8 @@ def end_stops(
     knob=Param("coefficient", "N*s^2/m^2", "braking force per speed squared at the end",
                5000.0, 0.0, 1e6),
     shape=(
-        Param("length", "m", "length of the cushion", 5e-3, 1e-4, 0.1, shown="mm", default=5e-3),
+        Param("length", "m", "length of the cushion", 5e-3, 1e-4, 0.1, shown="mm", default=5e-3,
+              spread=factor(1.5)),
     ),
     source="orifice of a tapered cushion plunger: drop ~ flow squared; brakes the rod directly "
            "instead of raising a trapped volume's pressure; sizes assumed",

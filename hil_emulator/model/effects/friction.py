@@ -7,12 +7,12 @@ what pushes: D is its direction, -1 to 1, that of the velocity once the seals sl
 
 import math
 
-from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.declare import Param, Quantity, effect, factor
 from hil_emulator.model.stages import dry_friction, friction, friction_scale
 
 _STRIBECK_VELOCITY = Param(
     "stribeck_velocity", "m/s", "velocity C_s over which the excess fades", 0.02, 1e-3, 1.0,
-    shown="mm/s", default=0.02, source="S1 Fig. 3.8",
+    shown="mm/s", default=0.02, source="S1 Fig. 3.8", spread=factor(3.0),
 )  # fmt: skip
 
 
@@ -118,7 +118,7 @@ def position_friction(scale: float, position: float, rise: float, cylinder_strok
     knob=Param("strength", "1", "largest relative change of friction", 0.2, 0.0, 0.9, shown="%"),
     shape=(
         Param("time_constant", "s", "time in which the film follows the speed", 0.05, 1e-3, 1.0,
-              shown="ms", default=0.05, source="10 to 100 ms assumed"),
+              shown="ms", default=0.05, source="10 to 100 ms assumed", spread=factor(3.0)),
     ),
     states=(Quantity("speed", "m/s", "speed that the film's thickness belongs to"),),
     source="S1 Fig. 3.9; first-order lag of the film's thickness from Tran, Hafizah and Yanada "

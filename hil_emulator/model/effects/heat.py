@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.declare import Param, Quantity, effect, factor, within
 from hil_emulator.model.stages import heat, temperature
 
 
@@ -33,15 +33,15 @@ def _warming(
                off=math.inf),
     shape=(
         Param("specific_heat", "J/(kg*K)", "specific heat of the oil", 1900.0, 1000.0, 5000.0,
-              default=1900.0, source="mineral oil, assumed"),
+              default=1900.0, source="mineral oil, assumed", spread=factor(1.1)),
         Param("wall", "W/K", "heat through tank and pipes per kelvin", 10.0, 0.0, 1e4,
-              default=10.0),
+              default=10.0, spread=factor(2.0)),
         Param("surroundings", "K", "temperature of the surroundings", 293.15, 223.15, 353.15,
-              shown="degC", default=293.15),
+              shown="degC", default=293.15, spread=within(10.0)),
         Param("cooler", "W/K", "heat that the cooler takes per kelvin above its set point", 100.0,
-              0.0, 1e5, default=100.0),
+              0.0, 1e5, default=100.0, spread=factor(2.0)),
         Param("cooler_on", "K", "temperature from which the cooler works", 313.15, 273.15, 373.15,
-              shown="degC", default=313.15, source="S1 3.3.2: some 40 °C"),
+              shown="degC", default=313.15, source="S1 3.3.2: some 40 °C", spread=within(10.0)),
     ),
     states=(Quantity("rise", "K", "temperature over the configured one"),),
     source="energy balance of an incompressible oil that mixes at once: what valve, gaps, pump and "

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from numba.extending import register_jitable
 
-from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.declare import SETTING, Param, Quantity, effect, factor
 from hil_emulator.model.effects.supply import Line, Oil, line_shape
 from hil_emulator.model.stages import (
     cross_relief,
@@ -134,9 +134,9 @@ def cylinder_lines(chamber: float, excess_a: float) -> float:
                shown="bar", off=math.inf),
     shape=(
         Param("flow", "m^3/s", "flow at the override", 10e-3 / 60.0, 1e-6, 0.1, shown="l/min",
-              default=10e-3 / 60.0),
+              default=10e-3 / 60.0, spread=SETTING),
         Param("override", "Pa", "pressure between opening and that flow", 20e5, 1e5, 200e5,
-              shown="bar", default=20e5),
+              shown="bar", default=20e5, spread=factor(2.0)),
     ),
     source="two direct-acting relief valves, crossed; characteristic taken as a straight line",
     signature="the difference of the chambers' pressures has a ceiling, and the rod gives way",
@@ -160,9 +160,9 @@ def cross_port_relief(
                math.inf, shown="bar", off=math.inf),
     shape=(
         Param("flow", "m^3/s", "flow at the override", 10e-3 / 60.0, 1e-6, 0.1, shown="l/min",
-              default=10e-3 / 60.0),
+              default=10e-3 / 60.0, spread=SETTING),
         Param("override", "Pa", "pressure between opening and that flow", 20e5, 1e5, 200e5,
-              shown="bar", default=20e5),
+              shown="bar", default=20e5, spread=factor(2.0)),
     ),
     source="direct-acting relief valve at each chamber; characteristic taken as a straight line",
     signature="each chamber's pressure has a ceiling, and the rod gives way",
@@ -183,9 +183,9 @@ def port_relief_valves(
     knob=Param("flow", "m^3/s", "flow at the override", 5e-3 / 60.0, 0.0, 0.1, shown="l/min"),
     shape=(
         Param("cracking", "Pa", "pressure under that of the return line at which they open",
-              0.2e5, 0.0, 5e5, shown="bar", default=0.2e5),
+              0.2e5, 0.0, 5e5, shown="bar", default=0.2e5, spread=factor(2.0)),
         Param("override", "Pa", "pressure between opening and the full flow", 5e5, 1e4, 50e5,
-              shown="bar", default=5e5),
+              shown="bar", default=5e5, spread=factor(2.0)),
     ),
     source="check valve from the return line to each chamber; characteristic taken as a straight "
            "line, sizes assumed",
@@ -239,12 +239,14 @@ def _poppet_rates(
     holding,
     knob=Param("ratio", "1", "area of the pilot's piston over that of the seat", 4.0, 0.0, 20.0),
     shape=(
-        Param("chamber", "1", "which is held: 1 a, -1 b, 0 both", 0.0, -1.0, 1.0, default=0.0),
-        Param("cracking", "Pa", "pressure of the spring", 2e5, 0.0, 20e5, shown="bar", default=2e5),
+        Param("chamber", "1", "which is held: 1 a, -1 b, 0 both", 0.0, -1.0, 1.0, default=0.0,
+              spread=SETTING),
+        Param("cracking", "Pa", "pressure of the spring", 2e5, 0.0, 20e5, shown="bar", default=2e5,
+              spread=factor(1.5)),
         Param("lift", "Pa", "pressure between opening and fully open", 5e5, 1e5, 50e5, shown="bar",
-              default=5e5),
+              default=5e5, spread=factor(2.0)),
         Param("time_constant", "s", "time in which the poppet follows its forces", 5e-3, 1e-3, 0.1,
-              shown="ms", default=5e-3),
+              shown="ms", default=5e-3, spread=factor(2.0)),
     ),
     states=(
         Quantity("open_a", "1", "opening of the valve of chamber a"),

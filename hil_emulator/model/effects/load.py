@@ -6,7 +6,7 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from hil_emulator.model.constants import GRAVITY
-from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.declare import SETTING, Param, Quantity, effect, factor
 from hil_emulator.model.stages import (
     joint_angle,
     joint_carries,
@@ -55,7 +55,7 @@ def gravity(force: float) -> float:
     knob=Param("stiffness", "N/m", "spring between load and ground", 2e4, 0.0, 1e6),
     shape=(
         Param("rest_position", "m", "position without spring force", 0.04, -1.0, 1.0,
-              shown="mm", default=0.0, along_stroke=True),
+              shown="mm", default=0.0, along_stroke=True, spread=factor(1.5)),
     ),
     source="linear spring",
     signature="load force against position",
@@ -73,11 +73,11 @@ def load_spring(position: float, stiffness: float, rest_position: float) -> floa
     knob=Param("stiffness", "N/m", "stiffness of the wall", 1e6, 0.0, 1e8),
     shape=(
         Param("distance", "m", "position at which the load touches it", 0.05, -1.0, 10.0,
-              shown="mm", default=0.05, along_stroke=True),
+              shown="mm", default=0.05, along_stroke=True, spread=factor(1.5)),
         Param("damping", "s/m", "relative growth of the force with the closing speed",
-              2.0, 0.0, 50.0, default=2.0),
+              2.0, 0.0, 50.0, default=2.0, spread=factor(2.0)),
         Param("time_constant", "s", "time constant with which the wall follows its shift",
-              0.02, 1e-3, 10.0, shown="ms", default=0.02),
+              0.02, 1e-3, 10.0, shown="ms", default=0.02, spread=factor(2.0)),
     ),
     states=(Quantity("place", "m", "position of the wall over its distance"),),
     source="Hunt and Crossley 1975; a leg that touches ground, or ground that comes up (input "
@@ -103,7 +103,9 @@ def wall(
 @effect(
     load,
     knob=Param("amplitude", "N", "amplitude of the force", 200.0, 0.0, 1e5),
-    shape=(Param("frequency", "Hz", "frequency", 2.0, 0.0, 100.0, default=2.0),),
+    shape=(
+        Param("frequency", "Hz", "frequency", 2.0, 0.0, 100.0, default=2.0, spread=factor(1.5)),
+    ),
     states=(Quantity("phase", "1", "phase in radian"),),
     source="external force profile; other profiles enter through the input external_force",
     signature="load force at one frequency, whatever the command",
@@ -203,22 +205,24 @@ def _reflected_mass(position: float, inertia: float, triangle: Triangle) -> floa
                source="public HyQ model: lower leg"),
     shape=(
         Param("retracted_length", "m", "distance of the cylinder's joints at x = 0", 0.282, 0.01,
-              10.0, shown="mm", default=0.282, source="places 80 mm in the triangle; assumed"),
+              10.0, shown="mm", default=0.282, source="places 80 mm in the triangle; assumed",
+              spread=factor(1.2)),
         Param("base_distance", "m", "joint to the cylinder's base", 0.322, 0.01, 10.0, shown="mm",
-              default=0.322, source="public HyQ bench script"),
+              default=0.322, source="public HyQ bench script", spread=factor(1.2)),
         Param("crank", "m", "joint to the rod's end", 0.045, 0.001, 10.0, shown="mm",
-              default=0.045, source="public HyQ bench script"),
+              default=0.045, source="public HyQ bench script", spread=factor(1.2)),
         Param("torque", "N*m", "torque about the joint against extension", 0.0, -1e3, 1e3,
-              default=0.0),
+              default=0.0, spread=SETTING),
         Param("mass_moment", "kg*m", "mass times distance of its centre from the joint", 0.1, 0.0,
-              1e4, default=0.0, source="0.807 kg (public HyQ model) at 0.125 m (assumed)"),
+              1e4, default=0.0, source="0.807 kg (public HyQ model) at 0.125 m (assumed)",
+              spread=factor(1.5)),
         Param("elevation", "rad", "angle of that centre over the horizontal at x = 0", 0.0,
-              -2.0 * math.pi, 2.0 * math.pi, shown="deg", default=0.0),
+              -2.0 * math.pi, 2.0 * math.pi, shown="deg", default=0.0, spread=SETTING),
         Param("sense", "1", "1 where extension adds to this angle, -1 where it takes from it", 1.0,
-              -1.0, 1.0, default=1.0),
+              -1.0, 1.0, default=1.0, spread=SETTING),
         Param("link_length", "m", "distance to the joint of the actuator that this one carries, "
               "which is the next on its supply; 0 carries none", 0.35, 0.0, 10.0, shown="mm",
-              default=0.0, source="upper leg; assumed"),
+              default=0.0, source="upper leg; assumed", spread=SETTING),
     ),
     source="Lagrange's equation of one joint driven by a cylinder in a triangle",
     signature="reflected mass changes along the stroke: 10.8 kg at a lever of 45 mm; force of "

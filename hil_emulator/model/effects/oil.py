@@ -5,7 +5,7 @@ import math
 from numba.extending import register_jitable
 
 from hil_emulator.model.constants import ATMOSPHERE, LEAST_GAS_PRESSURE, REFERENCE_TEMPERATURE
-from hil_emulator.model.declare import Param, effect
+from hil_emulator.model.declare import Param, effect, factor
 from hil_emulator.model.stages import (
     gas_expansion,
     gas_pressure,
@@ -120,6 +120,7 @@ def _thinning(strain: float) -> float:
             1.4,
             default=1.4,
             source="S2: kappa = 1.4",
+            spread=factor(1.1),
         ),
     ),
     source="S2 eq. 1, corrected: the printed one does not give E for vanishing air",

@@ -7,7 +7,7 @@ at its outlet: what a load pushes back passes the relief valve.
 import math
 from typing import NamedTuple
 
-from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.declare import Param, Quantity, effect, factor
 from hil_emulator.model.stages import (
     capacity,
     full_flow,
@@ -50,7 +50,7 @@ def displaced(flow: float) -> float:
                off=math.inf),
     shape=(
         Param("override", "Pa", "pressure between opening and full flow of the relief valve",
-              10e5, 2e5, 100e5, shown="bar", default=10e5),
+              10e5, 2e5, 100e5, shown="bar", default=10e5, spread=factor(2.0)),
     ),
     source="S1 3.2: fixed displacement with relief valve; the whole flow passes it at set pressure",
     signature="supply pressure falls as flow is drawn, and collapses beyond the pump's flow",
@@ -71,13 +71,13 @@ def fixed_pump(flow: float) -> float:
                shown="l/min", off=math.inf),
     shape=(
         Param("droop", "Pa", "pressure between no and full stroke of the compensator",
-              10e5, 2e5, 100e5, shown="bar", default=10e5),
+              10e5, 2e5, 100e5, shown="bar", default=10e5, spread=factor(2.0)),
         Param("time_constant", "s", "time constant of the compensator", 0.02, 1e-3, 1.0, shown="ms",
-              default=0.02),
+              default=0.02, spread=factor(2.0)),
         Param("relief_margin", "Pa", "pressure over the set pressure at which its relief valve "
-              "opens", 20e5, 0.0, 200e5, shown="bar", default=20e5),
+              "opens", 20e5, 0.0, 200e5, shown="bar", default=20e5, spread=factor(1.5)),
         Param("relief_override", "Pa", "pressure between opening and full flow of the relief valve",
-              10e5, 2e5, 100e5, shown="bar", default=10e5),
+              10e5, 2e5, 100e5, shown="bar", default=10e5, spread=factor(2.0)),
     ),
     states=(Quantity("stroke", "m^3/s", "flow of the pump"),),
     source="S1 3.2: pressure-compensated pump; first-order compensator and relief valve assumed",
@@ -106,7 +106,7 @@ def variable_pump(
         Param("widening_pressure", "Pa", "pressure at which the gaps are twice as wide as at rest",
               155.36e5, 10e5, 1e10, shown="bar", default=155.36e5,
               source="S1 3.2: 99 % at 100 bar with 90 % at 250 bar asks for "
-                     "(250 bar - 4^(1/3) 100 bar) / (4^(1/3) - 1)"),
+                     "(250 bar - 4^(1/3) 100 bar) / (4^(1/3) - 1)", spread=factor(2.0)),
     ),
     source="laminar flow through a gap, w h³ dp/(12 mu l) (Merritt 1967): Wilson's slip dp/mu, its "
            "gap widening in proportion to pressure (assumed)",
@@ -132,7 +132,7 @@ def pump_leakage(
                       "3.1, which names no pressure)"),
     shape=(
         Param("drag", "Pa", "pressure that the drag of oil at 40 °C in the gaps is worth at the "
-              "shaft's speed", 5.22e5, 0.0, 100e5, shown="bar", default=5.22e5),
+              "shaft's speed", 5.22e5, 0.0, 100e5, shown="bar", default=5.22e5, spread=factor(2.0)),
     ),
     source="torque loss D (C_f p + C_d mu omega) of Wilson's pump (Merritt 1967); both of full "
            "displacement at any stroke",
@@ -156,9 +156,9 @@ def pump_friction(
                source="0.04 l in a public HyQ bench script"),
     shape=(
         Param("precharge", "Pa", "pre-charge pressure, absolute", 100e5, 1e5, 300e5, shown="bar",
-              default=100e5, source="public HyQ bench script"),
+              default=100e5, source="public HyQ bench script", spread=factor(1.3)),
         Param("exponent", "1", "polytropic exponent", 1.4, 1.0, 1.4, default=1.4,
-              source="public HyQ bench script"),
+              source="public HyQ bench script", spread=factor(1.1)),
     ),
     source="p V^n = const",
     signature="a pump's pressure moves slowly above pre-charge; nothing on an ideal supply",
@@ -188,9 +188,10 @@ class Line(NamedTuple):
 def line_shape(diameter: float) -> tuple[Param, Param]:
     """Return the parameters of a line beside its length, with a usual diameter [m]."""
     return (
-        Param("diameter", "m", "inner diameter", diameter, 1e-3, 0.1, shown="mm", default=diameter),
+        Param("diameter", "m", "inner diameter", diameter, 1e-3, 0.1, shown="mm", default=diameter,
+              spread=factor(1.3)),
         Param("wave_speed", "m/s", "speed of pressure waves", 1237.0, 100.0, 1500.0,
-              default=1237.0, source="sqrt(1300 MPa / 850 kg/m³)"),
+              default=1237.0, source="sqrt(1300 MPa / 850 kg/m³)", spread=factor(1.2)),
     )  # fmt: skip
 
 
@@ -273,7 +274,7 @@ def _return_rates(returned: float, flow: float, time_constant: float) -> float:
                shown="bar*min^2/l^2", source="5 bar at 7.5 l/min, assumed"),
     shape=(
         Param("time_constant", "s", "time in which the line's flow follows the valve's",
-              1e-3, 1e-4, 0.1, shown="ms", default=1e-3),
+              1e-3, 1e-4, 0.1, shown="ms", default=1e-3, spread=factor(3.0)),
     ),
     states=(Quantity("flow", "m^3/s", "flow in the return line"),),
     source="turbulent line and filter: square law",

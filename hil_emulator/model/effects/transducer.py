@@ -6,7 +6,7 @@ unit of the channel; its typical values and bounds are fractions of the channel'
 
 import math
 
-from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.declare import SETTING, Param, Quantity, effect, factor
 from hil_emulator.model.effects.history import HISTORY, Array, past
 from hil_emulator.model.stages import transducer
 
@@ -96,7 +96,8 @@ def gain_error(reading: float, relative: float) -> float:
     knob=Param("relative", "1", "part of a held load that is added in the end", 0.001, -0.05, 0.05,
                shown="%"),
     shape=(
-        Param("time_constant", "s", "time constant of the creep", 60.0, 0.1, 1e5, default=60.0),
+        Param("time_constant", "s", "time constant of the creep", 60.0, 0.1, 1e5, default=60.0,
+              spread=factor(2.0)),
     ),
     states=(Quantity("crept", "span", "reading after the creep's low-pass"),),
     source="load-cell data sheets (creep over 30 min), first order, exact for a held input",
@@ -167,7 +168,18 @@ def delay(reading: float, period: float, time: float, history: Array) -> float:
 @effect(
     transducer,
     knob=Param("amplitude", "span", "amplitude", 0.001, 0.0, 0.1),
-    shape=(Param("frequency", "Hz", "mains frequency", 50.0, 1.0, 1000.0, default=50.0),),
+    shape=(
+        Param(
+            "frequency",
+            "Hz",
+            "mains frequency",
+            50.0,
+            1.0,
+            1000.0,
+            default=50.0,
+            spread=factor(1.2),
+        ),
+    ),
     states=(Quantity("turns", "1", "periods of the mains so far"),),
     source="induction from the mains",
     signature="one line in the spectrum, folded where it lies above half the tick rate",
@@ -215,7 +227,9 @@ def resolution(reading: float, step: float) -> float:
 @effect(
     transducer,
     knob=Param("upper", "span", "largest reading", 1.0, -_INF, _INF, off=_INF),
-    shape=(Param("lower", "span", "smallest reading", 0.0, -_INF, _INF, default=-_INF),),
+    shape=(
+        Param("lower", "span", "smallest reading", 0.0, -_INF, _INF, default=-_INF, spread=SETTING),
+    ),
     source="measuring range of the transducer",
     signature="flat tops in the channel",
 )

@@ -5,7 +5,7 @@ The spool position is expressed in ampere: the current that holds the spool ther
 
 import math
 
-from hil_emulator.model.declare import Param, Quantity, effect
+from hil_emulator.model.declare import SETTING, Param, Quantity, effect, factor
 from hil_emulator.model.effects.history import HISTORY, Array, remember, sample_of
 from hil_emulator.model.stages import (
     arrival,
@@ -100,7 +100,7 @@ def driver_lag(current: float, coil_current: float, time_constant: float) -> tup
                2e-4, 0.0, 2e-3, shown="mA"),
     shape=(
         Param("transition", "A", "current within which the loop changes its side",
-              2e-4, 5e-5, 2e-3, shown="mA", default=2e-4),
+              2e-4, 5e-5, 2e-3, shown="mA", default=2e-4, spread=factor(2.0)),
     ),
     states=(
         Quantity("flux", "A", "magnetisation of the torque motor, as the current it belongs to"),
@@ -146,7 +146,7 @@ def null_bias(current: float, bias: float) -> float:
                2e-4, -2e-3, 2e-3, shown="mA"),
     shape=(
         Param("rated_pressure", "Pa", "supply pressure at which the null is right", 210e5, 1e5,
-              400e5, shown="bar", default=210e5, source="S1 3.3.1"),
+              400e5, shown="bar", default=210e5, source="S1 3.3.1", spread=SETTING),
     ),
     source="standard servo-valve specification (null shift with supply pressure, below 2 %)",
     signature="rate of both chamber pressures at zero command, moving with supply pressure",
@@ -166,7 +166,7 @@ def null_shift(current: float, port_s: float, shift: float, rated_pressure: floa
                1.0, 0.0, 1.0),
     shape=(
         Param("rated_pressure", "Pa", "supply pressure at which spool data hold", 210e5, 1e5,
-              400e5, shown="bar", default=210e5, source="S1 3.3.1"),
+              400e5, shown="bar", default=210e5, source="S1 3.3.1", spread=SETTING),
     ),
     source="pilot flow grows as the square root of pressure (Merritt 1967); S1 3.3.1 for 210 bar",
     signature="bandwidth and rate limit of the spool fall with supply pressure",
@@ -187,7 +187,7 @@ def pilot_supply(
                0.02, 0.0, 0.5, shown="%"),
     shape=(
         Param("rated_drop", "Pa", "pressure drop over both edges", 70e5, 1e5, 400e5, shown="bar",
-              default=70e5),
+              default=70e5, spread=SETTING),
     ),
     source="steady flow force 2 C_d C_v w x dp cos(69°) (Merritt 1967); ratio assumed",
     signature="the spool opens less at a high pressure drop",

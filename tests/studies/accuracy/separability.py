@@ -115,7 +115,7 @@ class Bench:
         """Return the hidden effect as the coordinate of the catalogue's knob."""
         c, hidden = score.coordinate, EFFECTS[self.key]
         value = hidden.knob(self.case.effects[self.key])
-        return 1.0 / (value * c.scale) if c.inverse else (value - c.neutral) / c.scale
+        return c.at(value)
 
 
 def nearest(scores: list[Score], mine: Score, size: float) -> list[tuple[float, Score]]:

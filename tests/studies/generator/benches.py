@@ -6,7 +6,7 @@ swept volume), their loggers in rate, noise and resolution: rules must not grow 
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,7 @@ class Bench:
         bends: force at which a load cell of another law bends [N].
         way: motions over those of the first bench.
         slowness: durations of motions and delays over those of the first bench.
+        strange: whether base laws take any form, and numbers that no sheet states any value.
 
     """
 
@@ -44,6 +45,7 @@ class Bench:
     bends: float
     way: float = 1.0
     slowness: float = 1.0
+    strange: bool = False
 
     @property
     def middle(self) -> float:
@@ -106,4 +108,10 @@ CRANE = Bench(
 )  # fmt: skip
 """The boom of a crane; its numbers are those of `crane.toml`."""
 
-BENCHES = {bench.name: bench for bench in (FIRST, AXIS, CRANE)}
+STRANGERS = tuple(
+    replace(bench, name=f"stranger-{bench.name}" if bench.name else "stranger", strange=True)
+    for bench in (FIRST, AXIS, CRANE)
+)
+"""The same three from other makers."""
+
+BENCHES = {bench.name: bench for bench in (FIRST, AXIS, CRANE, *STRANGERS)}

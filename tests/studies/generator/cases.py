@@ -32,6 +32,10 @@ RIPPLE = 0.03
 WIDE = 10
 """One case of so many has ordinary parameters up to four deviations off."""
 
+UNSTATED = {"creep": (0.15, 7.0), "shear": (2e-6, 2e-4), "slip_speed": (2e-4, 1e-2)}
+"""From where to where strangers have what no sheet states, evenly in the logarithm: as slots of
+0.1 to 0.5 mm and oils VG 15 to 100 at 20 to 60 °C, and as seals from PTFE to rubber."""
+
 LONG = 60.0
 """Time within which a machine has been running when an experiment begins [s]."""
 
@@ -137,9 +141,20 @@ def machine(which: Case) -> Machine:
            for n, s in SPREAD.items()}  # fmt: skip
     sheet = which.bench.sheet
     ordinary = {n: float(v * (1.0 + off.get(n, 0.0))) for n, v in sheet.items()}
+    if which.bench.strange:
+        ordinary |= stranger(np.random.default_rng(seed(which.name) + 3))
     ripple = RIPPLE * (3.0 if which.dirty else 1.0)
     hidden = {k: v for k, v in which.effects.items() if k in Machine._fields}
     return Machine(**ordinary, ripple=ripple, foreign=which.foreign, **hidden)
+
+
+def stranger(random: np.random.Generator) -> dict[str, float]:
+    """Return the forms of a maker's base laws, and numbers that its sheets do not state."""
+    forms = {name: int(random.integers(3)) for name in ("edge_form", "oil_form", "dry_form")}
+    numbers = {name: float(np.exp(random.uniform(np.log(low), np.log(high))))
+               for name, (low, high) in UNSTATED.items()}  # fmt: skip
+    lag = float(random.choice([0.0, 0.0, random.uniform(1e-4, 4e-4)]))
+    return forms | numbers | {"motor_lag": lag}
 
 
 def recording(which: Case, kind: str) -> Experiment:

@@ -32,13 +32,19 @@ CREEPING = math.pi / 32.0 * SLOT / VISCOSITY * math.sqrt(0.5 * DENSITY) / DISCHA
 """Flow that creeps through a slit, pi x² w dp/(32 mu), over K_v u² dp [1/(A Pa^0.5)]."""
 
 
+ROOT, CREEPS, SMOOTH = 0, 1, 2
+"""Forms of an edge: turbulent at any opening; the less of both flows; both resistances in row."""
+
+
 @numba.njit
 def metered(p: Any, opening: float, drop: float) -> float:
-    """Return the flow through an edge: the creeping or the turbulent one, whichever is less."""
+    """Return the flow through an edge, by one of three forms."""
     turbulent = opening * orifice(drop)
-    if turbulent == 0.0:
-        return 0.0
-    share = turbulent / (CREEPING * opening * opening * drop)
+    if turbulent == 0.0 or p.edge_form == ROOT:
+        return p.kv * turbulent
+    share = turbulent / (p.creep * CREEPING * opening * opening * drop)
+    if p.edge_form == SMOOTH:
+        return p.kv * turbulent / (math.sqrt(1.0 + 0.25 * share**2) + 0.5 * share)
     return p.kv * turbulent / (1.0 + share**4) ** 0.25
 
 
@@ -69,9 +75,19 @@ def edge(p: Any, travel: float, sense: float) -> float:
     return opening / (1.0 + 0.35 * ratio) if p.foreign else opening / math.sqrt(1.0 + ratio**2)
 
 
+GASSY, CONSTANT, STIFFENS = 0, 1, 2
+"""Forms of the oil: with free air, with one modulus, with one that rises with pressure."""
+MIDDLE_PRESSURE = 80e5
+"""Pressure at which a rising modulus is that of the machine [Pa]."""
+
+
 @numba.njit
 def stiffness(p: Any, pressure: float) -> float:
     """Return the modulus of oil with a little free air, compressed adiabatically."""
+    if p.oil_form == CONSTANT:
+        return p.beta
+    if p.oil_form == STIFFENS:
+        return p.beta * (0.8 + 0.2 * min(max(pressure, 0.0) / MIDDLE_PRESSURE, 2.0))
     absolute = max(pressure, 1e3)
     gas = p.air * (ATMOSPHERE / absolute) ** (1.0 / 1.4)
     return p.beta * (1.0 + gas) / (1.0 + gas * p.beta / (1.4 * absolute))
@@ -105,6 +121,29 @@ def return_pressure(p: Any, flow: float) -> float:
     return p.tank + p.back_pressure * flow * size
 
 
+BENT, TANH, DAHL = 0, 1, 2
+"""Forms of dry friction: by a root of bend and speed, by speed alone, by a bend that yields."""
+
+
+@numba.njit
+def way_of(p: Any, v: float, bend: float) -> float:
+    """Return the part of dry friction that opposes the motion, -1 to 1."""
+    if p.dry_form == TANH:
+        return math.tanh(v / p.slip_speed)
+    if p.dry_form == DAHL:
+        return min(max(bend, -1.0), 1.0)
+    pushed = bend + v / p.slip_speed
+    return pushed / math.sqrt(math.sqrt(pushed**4 + 1.0))
+
+
+@numba.njit
+def bends(p: Any, v: float, bend: float) -> float:
+    """Return the rate of the seals' bend over their shear length."""
+    if p.dry_form == DAHL:
+        return v / p.shear * (1.0 - math.copysign(1.0, v) * bend)
+    return v / p.shear
+
+
 @numba.njit
 def friction(p: Any, v: float, x: float, bend: float, pa: float, pb: float) -> float:
     """Return the friction of the seals, whose bend over their shear length holds a rod at rest.
@@ -112,8 +151,7 @@ def friction(p: Any, v: float, x: float, bend: float, pa: float, pb: float) -> f
     Foreign: breakaway fades as a Lorentz curve, pressure acts by its difference, direction on the
     viscous part alone, position linearly from the middle.
     """
-    pushed = bend + 1e3 * v
-    direction = pushed / math.sqrt(math.sqrt(pushed**4 + 1.0))
+    direction = way_of(p, v, bend)
     place = 2.0 * x / p.stroke - 1.0
     if p.foreign:
         dry = p.coulomb + p.stribeck / (1.0 + (v / STRIBECK_SPEED) ** 2)

@@ -7,6 +7,10 @@ import numba
 import numpy as np
 
 from tests.studies.generator.laws import (
+    BENT,
+    CREEPS,
+    GASSY,
+    bends,
     bias,
     edge,
     friction,
@@ -33,6 +37,7 @@ PUMP_DROOP = 10e5
 class Machine(NamedTuple):
     """Parameters of one real machine, SI; from `null_bias` on they are effects, zero without.
 
+    The last seven say by which forms its base laws go, and the numbers that no data sheet states.
     `since` is the time for which it has been running when an experiment begins [s]: a wander does
     not begin with it.
     """
@@ -81,14 +86,21 @@ class Machine(NamedTuple):
     burst: float = 0.0
     one_way_damper: float = 0.0
     since: float = 0.0
+    edge_form: int = CREEPS
+    creep: float = 1.0
+    oil_form: int = GASSY
+    dry_form: int = BENT
+    shear: float = 2e-5
+    slip_speed: float = 1e-3
+    motor_lag: float = 0.0
 
 
 STATES = ("spool", "spool speed", "p_a", "p_b", "position", "velocity", "return flow",
-          "pump pressure", "pump flow", "bend of the seals")  # fmt: skip
+          "pump pressure", "pump flow", "bend of the seals", "torque motor")  # fmt: skip
 """What is integrated; the pump's pressure is counted from the set one."""
 
-SHEAR, SLIDING = 2e-5, 3.0
-"""Way over which seals bend [m], and how many times that until they slide."""
+SLIDING = 3.0
+"""How many times their shear length seals bend until they slide."""
 
 
 def at_rest(p: Machine) -> tuple[np.ndarray, np.ndarray]:
@@ -103,9 +115,11 @@ def at_rest(p: Machine) -> tuple[np.ndarray, np.ndarray]:
 @numba.njit
 def rates(p, s, u, supply, t, out):
     """Fill the rates of the states; return the force on the rod's end."""
-    spool, speed, pa, pb, x, v, returned, sag, stroke, bend = s
+    spool, speed, pa, pb, x, v, returned, sag, stroke, bend, _ = s
     out[0] = max(-p.spool_rate, min(p.spool_rate, speed))
-    out[1] = p.wv**2 * (u - spool) - 2.0 * p.zv * p.wv * speed
+    out[10] = (u - s[10]) / p.motor_lag if p.motor_lag > 0.0 else 0.0
+    target = s[10] if p.motor_lag > 0.0 else u
+    out[1] = p.wv**2 * (target - spool) - 2.0 * p.zv * p.wv * speed
     travel = spool
     if p.blocked_spool > 0.0:
         travel = min(travel, p.blocked_spool)
@@ -125,7 +139,7 @@ def rates(p, s, u, supply, t, out):
     out[4] = v
     out[5] = (net - surroundings(p, x, v, t)) / p.mass
     out[6] = (qat + qbt - returned) / 1e-3
-    out[9] = v / SHEAR
+    out[9] = bends(p, v, bend)
     out[7], out[8] = _pump(p, sag, stroke, qsa + qsb)
     return net
 

@@ -24,9 +24,6 @@ from hil_emulator.model.stages import SAMPLED, friction, inertia, stop
 SPOOL_STEP = 1e-4
 """Integration step [s]: the spool is all that moves (250 Hz, damped)."""
 
-FLOW_PRIORS = {"valve_gain": 0.10, "valve_natural_frequency": 0.10, "valve_damping_ratio": 0.15}
-"""Relative standard deviations of ordinary parameters (assumed)."""
-
 BENCH_CORRELATION_TIME = 0.2
 """Time over which residuals may be correlated [s] (assumed: a null that drifts)."""
 

@@ -48,9 +48,6 @@ METERED = {
 UNSEEN = (friction.table, "cylinder", "load", "oil")
 """Tables whose effects do not reach a valve at rest."""
 
-SWEEP_PRIORS = {"valve_gain": 0.10}
-"""Relative standard deviation of the only ordinary parameter at rest (assumed)."""
-
 CORRELATED_SHARE = 0.01
 """Part of a sweep over which its residuals may be correlated (assumed)."""
 

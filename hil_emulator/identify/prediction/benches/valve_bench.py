@@ -21,15 +21,10 @@ from hil_emulator.identify.prediction.free_terms.balances import (
     Balance,
 )
 from hil_emulator.identify.prediction.observer.observer import Observer
-from hil_emulator.identify.prediction.plant.parameters import PRIORS
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
 
 CHANNELS_OF_A_VALVE = ("pressure_a", "pressure_b", "supply_pressure", "spool_position")
-
-VOLUME_PRIORS = {name: spread for name, spread in PRIORS.items() if name != "load_mass"}
-"""Relative standard deviations of ordinary parameters: the volumes are those of the bench, and no
-load moves."""
 
 CLOSED_CORRELATION = 0.5
 """Correlation of pressure rates with flow into a closed volume that tells it is closed."""

@@ -5,79 +5,91 @@ Holding them fixed invents effects: the nearest entry of the catalogue explains 
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from types import MappingProxyType
 
-from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate, scaled
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel, concerns, predictable
 from hil_emulator.model import quantities
-from hil_emulator.model.declare import Effect, is_on
+from hil_emulator.model.declare import Effect, Param, Spread, is_on
 from hil_emulator.model.stages import SAMPLED
-
-PRIORS = {
-    "valve_gain": 0.10,
-    "valve_natural_frequency": 0.10,
-    "valve_damping_ratio": 0.15,
-    "oil_bulk_modulus": 0.15,
-    "cylinder_dead_volume_a": 0.10,
-    "cylinder_dead_volume_b": 0.10,
-    "load_mass": 0.02,
-}
-"""Relative standard deviation by parameter (assumed: tolerance of a careful data sheet)."""
 
 FREE = "supply_pressure"
 """A channel that follows a disturbance: no model says how it moves from sample to sample, so these
 data cannot show a lag, a delay or a hum of its sensor."""
 
-KNOB_PRIOR = 0.5
+KNOB_TOLERANCE = 0.5
 """Relative standard deviation of an effect that the configuration states (assumed)."""
 
+UNKNOWN_SEALS = {"cylinder_piston_area": 0.10}
+"""Tolerances where the force balance stands alone (assumed: seals and rods of unknown size)."""
 
-STATIC_PRIORS = {"cylinder_piston_area": 0.10}
-"""The same where the force balance stands alone (assumed: seals and rods of unknown size)."""
-
-DRIVEN_PRIORS = {"load_mass": 0.10}
+CARRIAGE = {"load_mass": 0.10}
 """The same where a drive moves the load (assumed: a carriage known from its drawing)."""
 
 
-def ordinary(model: PlantModel, priors: Mapping[str, float] = PRIORS) -> list[Coordinate]:
-    """Return the ordinary parameters of a configuration."""
-    found: list[Coordinate] = []
-    units = {f"{t}_{p.name}": p for t, ps in quantities.PARAMS.items() for p in ps}
-    for field, prior in priors.items():
-        value = model.plant_values.get(field, 0.0)
-        if value == 0.0 or math.isnan(value):
-            continue
-        param = units[field]
-        found.append(
-            Coordinate(
-                name=field,
-                field=field,
-                channel="",
-                unit=param.unit,
-                shown=param.shown,
-                scale=abs(value) * prior,
-                neutral=value,
-                inverse=False,
-                low=param.low,
-                high=param.high,
-                prior=1.0,
-                effect=None,
-            )
-        )
+def ordinary(
+    model: PlantModel, tolerances: Mapping[str, float] = MappingProxyType({})
+) -> list[Coordinate]:
+    """Return the parameters of which a configuration leaves open what they are exactly.
+
+    Of what it states, which comes first, that is the tolerance; of the rest it is the spread.
+
+    Args:
+        model: of the configuration.
+        tolerances: relative standard deviation of stated values by field, in place of the usual.
+
+    """
+    usual = {**tolerances, **model.config.tolerances}
+    found = [_parameter(model, f"{table}_{param.name}", param, usual)
+             for table, params in quantities.PARAMS.items() for param in params]  # fmt: skip
     for effect in model.effects:
         if effect.stage in SAMPLED or math.isinf(effect.off):
             continue
-        value = model.plant_values.get(effect.field_of(effect.knob), effect.off)
+        field = effect.field_of(effect.knob)
+        value = model.plant_values.get(field, effect.off)
         if is_on(effect, value):
-            found.append(_configured(model, effect, value))
-    return found
+            knob = _knob(effect, value, usual.get(field, KNOB_TOLERANCE))
+            found += [knob, *_shapes(model, knob, usual)]
+    open_ones = [c for c in found if c is not None and c.scale]
+    return sorted(open_ones, key=lambda c: not c.stated)
 
 
-def _configured(model: PlantModel, effect: Effect, value: float) -> Coordinate:
+def _shapes(
+    model: PlantModel, knob: Coordinate, tolerances: Mapping[str, float]
+) -> Iterator[Coordinate]:
+    """Yield what the law of a stated effect holds beside its knob, unless exactly stated."""
+    for shape in model.shapes(knob):
+        if not shape.stated:
+            yield shape
+        elif shape.field in tolerances:
+            spread = math.log1p(tolerances[shape.field])
+            yield replace(shape, scaling="logarithmic", scale=spread)
+
+
+def _parameter(
+    model: PlantModel, field: str, param: Param, tolerances: Mapping[str, float]
+) -> Coordinate | None:
+    """Return a parameter that every actuator has; None where it has no value or an exact one."""
+    value = model.plant_values.get(field, 0.0)
+    stated = param.default is None or field in model.config.stated
+    open_by = Spread(math.log1p(tolerances.get(field, param.tolerance))) if stated else param.spread
+    if value == 0.0 or math.isnan(value) or open_by is None or not open_by.size:
+        return None
+    scaling, scale = scaled(param, open_by, value)
+    return Coordinate(
+        name=field, field=field, channel="", unit=param.unit, shown=param.shown, scale=scale,
+        neutral=value, scaling=scaling, low=param.low, high=param.high, prior=1.0, effect=None,
+        power=param.power, stated=stated,
+    )  # fmt: skip
+
+
+def _knob(effect: Effect, value: float, tolerance: float) -> Coordinate:
     param = effect.knob
     return Coordinate(
         name=effect.name, field=effect.field_of(param), channel="", unit=param.unit,
-        shown=param.shown, scale=abs(value) * KNOB_PRIOR, neutral=value, inverse=False,
+        shown=param.shown, scale=abs(value) * tolerance, neutral=value, scaling="linear",
         low=param.low, high=param.high, prior=1.0, effect=effect,
     )  # fmt: skip
 

@@ -13,20 +13,20 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.identify.measured.experiment import SPANS, Array, Index
 from hil_emulator.identify.prediction.model_run.records import ParametrisedModel, Tick
 from hil_emulator.identify.prediction.plant.active_states import ActiveStates
-from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate, scaled
 from hil_emulator.identify.prediction.plant.machine_code import bind
 from hil_emulator.identify.prediction.plant.probes import DRIFT, PROBES
 from hil_emulator.identify.prediction.plant.sensor_memory import SensorMemory, followed, recorded
 from hil_emulator.model import kernel, quantities
-from hil_emulator.model.declare import Effect, Param, is_on
+from hil_emulator.model.declare import Effect, Param, factor, is_on
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import fill, length
 from hil_emulator.model.plant import Plant, Supply
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED
 
-SHAPE_PRIOR = 0.5
-"""Relative standard deviation of what a law holds beside its knob (assumed)."""
+USUAL_SPREAD = factor(1.5)
+"""Spread of what a user's own effect holds beside its knob, if that says none (assumed)."""
 
 DIVISION = {"PIECES": 4, "VELOCITY_DOUBT": 3e-5}
 """How a step is divided in which something hits. A prediction reaches one sample ahead and readings
@@ -191,7 +191,7 @@ class PlantModel:
             field=field, channel=channel, unit=unit,
             shown="" if span != 1.0 else knob.shown,
             scale=1.0 / (knob.typical * span) if inverse else abs(knob.typical - effect.off) * span,
-            neutral=float(table[at]), inverse=inverse,
+            neutral=float(table[at]), scaling="inverse" if inverse else "linear",
             low=knob.low * span, high=knob.high * span, prior=prior, effect=effect,
         )  # fmt: skip
 
@@ -204,18 +204,18 @@ class PlantModel:
         table = self.chan if knob.channel else self.par
         found = []
         for p in effect.shape:
-            field = effect.field_of(p)
+            field, spread = effect.field_of(p), p.spread or USUAL_SPREAD
             size = span if p.unit == "span" else 1.0
             shape = Coordinate(
                 name=f"{knob.name}.{p.name}", field=field, channel=knob.channel,
                 unit=knob.unit if p.unit == "span" else p.unit, shown=p.shown, scale=0.0,
-                neutral=0.0, inverse=False, low=p.low * size, high=p.high * size, prior=1.0,
-                effect=effect,
+                neutral=0.0, scaling="linear", low=p.low * size, high=p.high * size, prior=1.0,
+                effect=effect, power=p.power, stated=field in self.config.stated,
             )  # fmt: skip
             neutral = float(table[self.index(shape)[1]])
-            if np.isfinite(neutral) and neutral != 0.0:
-                scale = SHAPE_PRIOR * abs(neutral)
-                found.append(replace(shape, scale=scale, neutral=neutral))
+            if np.isfinite(neutral) and neutral != 0.0 and spread.size:
+                scaling, scale = scaled(p, spread, neutral)
+                found.append(replace(shape, scaling=scaling, scale=scale, neutral=neutral))
         return found
 
 

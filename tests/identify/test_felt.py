@@ -1,0 +1,58 @@
+"""Numbers that nobody states are fitted where the data feel them, products as one."""
+
+import pytest
+
+from hil_emulator.identify.estimation.felt import felt
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.parameters import ordinary
+from hil_emulator.identify.session import identify
+from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_model, recorded
+
+EDGE = {
+    "valve_critical_reynolds_number", "valve_slot_per_ampere", "oil_kinematic_viscosity",
+    "oil_density",
+}  # fmt: skip
+"""What tells at which opening an edge turns turbulent: Re_c nu sqrt(rho/2)/(2 s C_d)."""
+
+
+@pytest.fixture(scope="module")
+def free() -> list[Coordinate]:
+    """Return what the reference machine's data feel."""
+    logs = [recorded({}, kind, 1, 1.0) for kind in ("multisine", "steps")]
+    return felt(Observer(knee_model(), INSTRUMENTS), logs, ordinary(knee_model()))
+
+
+def test_one_number_stands_for_a_product(free: list[Coordinate]) -> None:
+    """Four numbers enter the edges as one: it is less sure than any of them alone."""
+    (edge,) = [c for c in free if c.field in EDGE]
+    assert {edge.field, *edge.also} == EDGE
+    assert edge.prior > 1.0
+
+
+def test_what_moves_nothing_is_not_fitted(free: list[Coordinate]) -> None:
+    """The knee has no pump, no holding valves and meets no stop."""
+    names = {c.name for c in free}
+    assert names.isdisjoint({"supply_volume", "lines_block_volume", "end_stops"})
+    assert {"valve_gain", "oil_bulk_modulus", "coulomb_friction"} <= names
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "number",
+    [
+        {"valve_slot_per_ampere": 0.05},
+        {"valve_critical_reynolds_number": 0.0},
+        {"oil_kinematic_viscosity": 90e-6},
+        {"friction_transition_velocity": 5e-3},
+        {"friction_presliding_distance": 4e-6},
+    ],
+    ids=lambda n: next(iter(n)),
+)
+def test_a_healthy_machine_with_another_default_is_healthy(number: dict[str, float]) -> None:
+    """Nobody has stated the number, so nothing is missing where it is another one."""
+    learn = [recorded(number, kind, i) for i, kind in enumerate(("multisine", "steps"))]
+    check = [recorded(number, "triangles", 9)]
+    result = identify(knee(), learn, check, cache=CACHE)
+    assert not result.effects
+    assert not result.unknown
