@@ -1,7 +1,7 @@
-"""Experiments that share their noise: runs of an emulator with one seed, or one run given twice.
+"""Experiments with the same noise: emulator runs with one seed, or one run given twice.
 
-Noise that returns is no second witness: what fits it in one experiment fits it in all of them, the
-held-out ones among them. Such experiments count together as one.
+A parameter that fits the noise of one of them fits it in all, also in held-out data. So experiments
+with the same noise count as one experiment.
 """
 
 import math
@@ -18,13 +18,13 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
 
 SAME_NOISE = 0.5
-"""Correlation of two channels' noise from which it is the same: by chance it is a tenth."""
+"""Correlation of two channels' noise from which it is the same; by chance it reaches 0.1."""
 
 OFFSET_MARGIN = 8
-"""Samples around the best offset in which sixth differences of one noise still agree."""
+"""Samples around the best offset within which sixth differences of the same noise correlate."""
 
 FEWEST_NOISE_SAMPLES = 200
-"""Samples from which noise can be compared."""
+"""Samples needed to compare noise."""
 
 
 _Spectrum = np.ndarray[Any, np.dtype[np.complex128]]
@@ -33,7 +33,7 @@ _Spectrum = np.ndarray[Any, np.dtype[np.complex128]]
 def counted(
     training: Sequence[Experiment], validation: Sequence[Experiment]
 ) -> tuple[list[Experiment], list[Experiment]]:
-    """Return experiments that know how many share their noise, and say so.
+    """Return the experiments with the number of those that share their noise, and a note on it.
 
     Raises:
         UserError: if one file is given twice.
@@ -44,7 +44,7 @@ def counted(
         if any(_identical(e, other) for other in every[:i]):
             raise UserError(f"{e.name}: given twice; held-out data must be another experiment")
     same = _same_noise([_noises(e) for e in every])
-    found = []
+    experiments = []
     for i, e in enumerate(every):
         twins = [other.name for j, other in enumerate(every) if same[i, j]]
         if twins:
@@ -53,12 +53,12 @@ def counted(
                 "together they count as one experiment"
             )
             e = replace(e, copies=1 + len(twins), notes=(*e.notes, note))
-        found.append(e)
-    return found[: len(training)], found[len(training) :]
+        experiments.append(e)
+    return experiments[: len(training)], experiments[len(training) :]
 
 
 def _identical(a: Experiment, b: Experiment) -> bool:
-    """Tell whether two experiments are the same part of the same file."""
+    """Return whether two experiments are the same part of the same file."""
     return bool(
         a.digest and a.digest == b.digest and a.samples == b.samples
         and all(np.array_equal(v, b.readings.get(n, 0.0), equal_nan=True)
@@ -67,7 +67,7 @@ def _identical(a: Experiment, b: Experiment) -> bool:
 
 
 def _noises(e: Experiment) -> dict[str, Array]:
-    """Return the noise of each channel that is measured throughout."""
+    """Return the noise of each channel without missing samples, as sixth differences."""
     return {
         name: np.diff(values, 6)
         for name, values in e.readings.items()
@@ -76,15 +76,15 @@ def _noises(e: Experiment) -> dict[str, Array]:
 
 
 def _same_noise(noises: Sequence[dict[str, Array]]) -> Mask:
-    """Tell whether any channel has the same noise in two experiments, whenever each began.
+    """Return which experiments share the noise of a channel, at any offset in time.
 
     Returns:
-        Shape (experiments, experiments); none is counted as its own copy.
+        Shape (experiments, experiments); the diagonal is False.
 
     """
     same = np.zeros((len(noises), len(noises)), np.bool_)
     for name in sorted(set().union(*noises)):
-        # of one channel at a time: the spectra of all would fill the memory
+        # one channel at a time: the spectra of all channels would fill the memory
         signs = {i: _signs(channels[name]) for i, channels in enumerate(noises) if name in channels}
         spectrum = cache(partial(_spectrum, signs))
         for i, j in combinations(signs, 2):
@@ -97,7 +97,7 @@ def _same_noise(noises: Sequence[dict[str, Array]]) -> Mask:
 
 
 def _signs(noise: Array) -> Array:
-    """Return signs alone: a jump of the signal would outweigh all noise."""
+    """Return the signs: with values, one jump of the signal would outweigh the noise."""
     return np.asarray(np.sign(noise - np.median(noise)))
 
 
@@ -106,9 +106,9 @@ def _spectrum(signs: Mapping[int, Array], i: int, size: int) -> _Spectrum:
 
 
 def _most(one: _Spectrum, other: _Spectrum) -> float:
-    """Return the product of two stretches at the one offset where they agree, or 0.
+    """Return the product of two stretches at the only offset where they correlate, or 0.
 
-    What agrees at several offsets is a hum, and no noise.
+    Stretches that correlate at several offsets contain hum instead of the same noise.
     """
     product = irfft(one * np.conj(other))
     peak = int(np.argmax(product))

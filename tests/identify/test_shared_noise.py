@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.data_checks.copies import counted
+from hil_emulator.identify.data_checks.shared_noise import counted
 from hil_emulator.identify.measured.experiment import Experiment
 
 RANDOM = np.random.default_rng(4)

@@ -1,4 +1,4 @@
-"""What a log is too slow or too short to tell: a verdict that rests on it is taken back."""
+"""Verdicts that a log cannot support because it is too slow or too short."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,24 +12,24 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.selection.certainty import hardly_believed
 
-ADVICE = "log valve_current at the rate at which it is set, or say with --set-points what it did"
+ADVICE = "log valve_current at the rate at which it is set, or state its course with --set-points"
 
 SHORTEST = 2.0
-"""Seconds of a moving actuator from which a name means something (assumed). Of 12 healthy machines
-whose null drifts as usual, recorded for a second, 2 were said to lack something:
-`python -m tests.studies.logs.short_records 1`."""
+"""Shortest record of a moving actuator for a name [s] (assumed). Of 12 healthy machines with a
+drifting null, recorded for a second, 2 got a name: `python -m tests.studies.logs.short_records 1`.
+"""
 
 
 def doubt_rows(
     result: Result, answer: SetPoints, experiments: Sequence[Experiment], believed: bool = False
 ) -> None:
-    """Take back what the current may have made between the rows: nobody can tell.
+    """Withdraw verdicts that depend on the current between the rows.
 
     Args:
         result: of the search.
-        answer: what the current did.
+        answer: the course of the current between the rows.
         experiments: the data.
-        believed: whether that was held for what is simpler, not for what readings show.
+        believed: whether `held` was assumed because it is simpler, without evidence in the data.
 
     """
     if answer == "unknown" or believed:
@@ -42,16 +42,16 @@ def doubt_rows(
     spool = [u for u in result.unknown if u.balance == SPOOL.name]
     late = result.parameters.get(DEAD_TIME) if answer == "unknown" else None
     if spool:
-        said = (
+        note = (
             f"the current changes between the rows {rows}, and what it did there may be what "
             f"acts on the {SPOOL.name}, depending on {spool[0].regressor}; {ADVICE}"
         )
         if result.verdict == "unknown_effect":
-            result.verdict, result.reason, result.added = "cannot_tell", said, None
+            result.verdict, result.reason, result.added = "cannot_tell", note, None
             if result.search is not None and result.search.told is not None:
                 result.final_at = result.search.told.at
         else:
-            result.unknown, result.notes = [], [*result.notes, said]
+            result.unknown, result.notes = [], [*result.notes, note]
     elif result.verdict not in ("nothing_missing", "agrees"):
         return
     elif late is not None and late.low > 0.0:
@@ -69,7 +69,7 @@ def doubt_rows(
 
 
 def _widen_dead_time(result: Result, answer: SetPoints, late: float) -> None:
-    """Widen the interval of a named dead time by what a hold is late, and say so."""
+    """Widen the interval of a named dead time by the delay of a hold, with a note."""
     for i, f in enumerate(result.effects):
         if f.name != DEAD_TIME:
             continue
@@ -80,14 +80,14 @@ def _widen_dead_time(result: Result, answer: SetPoints, late: float) -> None:
             ends = max(low - late, 0.0), high
         result.effects[i] = replace(f, interval=ends)
         result.reason = result.reason.replace(str(f), str(result.effects[i]))
-        said = f"{DEAD_TIME} is {late * 1e3:g} ms {far}, and its interval holds both"
-        result.notes = [*result.notes, f"{said}; {ADVICE}"]
+        note = f"{DEAD_TIME} is {late * 1e3:g} ms {far}, and its interval holds both"
+        result.notes = [*result.notes, f"{note}; {ADVICE}"]
 
 
 def doubt_haste(result: Result, predictor: Predictor, experiments: Sequence[Experiment]) -> None:
-    """Take back what so short a record may show by chance: it is said that nobody can tell.
+    """Withdraw verdicts that a record this short may give by chance.
 
-    Benches at rest or in balance, without a state that drifts, are short by nature.
+    Benches at rest or in balance, without a drifting state, need no minimum.
     """
     seconds = sum(e.samples * e.period for e in experiments)
     hasty = isinstance(predictor, Observer) and seconds < SHORTEST
@@ -97,7 +97,7 @@ def doubt_haste(result: Result, predictor: Predictor, experiments: Sequence[Expe
         result.final_at = result.search.told.at
     result.verdict, result.added = "cannot_tell", None
     result.reason = (
-        f"{seconds:.2g} s are too short to tell a missing effect from chance: "
+        f"{seconds:.2g} s are too short to distinguish a missing effect from chance: "
         f"{result.reason.removeprefix('missing: ')}; record {SHORTEST:g} s or more"
     )
     result.effects, result.unknown = [], []
