@@ -41,7 +41,7 @@ def play(file: Path) -> Iterator[dict[str, Any]]:
             yield {
                 "title": scenario.title, "time": now, "duration": scenario.duration,
                 "checks": [
-                    {"text": c.text, "found": c.found, "state": state(e, c, now, over=over)}
+                    {"text": c.text, "found": c.observed, "state": state(e, c, now, over=over)}
                     for e, c in zip(scenario.expectations, checks, strict=True)
                 ],
             }  # fmt: skip

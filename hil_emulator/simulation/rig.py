@@ -229,7 +229,7 @@ class Rig:
         """Let something break when its condition holds for signals of `value`."""
         running = self.faults.inject(chosen, self.now_ns, value)
         if self.recorder:
-            what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}
+            what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.arguments}
             self.recorder.event(self.now_ns, {"fault": what})
         return running
 
