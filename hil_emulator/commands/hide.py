@@ -97,8 +97,7 @@ def play(file: Path, out: Path) -> None:
 
     Raises:
         UserError: if the file is not a stimulus, the folder not a practice folder, or the log
-            cannot
-            be written.
+            cannot be written.
 
     """
     truth = sealed.unseal(out)

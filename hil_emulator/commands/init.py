@@ -51,8 +51,7 @@ def init(file: Path, given: Mapping[str, str], *, ask: bool, overwrite: bool = F
 
     Raises:
         UserError: for a wrong answer, a file that exists or cannot be written, or a machine that is
-            too
-            stiff to be integrated; no file is written then.
+            too stiff to be integrated; no file is written then.
 
     """
     eds, schema = file.with_suffix(".eds"), file.with_name(SCHEMA)

@@ -219,8 +219,7 @@ def _profile(folder: Path, profile: SignalProfile) -> tuple[Curve, Curve]:
 
     Raises:
         UserError: if the file does not have two columns of numbers under a header, or exceeds the
-            bounds
-            of its signal.
+            bounds of its signal.
 
     """
     file = folder / profile.file

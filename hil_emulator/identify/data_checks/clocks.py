@@ -74,8 +74,7 @@ def two_clocks(
         experiments: on their grids.
         force: returns the hydraulic force of an experiment [N].
         frequency: natural frequency of the mass on its oil [Hz]; NaN if it is unknown, as on
-            benches
-            that are not a complete actuator. The machine then counts as a fast one.
+            benches that are not a complete actuator. The machine then counts as a fast one.
 
     """
     messages, swing = [], 1.0 / frequency if np.isfinite(frequency) else 0.0
