@@ -16,7 +16,7 @@ def main() -> None:
 @main.command()
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 def completion(shell: str) -> None:
-    """Print what a shell needs to complete commands, options and names.
+    """Print the script by which a shell completes commands, options and names.
 
     bash and zsh evaluate it in ~/.bashrc or ~/.zshrc; fish keeps it as
     ~/.config/fish/completions/hil-emulator.fish.

@@ -1,4 +1,4 @@
-"""The controllers that docs/controller.md shows, against the emulator, and its ROS 2 bus."""
+"""The controllers that docs/how_to/controller.md shows, against the emulator, and its ROS 2 bus."""
 
 import configparser
 import shutil
@@ -37,7 +37,7 @@ int __wrap_bind(int file, const void *address, unsigned length) {
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 def test_the_controller_in_c_brings_the_rod_to_its_target(tmp_path: Path) -> None:
     """Strictly compiled, and each tick waits for its answer: 50 mm, from 40."""
-    (tmp_path / "page.c").write_text(block("controller.md", "c", "#include"))
+    (tmp_path / "page.c").write_text(block("how_to/controller.md", "c", "#include"))
     (tmp_path / "no_kernel.c").write_text(NO_KERNEL)
     wrapped = [f"-Wl,--wrap={name}" for name in ("socket", "ioctl", "bind")]
     strict = ["-std=gnu11", "-O2", "-D_FORTIFY_SOURCE=2", "-Wall", "-Wextra", "-Werror"]
@@ -72,7 +72,7 @@ def test_the_controller_in_c_brings_the_rod_to_its_target(tmp_path: Path) -> Non
 def test_ros_2_can_configure_the_bus(tmp_path: Path) -> None:
     """`dcfgen`, which ros2_canopen runs, makes of both files a master that knows the node."""
     pytest.importorskip("dcf", reason="dcf-tools is not installed")
-    text = block("controller.md", "yaml", "master:")
+    text = block("how_to/controller.md", "yaml", "master:")
     (tmp_path / "bus.yml").write_text(text)
     for name, content in contents(load_machine([shipped("configs/hyq_knee.toml")])).items():
         (tmp_path / name).write_text(content, encoding="latin-1")

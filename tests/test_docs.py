@@ -7,9 +7,14 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "hil_emulator"
+PAGES = [
+    page
+    for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    if "generated" not in page.parts  # made when the pages are built
+]
 NAMED = [
     (file.name, path)
-    for file in sorted((ROOT / "docs").glob("*.md"))
+    for file in PAGES
     for path in re.findall(r"`([\w./]+(?:\.py|/))`", file.read_text())
 ]
 """Document, and a file or folder that it names."""
@@ -24,7 +29,7 @@ def test_a_file_that_a_document_names_is_there(document: str, path: str) -> None
 
 LINKS = [
     (file, target)
-    for file in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    for file in PAGES
     for target in re.findall(r'(?:\]\(|src=")([^)"\s]+)', file.read_text())
 ]
 """Page, and where a link or picture of it leads."""

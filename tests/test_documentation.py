@@ -6,9 +6,14 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parent.parent / "docs"
-FILES = [*DOCS.glob("*.md"), *DOCS.glob("reference/*.md")]
+FILES = [p for p in DOCS.rglob("*.md") if "generated" not in p.parts]
 PAGES = sorted({str(p.relative_to(DOCS).with_suffix("")) for p in FILES} - {"index"})
-TREE = re.findall(r"^[\w/]+$", (DOCS / "index.md").read_text(), re.M)
+TREE = {
+    str((page.parent / entry).relative_to(DOCS))
+    for page in FILES
+    for entry in re.findall(r"^[\w/]+$", page.read_text(), re.M)
+}
+"""Pages that a table of contents names."""
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -14,6 +14,9 @@ from test_docs import anchors
 from hil_emulator.config.table import DescribedTable
 from hil_emulator.model.effects import CATALOGUE
 
+BY_HAND = ("machines", "eds_files", "python", "protocol")
+"""Pages of the folder that are not generated, in the order of the index."""
+
 FOLDER = Path(__file__).parent.parent / "docs" / "reference"
 COMMAND = "python docs/build_time/write_reference.py"
 
@@ -26,7 +29,8 @@ def written() -> dict[str, str]:
 
 def test_the_committed_pages_are_current(written: dict[str, str]) -> None:
     """A reader of the repository finds what the code declares, and no page of former times."""
-    committed = {file.name: file.read_text(encoding="utf-8") for file in FOLDER.glob("*")}
+    committed = {file.name: file.read_text(encoding="utf-8") for file in FOLDER.glob("*")
+                 if file.stem not in BY_HAND}  # fmt: skip
     differ = {n for n in written.keys() | committed.keys() if written.get(n) != committed.get(n)}
     assert not differ, f"{', '.join(sorted(differ))}: not current; run: {COMMAND}"
 
@@ -58,7 +62,7 @@ def test_every_effect_has_a_section_and_a_row(written: dict[str, str]) -> None:
 
 def test_the_index_links_every_page(written: dict[str, str]) -> None:
     """The index is the way in."""
-    assert re.findall(r"\]\((\w+)\.md\)", written["index.md"]) == list(PAGES)
+    assert re.findall(r"\]\((\w+)\.md\)", written["index.md"]) == [*PAGES, *BY_HAND]
 
 
 class Described(DescribedTable):

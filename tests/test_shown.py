@@ -15,20 +15,23 @@ from hil_emulator.platform.packaged import packaged, with_named
 from hil_emulator.platform.paths import shipped
 
 ROOT = Path(__file__).parent.parent
-PAGES = {
-    file.name: file.read_text()
-    for file in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCS = ROOT / "docs"
+PAGES = {"README.md": (ROOT / "README.md").read_text()} | {
+    str(file.relative_to(DOCS)): file.read_text()
+    for file in sorted(DOCS.rglob("*.md"))
     if file.stem not in {"CHANGELOG", "CONTRIBUTING"}
+    and not {"generated", "reference"} & set(file.parts)
 }
-"""What a reader with an installed wheel works through; the two others are for a checkout."""
+"""Pages that a reader with an installed wheel follows."""
 
-BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
+BLOCK = re.compile(r"^```\{?(\w+)\}?\n(.*?)^```$", re.M | re.S)
 
 
 def commands(text: str) -> Iterator[str]:
     """Yield the commands of a page, those inside its sentences included."""
     for kind, block in BLOCK.findall(text):
-        for line in re.split(r"\n|&&", block.replace("\\\n", "") if kind == "sh" else ""):
+        shell = block.replace("\\\n", "") if kind in {"sh", "command"} else ""
+        for line in re.split(r"\n|&&|\|", shell):
             yield line.partition("#")[0].strip()
     for span in re.findall(r"`([^`]+)`", BLOCK.sub("", text)):
         yield re.sub(r"\s+", " ", span)
@@ -48,7 +51,7 @@ def made() -> set[str]:
     """Return the files and folders that commands of the pages write, or that they show."""
     text = "\n".join(PAGES.values())
     copied = re.findall(r"--copy (\w+)", text)
-    shown = re.findall(r"^```\w+\n# (\w+\.\w+)", text, re.M)
+    shown = re.findall(r"^```(?:\w+\n# |\{file\} )(\w+\.\w+)", text, re.M)
     names = re.findall(r"(?:--(?:out|record)|hil-emulator init) ([\w./]+)", text)
     return {"log.csv", *shown, *names, *(f.name for c in copied for f in with_named(packaged()[c]))}
 
@@ -86,7 +89,7 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
         yield port
 
 
-@pytest.mark.parametrize("page", ["README.md", "controller.md"])
+@pytest.mark.parametrize("page", ["README.md", "how_to/controller.md"])
 def test_the_connecting_client_works(
     page: str, port: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -107,16 +110,18 @@ def test_the_controller_by_python_can_moves_the_rod_towards_its_target(port: int
     node = network.add_node(5, str(shipped("eds/hydraulic_actuator.eds")))
     node.nmt.state = "OPERATIONAL"
     before = node.sdo["position"].phys
-    exec(block("controller.md", "python", "import struct").replace("29536", str(port)), {})
+    exec(block("how_to/controller.md", "python", "import struct").replace("29536", str(port)), {})
     assert abs(node.sdo["position"].phys - 0.05) < abs(before - 0.05)
     network.disconnect()
 
 
 def test_an_effect_of_ones_own_takes_part(tmp_path: Path) -> None:
     """The example effect file and its layer set a parameter of the reference machine."""
-    (tmp_path / "quadratic.py").write_text(block("model.md", "python", "# quadratic.py"))
+    (tmp_path / "quadratic.py").write_text(
+        block("how_to/own_effect.md", "python", "# quadratic.py")
+    )
     layer = tmp_path / "drag.toml"
-    layer.write_text(block("model.md", "toml", "# drag.toml"))
+    layer.write_text(block("how_to/own_effect.md", "toml", "# drag.toml"))
     config = load([shipped("configs/hyq_knee.toml"), layer])
     assert config.plant["quadratic_drag_strength"] == 80.0
     assert config.effects[-1](velocity=-2.0, strength=80.0) == -320.0

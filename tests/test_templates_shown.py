@@ -1,4 +1,4 @@
-"""The templates of docs/continuous_integration.md: their commands are run."""
+"""The templates of docs/how_to/ci.md: their commands are run."""
 
 import os
 import subprocess
@@ -13,8 +13,8 @@ from test_shown import block
 
 def templates() -> dict[str, list[str]]:
     """Return the commands of each service's template."""
-    github: Any = yaml.safe_load(block("continuous_integration.md", "yaml", "on:"))
-    gitlab: Any = yaml.safe_load(block("continuous_integration.md", "yaml", "emulator:"))
+    github: Any = yaml.safe_load(block("how_to/ci.md", "yaml", "on:"))
+    gitlab: Any = yaml.safe_load(block("how_to/ci.md", "yaml", "emulator:"))
     steps = github["jobs"]["emulator"]["steps"]
     return {
         "GitHub": [step["run"] for step in steps if "run" in step],
@@ -32,9 +32,7 @@ def test_both_services_do_the_same() -> None:
 @pytest.mark.slow
 def test_the_commands_of_the_templates_pass(tmp_path: Path) -> None:
     """In an empty folder with the page's test, by a plain shell; installed it is already."""
-    (tmp_path / "test_step.py").write_text(
-        block("continuous_integration.md", "python", "# test_step.py")
-    )
+    (tmp_path / "test_step.py").write_text(block("how_to/ci.md", "python", "# test_step.py"))
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     for command in templates()["GitHub"][1:]:
         done = subprocess.run(

@@ -56,7 +56,7 @@ def page(table: Any) -> str:
     """
     defs = schema()["$defs"]
     parts = [f"# Every request\n\nAs JSON Schema: [{SCHEMA}]({SCHEMA}). Transport, limits and the "
-             "order of messages: [](../protocol.md)."]  # fmt: skip
+             "order of messages: [](../reference/protocol.md)."]  # fmt: skip
     for title, verbs in GROUPS.items():
         parts.append(f"## {title}")
         for verb in verbs:

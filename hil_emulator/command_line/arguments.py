@@ -1,4 +1,4 @@
-"""Meaning of the arguments of each command: click keeps none with an argument."""
+"""Meaning of the arguments of each command, which click does not store."""
 
 _FILES = "configuration files (TOML) or names of packaged ones; later ones are laid over earlier"
 

@@ -1,4 +1,4 @@
-"""The commands that describe a machine, check the description and take it elsewhere."""
+"""Commands that describe a machine, check the description and export it."""
 
 from pathlib import Path
 
@@ -9,18 +9,18 @@ from hil_emulator.command_line.kinds import FILES, OVERWRITE, NewFile, Output, O
 
 
 @click.command()
-@click.option("--copy", "name", help="Copy this one with all that it names.")
+@click.option("--copy", "name", help="Copy this file, and the files that it names.")
 @click.option(
     "--out",
     type=Output(is_folder=True),
     default=".",
-    help="Folder for the copies; the present one without it.",
+    help="Folder for the copies; default: the present one.",
 )
 @OVERWRITE
 def configs(name: str | None, out: Path, *, overwrite: bool) -> None:
-    """List the configurations, scenarios and EDS that come with the package; copy one.
+    """List the configurations, scenarios and EDS of the package; copy one.
 
-    Each may be named in place of a file: hil-emulator run hyq_knee spring_load
+    A name can replace a file: hil-emulator run hyq_knee spring_load
     """
     from hil_emulator.commands import configs as command
 
@@ -32,20 +32,20 @@ def configs(name: str | None, out: Path, *, overwrite: bool) -> None:
 
 @click.command(cls=Interview)
 @click.argument("file", type=Output(), default="machine.toml")
-@click.option("--yes", is_flag=True, help="Ask nothing: usual answers to what no option gives.")
+@click.option("--yes", is_flag=True, help="Do not ask: use defaults for all that no option states.")
 @OVERWRITE
 @click.option("--valves", is_flag=True, help="Only list the library of valves.")
-def init(file: Path, *, yes: bool, overwrite: bool, valves: bool, **said: str | None) -> None:
-    """Ask for a machine of your own and write its configuration, FILE, with the EDS of its node.
+def init(file: Path, *, yes: bool, overwrite: bool, valves: bool, **answers: str | None) -> None:
+    """Write the configuration of your own machine, FILE, with the EDS of its node.
 
-    Every question has an option, too.
+    The command asks for the machine's data. Every question is also an option.
     """
     from hil_emulator.commands import init as command
 
     if valves:
         command.list_valves()
         return
-    given = {name: answer for name, answer in said.items() if answer is not None}
+    given = {name: answer for name, answer in answers.items() if answer is not None}
     command.init(file, given, ask=not yes, overwrite=overwrite)
 
 
@@ -65,7 +65,7 @@ def check(files: tuple[Path, ...]) -> None:
 def schema(what: str, out: Path | None, *, overwrite: bool) -> None:
     """Write the JSON Schema of a configuration, or of a machine of several actuators.
 
-    An editor of TOML completes and checks by it a file that begins with "#:schema" and its path.
+    A TOML editor uses it for a file that begins with "#:schema" and its path.
     """
     from hil_emulator.commands import schema as command
 
@@ -98,8 +98,8 @@ def export(files: tuple[Path, ...], out: Path, *, overwrite: bool) -> None:
 )
 @click.option("--c-only", is_flag=True, help="One .h and one .c, without FMI.")
 @click.option("--float32", is_flag=True, help="With --c-only: compute with float.")
-@click.option("--all-effects", is_flag=True, help="Bring effects that are off, too.")
-@click.option("--native", is_flag=True, help="A library for this system alone, in seconds.")
+@click.option("--all-effects", is_flag=True, help="Include effects that are off.")
+@click.option("--native", is_flag=True, help="Compile for this system only; quick.")
 def export_fmu(
     files: tuple[Path, ...], out: Path | None, fmi: str, *, c_only: bool, float32: bool,
     all_effects: bool, native: bool, overwrite: bool,

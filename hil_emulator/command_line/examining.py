@@ -1,4 +1,4 @@
-"""The commands that show what a model holds and what a machine achieves."""
+"""Commands that show the content of a model and the speed of a machine."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from hil_emulator.command_line.kinds import (
 
 @click.command()
 @click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
-@click.option("--json", "as_json", is_flag=True, help="Everything, for programs.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def effects(files: tuple[Path, ...], as_json: bool) -> None:
     """Print the catalogue of physical effects, with those of a configuration's own files."""
     from hil_emulator.commands import effects as command
@@ -30,15 +30,15 @@ def effects(files: tuple[Path, ...], as_json: bool) -> None:
 @click.option(
     "--position",
     type=QuantityType("m", "40 mm"),
-    help='Of the rod, such as "40 mm"; else the start.',
+    help='Position of the rod, such as "40 mm"; default: the start.',
 )
 @click.option(
     "--current",
     type=QuantityType("A", "1 mA"),
     default="0 mA",
-    help='Such as "1 mA"; 0 mA: at rest.',
+    help='Valve current, such as "1 mA"; 0 mA: at rest.',
 )
-@click.option("--json", "as_json", is_flag=True, help="For programs; SI.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, in SI.")
 @click.option(
     "--picture",
     type=NewPicture(),
@@ -75,7 +75,7 @@ def linear(
 def characterise(
     test: str, files: tuple[Path, ...], out: Path, seed: int | None, *, overwrite: bool
 ) -> None:
-    """Put the emulated actuator on a test bench; TEST is "all" or the name of one."""
+    """Test the emulated actuator on a virtual bench; TEST is "all" or the name of a test."""
     from hil_emulator.commands import characterise as command
 
     command.run(test, files, out, seed, overwrite=overwrite)
@@ -84,17 +84,17 @@ def characterise(
 @click.command()
 @click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
 @click.option("--duration", type=Duration(), default="10 s", help="Duration of the real-time part.")
-@click.option("--identify", type=Duration(), help='Instead: find an effect in "60 s" of data.')
+@click.option("--identify", type=Duration(), help='Measure a search in "60 s" of data instead.')
+@click.option("--panel", is_flag=True, help="Measure the cost of the panel instead, by open pages.")
 @click.option(
-    "--panel", is_flag=True, help="Instead: what the panel costs, by pages that are open."
+    "--effects", is_flag=True, help="Measure the cost of each effect that is off instead."
 )
-@click.option("--effects", is_flag=True, help="Instead: what each effect costs that is off.")
-@click.option("--json", "as_json", is_flag=True, help="For programs; microseconds.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, in microseconds.")
 def bench(
     files: tuple[Path, ...], duration: float, identify: float | None, panel: bool, effects: bool,
     as_json: bool,
 ) -> None:  # fmt: skip
-    """Measure the emulator's speed and punctuality on this machine."""
+    """Measure the emulator's speed and timing on this machine."""
     from hil_emulator.commands import bench as command
 
     if effects:

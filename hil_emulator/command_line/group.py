@@ -17,10 +17,10 @@ _CUT_OFF = "data ended too early; a file was cut off or is empty, or a process e
 
 
 class Commands(click.Group):
-    """A group that shows a `UserError` as one message and ends with its exit code.
+    """A group that prints a `UserError` as one message and ends with its exit code.
 
-    So does a law of the user's that cannot become machine code: that is found out only when the
-    model is compiled, whichever command does it.
+    The same holds for an effect of the user that numba cannot compile. It is noticed only when the
+    model is compiled, in any command.
     """
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
@@ -29,7 +29,7 @@ class Commands(click.Group):
         cmd.epilog = f"\b\nExample:\n  {EXAMPLES[name or str(cmd.name)]}"
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the commands by their whole first sentence: click cuts it off at the line's end."""
+        """List the commands by their whole first sentence, which click would truncate."""
         rows = [
             (name, self.commands[name].get_short_help_str(sys.maxsize))
             for name in self.list_commands(ctx)
@@ -47,7 +47,7 @@ class Commands(click.Group):
         except KeyboardInterrupt:
             click.echo("hil-emulator: interrupted", err=True)
             ctx.exit(INTERRUPTED)
-        except EOFError as error:  # click would print "Aborted!", as if the user had ended it
+        except EOFError as error:  # click would print "Aborted!", as after Ctrl-C
             click.echo(f"hil-emulator: {_CUT_OFF}{f': {error}' if str(error) else ''}", err=True)
             ctx.exit(UserError.exit_code)
         except Exception as error:
@@ -57,11 +57,11 @@ class Commands(click.Group):
             ctx.exit(UserError.exit_code)
 
 
-def _uncompilable(told: str) -> str:
-    """Return what numba says of a law that it cannot compile, without the way to it."""
-    lines = [line.strip() for line in told.splitlines() if line.strip()]
+def _uncompilable(message: str) -> str:
+    """Return numba's reason why it cannot compile a law, without the call stack."""
+    lines = [line.strip() for line in message.splitlines() if line.strip()]
     reasons = (x for x in lines if not x.startswith(("Failed in", "During:", "File ", "def ", ">")))
-    place = re.search(r'File "([^"]*)", line (\d+)', told)
+    place = re.search(r'File "([^"]*)", line (\d+)', message)
     where = f"{place[1]}, line {place[2]}: " if place else ""
     return (
         f"{where}an effect cannot be compiled: {next(reasons, lines[0])}; a law takes numbers and "

@@ -1,4 +1,4 @@
-"""The commands from measured data to a named effect."""
+"""Commands from measured data to a named effect."""
 
 from pathlib import Path
 from typing import Any
@@ -21,21 +21,21 @@ from hil_emulator.platform.lean_start import lean_bus
 
 
 def _lean(*files: Path) -> None:
-    """Load python-can as lean as it gets, where captures need it at all."""
+    """Load python-can without its interfaces, if captures need it."""
     if any(file.suffix.lower() in log_endings.SUFFIXES for file in files):
         lean_bus()
 
 
-def _meaning(said: dict[str, Any]) -> Any:
+def _meaning(options: dict[str, Any]) -> Any:
     from hil_emulator.api.logs import Meaning, pairs
 
-    names = pairs(said.pop("channels"))
-    headings = [cell.strip() for cell in said.pop("columns").split(",") if cell.strip()]
-    return Meaning(names=names, headings=headings, **said)
+    names = pairs(options.pop("channels"))
+    headings = [cell.strip() for cell in options.pop("columns").split(",") if cell.strip()]
+    return Meaning(names=names, headings=headings, **options)
 
 
-def _course(said: dict[str, Any]) -> Any:
-    return said.pop("set_points") or "unknown"
+def _course(options: dict[str, Any]) -> Any:
+    return options.pop("set_points") or "unknown"
 
 
 @click.command(cls=Examination)
@@ -46,20 +46,20 @@ def _course(said: dict[str, Any]) -> Any:
     "--method",
     type=click.Choice(["search", "least-squares"]),
     default="search",
-    help="least-squares: in addition, a plain fit of the effects that the search finds.",
+    help="least-squares: also fit the named effects by ordinary least squares.",
 )
 def identify(
     files: tuple[Path, ...], validate: tuple[Path, ...], only: tuple[str, ...],
-    exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, **said: Any,
+    exclude: tuple[str, ...], out: Path | None, jobs: int, cluster: str, **options: Any,
 ) -> None:  # fmt: skip
-    """Name the physical effects that a recording shows and the configuration lacks."""
+    """Name physical effects that recordings show and the configuration lacks."""
     _lean(*files, *validate)
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 
-    plain_fit, overwrite = said.pop("method") == "least-squares", said.pop("overwrite")
-    question = Question(only, exclude, plain_fit=plain_fit, set_points=_course(said))
-    meaning = _meaning(said)
+    plain_fit, overwrite = options.pop("method") == "least-squares", options.pop("overwrite")
+    question = Question(only, exclude, plain_fit=plain_fit, set_points=_course(options))
+    meaning = _meaning(options)
     command.identify(files, validate, question, out, jobs, meaning, cluster, overwrite=overwrite)
 
 
@@ -67,15 +67,15 @@ def identify(
 @recordings
 def gap(
     files: tuple[Path, ...], validate: tuple[Path, ...], out: Path | None, jobs: int, cluster: str,
-    overwrite: bool, **said: Any,
+    overwrite: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Measure where a recording and the configuration disagree."""
     _lean(*files, *validate)
     from hil_emulator.commands import identify as command
     from hil_emulator.identify.session import Question
 
-    question = Question(search=False, set_points=_course(said))
-    meaning = _meaning(said)
+    question = Question(search=False, set_points=_course(options))
+    meaning = _meaning(options)
     command.identify(files, validate, question, out, jobs, meaning, cluster, overwrite=overwrite)
 
 
@@ -101,7 +101,7 @@ def experiment(
     name: str | None, amplitude: float | None, duration: float | None, seed: int,
     configs: tuple[Path, ...], **outputs: Any,
 ) -> None:  # fmt: skip
-    """Write the stimulus file of an experiment; without NAME, list what there is."""
+    """Write the stimulus file of an experiment; without NAME, list the experiments."""
     from hil_emulator.commands import experiment as command
 
     if name is None:
@@ -121,22 +121,24 @@ def experiment(
 )
 @click.option("--surprise", is_flag=True, help="Draw the effects at random and do not print them.")
 @click.option("--duration", type=Duration(), help='Of each experiment, such as "3 s".')
-@click.option("--out", type=Output(is_folder=True), help="Folder of the practice ground.")
+@click.option("--out", type=Output(is_folder=True), help="Folder of the logs.")
 @OVERWRITE
 @click.option("--play", type=click.Path(path_type=Path), help="Record a stimulus file in --out.")
-@click.option("--open", "opened", type=click.Path(path_type=Path), help="Reveal what is hidden.")
+@click.option(
+    "--open", "opened", type=click.Path(path_type=Path), help="Show the hidden effects of a folder."
+)
 def hide(
     effects: tuple[str, ...], sizes: tuple[str, ...], out: Path | None, play: Path | None,
     opened: Path | None, overwrite: bool, **drawn: Any,
 ) -> None:  # fmt: skip
-    """Make experiments with EFFECTs hidden in them, to practise on; "nothing" is one too."""
+    """Simulate experiments with hidden EFFECTs to practise on; `nothing` hides none."""
     from hil_emulator.commands import hide as command
 
     if opened is not None:
         command.reveal(opened)
         return
     if out is None:
-        raise UserError("name the folder of the practice ground: --out FOLDER")
+        raise UserError("name the folder of the logs: --out FOLDER")
     if play is not None:
         command.play(play, out)
         return

@@ -10,10 +10,10 @@ from hil_emulator.errors import UserError
 
 
 class PackagedFile(click.ParamType[Path]):
-    """A file, or the name of one that comes with the package.
+    """A file, or the name of a packaged one.
 
     Args:
-        name: what it is, for the message.
+        name: of the argument, for the message.
         purposes: see `platform.packaged.Purpose`; all without any.
 
     """
@@ -23,7 +23,7 @@ class PackagedFile(click.ParamType[Path]):
         self._purposes = purposes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """Return the path of the file; whether it is one is found out when it is read."""
+        """Return the path of the file; a missing file is reported when it is read."""
         from hil_emulator.platform.packaged import Purpose, found
 
         try:
@@ -34,7 +34,7 @@ class PackagedFile(click.ParamType[Path]):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """Return the packaged names that begin so, and that files do as well."""
+        """Return the packaged names with this beginning; the shell completes files as well."""
         from hil_emulator.platform.packaged import Purpose, packaged
 
         names = packaged(*map(Purpose, self._purposes))
@@ -43,14 +43,14 @@ class PackagedFile(click.ParamType[Path]):
 
 
 def _some(ctx: click.Context, param: click.Parameter, files: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Ask for a file by what there is to choose from."""
+    """Refuse an empty list of files; the message lists the packaged machines."""
     from hil_emulator.platform.packaged import Purpose, packaged, summary
 
     if files:
         return files
-    known = [f"  {name:<14} {summary(file)}" for name, file in packaged(Purpose.MACHINE).items()]
-    text = (f"name a configuration (TOML), or a machine that comes with the package:\n"
-            f"{chr(10).join(known)}\n"
+    machines = [f"  {name:<14} {summary(file)}" for name, file in packaged(Purpose.MACHINE).items()]
+    text = (f"name a configuration (TOML), or a machine of the package:\n"
+            f"{chr(10).join(machines)}\n"
             f"`hil-emulator init` writes a configuration of your own machine.")  # fmt: skip
     raise click.UsageError(text, ctx)
 
@@ -63,7 +63,7 @@ class Duration(click.ParamType[float]):
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the value in SI; fail where it is none."""
+        """Return the value in SI; fail if it is not a quantity."""
         from hil_emulator.units import to_si
 
         try:
@@ -87,7 +87,7 @@ class QuantityType(click.ParamType[float]):
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the value in SI; fail where it is none."""
+        """Return the value in SI; fail if it is not a quantity."""
         from hil_emulator.units import to_si
 
         try:
@@ -97,7 +97,7 @@ class QuantityType(click.ParamType[float]):
 
 
 class Output(click.Path):
-    """What a command writes; the command takes `--overwrite`, too."""
+    """Output of a command, which then has the option `--overwrite`."""
 
     def __init__(self, *, is_folder: bool = False) -> None:
         super().__init__(file_okay=not is_folder, dir_okay=is_folder, path_type=Path)
@@ -107,7 +107,7 @@ class OutputStem(Output):
     """A file to write whose ending the command chooses; its folder exists."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return its path; fail where its folder is missing, before the work."""
+        """Return its path; fail before the work if its folder is missing."""
         folder = Path(value).parent
         if not folder.is_dir():
             self.fail(f"{value}: the folder {folder} does not exist; make it first", param, ctx)
@@ -115,10 +115,10 @@ class OutputStem(Output):
 
 
 class NewFile(OutputStem):
-    """A file to write: that it can be written is found out before the work, not after it."""
+    """A file to write, checked before the work."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return its path; fail where its folder is missing, or it exists without --overwrite."""
+        """Return its path; fail if its folder is missing, or it exists without --overwrite."""
         from hil_emulator.platform.output_files import refuse_existing
 
         try:
@@ -129,10 +129,10 @@ class NewFile(OutputStem):
 
 
 class NewPicture(NewFile):
-    """A picture to write, in a format that there is."""
+    """A picture to write, in a supported format."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return its path; fail where it cannot be written, or its ending says no format."""
+        """Return its path; fail if it cannot be written, or its ending is not a format."""
         from hil_emulator.pages.drawing import check_format
 
         path = super().convert(value, param, ctx)
@@ -146,7 +146,7 @@ class NewPicture(NewFile):
 OVERWRITE = click.option(
     "--overwrite", is_flag=True, is_eager=True, help="Replace output files that exist."
 )
-"""Of every command that writes; eager, as `NewFile` asks for it."""
+"""Option of every command that writes; eager, because `NewFile` reads it."""
 
 CONFIGURATION = PackagedFile("configuration", "machine", "layer", "bench")
 SCENARIO = PackagedFile("scenario", "scenario")

@@ -1,4 +1,4 @@
-"""What `identify` and `gap` share: recordings, and what is to be known of them."""
+"""Parameters of `identify` and `gap`: recordings, and statements about them."""
 
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ class Examination(click.Command):
             if word == "--validate":
                 taking = bool(args[i + 1 :]) and not args[i + 1].startswith("-")
                 if not taking:
-                    raise click.UsageError("--validate: name the held-out data behind it", ctx)
+                    raise click.UsageError("--validate: name the held-out data after it", ctx)
                 continue
             taking &= not word.startswith("-")
             if taking and word.endswith(".toml"):
@@ -31,12 +31,11 @@ class Examination(click.Command):
 
 
 def recordings(function: Any) -> Any:
-    """Add what `identify` and `gap` share."""
+    """Add the parameters that `identify` and `gap` share."""
     for option in (
         click.option(
             "--cluster", default="",
-            help="Address of a Dask scheduler in place of threads: each log is a task of its own. "
-            "--jobs does not count then.",
+            help="Address of a Dask scheduler, which replaces threads (--jobs).",
         ),
         click.option(
             "--jobs", type=click.IntRange(1, 64), default=1, show_default=True,
@@ -46,16 +45,16 @@ def recordings(function: Any) -> Any:
         click.option("--out", type=Output(is_folder=True), help="Folder for the report."),
         click.option(
             "--rated-current", type=QuantityType("A", "10 mA"),
-            help='Current at 100 % of the set point, such as "10 mA", where no file states it.',
+            help='Current at 100 % of the set point, such as "10 mA", if no file states it.',
         ),
         click.option(
             "--set-points", type=click.Choice(["held", "moves"]),
-            help="What the current did between the rows of a log slower than the controller; asked "
-            "of the readings otherwise.",
+            help="Course of the current between the rows of a log slower than the controller; "
+             "by default estimated from the readings.",
         ),
         click.option(
             "--channel", "channels", multiple=True, metavar="CHANNEL=NAME",
-            help="What a channel is called in the data, such as position=CylPos.",
+            help="Name of a channel in the data, such as position=CylPos.",
         ),
         click.option(
             "--columns", default="", metavar="NAME [UNIT],...",
@@ -71,7 +70,7 @@ def recordings(function: Any) -> Any:
         ),
         click.option(
             "--dbc", "databases", multiple=True, type=click.Path(path_type=Path),
-            help="Database of the messages in a CAN capture; CONFIG's own nodes without it.",
+            help="Database of the messages in a CAN capture; default: the nodes of CONFIG.",
         ),
         click.option(
             "--validate", multiple=True, type=click.Path(path_type=Path), metavar="DATA...",

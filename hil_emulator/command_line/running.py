@@ -1,4 +1,4 @@
-"""The commands that run the emulator, and look at what a run leaves behind."""
+"""Commands that run the emulator and use its recordings."""
 
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ from hil_emulator.command_line.kinds import (
     "--record",
     type=Output(),
     multiple=True,
-    help="File to write; its ending says the format: .rec .csv .blf ..., an unknown one lists all.",
+    help="File to write; its ending is the format: .rec .csv .blf ..., an unknown one lists all.",
 )
 @click.option(
     "--require-recording", "required", is_flag=True, help="End the run if the recording ends early."
@@ -58,7 +58,7 @@ def run(
     duration: float | None,
     record: tuple[Path, ...],
     faults: tuple[str, ...],
-    **said: Any,
+    **options: Any,
 ) -> None:
     """Run the emulator on its bus."""
     from hil_emulator.platform.lean_start import lean_start
@@ -67,16 +67,16 @@ def run(
     from hil_emulator.commands import run as command
     from hil_emulator.commands.recording import ordered
 
-    opened = [said.pop(name) for name in ("port", "control", "panel", "processes")]
+    opened = [options.pop(name) for name in ("port", "control", "panel", "processes")]
     operation = command.operation(*opened)
-    recording = ordered(record, **said)
+    recording = ordered(record, **options)
     command.run(files, bus, clock, duration, recording, faults, operation)
 
 
 @click.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value
 @click.option(
     "--port", type=click.IntRange(1, 65535), default=29537, show_default=True,
-    help="Port that the emulator got by --control.",
+    help="Port of the emulator's --control.",
 )  # fmt: skip
 @click.argument("words", metavar="status|read|fault|end|set ...", nargs=-1)
 def ctl(port: int, words: tuple[str, ...]) -> None:
@@ -97,7 +97,7 @@ def ctl(port: int, words: tuple[str, ...]) -> None:
 @OVERWRITE
 @click.pass_context
 def demo(ctx: click.Context, picture: Path, *, overwrite: bool) -> None:
-    """Run a controller against the emulator through CAN; needs nothing."""
+    """Run a controller against the emulator through CAN, without configuration."""
     from hil_emulator.commands import demo as command
 
     ctx.exit(0 if command.demo(picture, overwrite=overwrite) else 1)
@@ -117,7 +117,7 @@ def panel(path: Path) -> None:
 @click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION)
 @click.pass_context
 def replay(ctx: click.Context, recording: Path, files: tuple[Path, ...]) -> None:
-    """Feed a recorded controller's frames back; say where the response differs."""
+    """Feed a recorded controller's frames back; report where the response differs."""
     from hil_emulator.commands import replay as command
 
     ctx.exit(0 if command.replay(recording, files) else 1)

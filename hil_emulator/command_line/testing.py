@@ -1,4 +1,4 @@
-"""The commands that test: controllers by scenarios and faults, devices by their standard."""
+"""Commands that test: controllers by scenarios and faults, devices by their standard."""
 
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from hil_emulator.command_line.kinds import OVERWRITE, SCENARIO, NewFile, Output
 
 @click.command("faults")
 def list_faults() -> None:
-    """Print what can be broken, and how."""
+    """Print the kinds of faults with their targets and parameters."""
     from hil_emulator.commands import faults as command
 
     command.faults()
@@ -20,9 +20,11 @@ def list_faults() -> None:
 @click.argument("files", metavar="SCENARIO...", nargs=-1, required=True, type=SCENARIO)
 @click.option(
     "--jobs", "--workers", "workers", type=click.IntRange(1),
-    help="Processes; all cores without it.",
+    help="Processes; default: one per core.",
 )  # fmt: skip
-@click.option("--cluster", default="", help="Address of a Dask scheduler in place of processes.")
+@click.option(
+    "--cluster", default="", help="Address of a Dask scheduler, which replaces processes."
+)
 @click.option("--junit", type=NewFile(), help="Write JUnit XML.")
 @click.option("--html", "page", type=NewFile(), help="Write one HTML page.")
 @click.option("--record", type=Output(is_folder=True), help="Folder for recordings.")
@@ -72,7 +74,7 @@ def scenario(
     type=click.IntRange(0),
     default=0,
     metavar="N",
-    help="After all cases send N random frames, then put all cases again.",
+    help="After all cases send N random frames, then run all cases again.",
 )
 @click.option("--html", type=NewFile(), help="Write the report as an HTML page.")
 @OVERWRITE
@@ -80,10 +82,10 @@ def conformance(
     can: str, can_options: tuple[str, ...], node: int, eds: Path,
     cases: tuple[str, ...], storm: int, *, self_starting: bool, **page: Any,
 ) -> None:  # fmt: skip
-    """Ask a CANopen device whether it conforms to CiA 301; exit code 1 if a case fails.
+    """Test whether a CANopen device conforms to CiA 301; exit code 1 if a case fails.
 
-    The device is reset before each case and its parameters are written: no machine may hang on
-    it. In the end it has the parameters that it had. Nothing else may be the bus's NMT master.
+    The device is reset before each case and its parameters are written, so no machine may be
+    attached. Its parameters are restored in the end. No other NMT master may be on the bus.
     """
     from hil_emulator.commands import conformance as command
 

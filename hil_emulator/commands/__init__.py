@@ -1,1 +1,1 @@
-"""What the command line does, one file per command; imported only when it is called."""
+"""The actions of the command line, one file per command, imported when a command is called."""

@@ -1,4 +1,4 @@
-"""`hil-emulator bench`: what this machine achieves."""
+"""`hil-emulator bench`: measure what this machine achieves."""
 
 import dataclasses
 import json
@@ -26,9 +26,9 @@ def bench(
     Args:
         files: the configuration; the reference machine without any.
         duration: of the wall-clock part [s].
-        identify: how much data to find an effect in, in place of everything else [s].
-        as_json: whether programs read it.
-        panel: whether to measure what the panel costs, in place of everything else.
+        identify: length of the data for a search, which replaces all other measurements [s].
+        as_json: whether to print JSON.
+        panel: whether to measure the cost of the panel instead of everything else.
 
     Raises:
         UserError: if the configuration is wrong.
@@ -56,7 +56,7 @@ def bench(
 
 
 def bench_effects(files: tuple[Path, ...], as_json: bool) -> None:
-    """Measure what each effect of the plant adds to a step, and print it; arguments as `bench`."""
+    """Measure the time that each effect of the plant adds to a step; arguments as `bench`."""
     chosen = _chosen(files)
     with waiting("bench --effects", chosen, json=as_json) as progress:
         costs = measure_effects(load_rig(chosen), cache_folder(), progress.say)
@@ -133,7 +133,7 @@ def _table(s: Speeds, duration: float) -> str:
         (f"tick under the wall clock, {duration:g} s [us]", _spread(s.execution_us)),
         ("lateness under the wall clock [us]", _spread(s.lateness_us)),
         ("ticks a period late or more", str(s.overruns)),
-        ("tick with nobody on TCP [us]", _spread(s.client.idle_us)),
+        ("tick without a TCP client [us]", _spread(s.client.idle_us)),
         ("tick with a TCP client at 1 kHz [us]", _spread(s.client.execution_us)),
         ("lateness with it [us]", _spread(s.client.lateness_us)),
         ("lateness of cyclictest [us]", _system(s.client.system_us)),

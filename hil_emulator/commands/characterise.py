@@ -28,7 +28,7 @@ def run(
 
     """
     config = load_whole(files)
-    chosen([test])  # an unknown one is told before anything is compiled
+    chosen([test])  # an unknown test is refused before anything is compiled
     with waiting(f"characterise {test}", files) as progress:
         bench = Bench(
             build(config.effects, cache_folder()), config.plant, config.sensors,

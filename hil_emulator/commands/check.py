@@ -1,4 +1,4 @@
-"""`hil-emulator check`: what a configuration would do, without doing it."""
+"""`hil-emulator check`: the consequences of a configuration, without a run."""
 
 import itertools
 import math
@@ -30,10 +30,10 @@ from hil_emulator.units import show
 
 
 def check(files: Sequence[Path]) -> None:
-    """Validate a configuration and print what it binds, maps and loads its buses with.
+    """Validate a configuration; print its bindings, PDO maps and bus loads.
 
     Raises:
-        UserError: for whatever is wrong with it.
+        UserError: for every error of the configuration.
 
     """
     settings = load_machine(files)
@@ -51,36 +51,36 @@ def check(files: Sequence[Path]) -> None:
         for warning in warnings(actuator.config):
             click.echo(f"warning: {actuator.name}: {warning}")
     configs = {actuator.name: actuator.config for actuator in settings.actuators}
-    for names in by_supply(settings):  # last, as it has to compile the model
+    for names in by_supply(settings):  # last, because it compiles the model
         for warning in step_warnings({name: configs[name] for name in names}):
             click.echo(f"warning: {warning}")
 
 
 def refuse_collisions(bus: str, there: Sequence[Node]) -> None:
-    """Refuse nodes that cannot live on one bus.
+    """Refuse nodes whose identifiers collide on one bus.
 
     Raises:
         UserError: names every collision of node-IDs and COB-IDs.
 
     """
-    found = collisions(there)
-    if found:
-        raise UserError("\n".join(f"bus {bus}: {message}" for message in found))
+    messages = collisions(there)
+    if messages:
+        raise UserError("\n".join(f"bus {bus}: {message}" for message in messages))
 
 
 def _of_nodes(made: Sequence[Node], wire: WireSettings) -> Iterator[str]:
-    """Yield what nodes cannot do for their actuator and on their bus."""
+    """Yield what nodes cannot do for their actuator or on their bus."""
     if not any(b.bound_to.startswith("command ") for node in made for b in node.bindings()):
         yield "no node commands valve_current, so the valve keeps its safe current"
     rate = wire.bit_rate
     for node in made:
         rates = node.dictionary.bit_rates
         if rate and rates and rate not in rates:
-            yield f"{near(Path(node.dictionary.source))} knows no bit rate of {rate / 1e3:g} kbit/s"
+            yield f"{near(Path(node.dictionary.source))} does not support {rate / 1e3:g} kbit/s"
 
 
 def step_warnings(sharing: Mapping[str, Configuration]) -> Iterator[str]:
-    """Yield that the step is too wide for actuators on one supply: they are one system."""
+    """Yield a warning if the step is too long; actuators on one supply count as one system."""
     lean = acting_together(list(sharing.values()))
     with waiting(PREPARING):
         model = compiled(lean[0].effects, cache_folder(), len(lean))
@@ -89,22 +89,22 @@ def step_warnings(sharing: Mapping[str, Configuration]) -> Iterator[str]:
         return
     bound = step_bound(model, *values)
     name, config = list(sharing.items())[bound.place]
-    beside = ", on one supply with what it shares it with" if len(lean) > 1 else ""
+    shared = ", on its shared supply" if len(lean) > 1 else ""
     yield (
         f"{name}: the integration step of {config.step * 1e6:.3g} us is too wide for this actuator"
-        f"{beside}{_reason(bound, config, values[bound.place])}; set [rig] step to "
+        f"{shared}{_reason(bound, config, values[bound.place])}; set [rig] step to "
         f"{widest_step(config.tick_ns, bound.step) * 1e6:.4g} us or less"
     )
 
 
 def warnings(config: Configuration) -> Iterator[str]:
-    """Yield what will run, but not as well as it should, beside its step."""
+    """Yield what limits a run, except the step."""
     longest = longest_delay(config.tick_ns * 1e-9)
-    told: Mapping[str, Mapping[str, float]] = {"plant": config.plant, **config.sensors}
+    settings: Mapping[str, Mapping[str, float]] = {"plant": config.plant, **config.sensors}
     for effect in config.effects:
         knob = effect.field_of(effect.knob)
         if any(state.length > 1 for state in effect.states):
-            for place, values in told.items():
+            for place, values in settings.items():
                 if values.get(knob, 0.0) > longest:
                     yield (
                         f"{place}: {effect.name} looks back {values[knob] * 1e3:g} ms, but at this "
@@ -113,7 +113,7 @@ def warnings(config: Configuration) -> Iterator[str]:
 
 
 def widest_step(tick_ns: int, largest: float) -> float:
-    """Return the widest step [s] within `largest` that divides the tick and is a short number."""
+    """Return the longest step [s] within `largest` that divides the tick and is a short number."""
     fewest = math.ceil(tick_ns * 1e-9 / largest)
     for count in range(fewest, 4 * fewest):
         step_ns = tick_ns / count
@@ -123,14 +123,14 @@ def widest_step(tick_ns: int, largest: float) -> float:
 
 
 def _reason(bound: Bound, config: Configuration, values: Mapping[str, float]) -> str:
-    """Say which state moves that fast, and which parameter makes it."""
+    """Return which state moves that fast, and which parameter causes it."""
     reason = f": {bound.state.replace('_', ' ')} is too fast for it"
     named = {f"{t}_{p.name}": (t, p.name, p) for t, ps in PARAMS.items() for p in ps}
     named |= {
         e.field_of(p): (e.stage.table, f"{e.name}.{p.name}", p)
         for e in config.effects for p in e.params
     }  # fmt: skip
-    if bound.parameter not in values:  # a usual actuator is no quicker
+    if bound.parameter not in values:  # a usual actuator is not faster
         return reason
     table, name, param = named[bound.parameter]
     value = show(values[bound.parameter], param.unit, param.shown)
@@ -149,7 +149,9 @@ def _show(name: str, config: Configuration, made: Sequence[Node]) -> None:
             click.echo(f"note: {line}")
         for pdo, group in itertools.groupby(node.unfed(), key=lambda row: row[0]):
             names = ", ".join(f"{entry.where} {entry.name}" for _, entry in group)
-            click.echo(f"note: {pdo} shows what nothing feeds, so its default: {names}")
+            click.echo(
+                f"note: {pdo} maps objects without a source, which hold their defaults: {names}"
+            )
 
 
 def _bindings(node: Node) -> str:

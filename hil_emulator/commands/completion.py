@@ -1,11 +1,11 @@
-"""`hil-emulator completion`: what a shell needs to complete commands, options and names."""
+"""`hil-emulator completion`: completion of commands, options and names in a shell."""
 
 import click
 from click.shell_completion import get_completion_class
 
 _PROGRAM = "hil-emulator"
 _VARIABLE = "_HIL_EMULATOR_COMPLETE"
-"""By which the shell asks, as click derives it from the program's name."""
+"""Variable by which the shell requests completions; click derives it from the program's name."""
 
 
 def completion(program: click.Command, shell: str) -> None:
@@ -16,7 +16,7 @@ def completion(program: click.Command, shell: str) -> None:
         shell: "bash", "zsh" or "fish".
 
     """
-    found = get_completion_class(shell)
-    assert found is not None
-    script = found(program, {}, _PROGRAM, _VARIABLE)
+    shell_class = get_completion_class(shell)
+    assert shell_class is not None
+    script = shell_class(program, {}, _PROGRAM, _VARIABLE)
     click.echo(script.source_template % script.source_vars())

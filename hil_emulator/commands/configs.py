@@ -1,4 +1,4 @@
-"""`hil-emulator configs`: what comes with the package, and copies of it."""
+"""`hil-emulator configs`: the files of the package, and copies of them."""
 
 from pathlib import Path
 
@@ -10,18 +10,18 @@ from hil_emulator.platform.paths import near
 
 
 def listing() -> None:
-    """Print every file that comes with the package, by the name that stands for it."""
+    """Print every file of the package by its name."""
     purposes = list(packaged.Purpose)
     files = sorted(
         packaged.packaged().items(), key=lambda f: purposes.index(packaged.purpose_of(f[1]))
     )
     rows = [(packaged.purpose_of(file), name, packaged.summary(file)) for name, file in files]
     click.echo(text_table(("kind", "name", "what it is"), rows))
-    click.echo("\nA name does in place of a file; --copy NAME puts one here, to be changed.")
+    click.echo("\nA name can replace a file; --copy NAME copies it here for changes.")
 
 
 def copy(name: str, folder: Path, *, overwrite: bool = False) -> None:
-    """Copy one into a folder, with all that it names.
+    """Copy a packaged file into a folder, with all files that it names.
 
     Raises:
         UserError: for an unknown name, or files that exist or cannot be written.

@@ -1,4 +1,4 @@
-"""`hil-emulator conformance`: put the cases to a device, and report."""
+"""`hil-emulator conformance`: run the cases on a device, and report."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ _PACKAGE = "hil_emulator.conformance"
 
 @dataclass(frozen=True)
 class Page:
-    """Where the results are written as a page.
+    """Output of the results as a page.
 
     Attributes:
         file: the page; no page without it.
-        overwrite: whether a file that exists is replaced.
+        overwrite: whether an existing file is replaced.
 
     """
 
@@ -48,7 +48,7 @@ def conformance(
         raise UserError(
             'the conformance suite needs pytest: pip install "hil-emulator[test]"'
         ) from error
-    Expectation(eds, node)  # what is wrong with it is said without a report around it
+    Expectation(eds, node)  # errors of the EDS are reported before pytest begins
     plugin = f"{_PACKAGE}.plugin"
     options = ["--can", can, "--node", str(node), "--eds", str(eds), "--storm", str(storm)]
     options += [word for option in can_options for word in ("--can-option", option)]
@@ -59,5 +59,5 @@ def conformance(
     quiet = ["-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", "-p", "no:warnings"]
     code = pytest.main(["--pyargs", _PACKAGE, "-p", plugin, *quiet, *options])
     if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
-        raise UserError("no case was put to the device; see above")
+        raise UserError("no case was run on the device; see above")
     return code == pytest.ExitCode.OK

@@ -11,7 +11,7 @@ from hil_emulator.recording.exports import check_files, export
 
 
 def convert(recording: Path, targets: Sequence[Path], *, overwrite: bool = False) -> None:
-    """Write a recording in the formats that the files' endings say.
+    """Write a recording in the formats of the files' endings.
 
     Raises:
         UserError: if it cannot be read, or a file exists or cannot be written.

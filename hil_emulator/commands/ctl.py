@@ -1,4 +1,4 @@
-"""`hil-emulator ctl`: look into a running emulator, break things, change its surroundings."""
+"""`hil-emulator ctl`: read a running emulator, inject faults, change settings."""
 
 import shlex
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ def ctl(port: int, words: Sequence[str]) -> None:
     """Send one request and print the answer.
 
     Raises:
-        UserError: if it is refused, or nobody answers.
+        UserError: if it is refused, or no emulator answers.
 
     """
     match list(words):
@@ -55,7 +55,7 @@ def _options(words: Sequence[str]) -> dict[str, str]:
 
 
 def _status(answer: dict[str, Any]) -> None:
-    click.echo(f"time {answer['time']:.3f} s, {answer['slipped']:.3f} s behind the wall")
+    click.echo(f"time {answer['time']:.3f} s, {answer['slipped']:.3f} s behind real time")
     for fault in answer["faults"]:
         click.echo(f"fault {fault['number']}  {fault['fault']}")
 

@@ -1,4 +1,4 @@
-"""`hil-emulator demo`: a controller against the emulator, judged and drawn."""
+"""`hil-emulator demo`: a controller against the emulator, with verdict and picture."""
 
 from pathlib import Path
 
@@ -42,7 +42,7 @@ def _line(response: Response) -> str:
 
 
 def verdict(outcome: Demonstration) -> str:
-    """Return the one line that says it all."""
+    """Return the verdict in one line."""
     slowest = max(r.settling for r in outcome.responses)
     widest = max(r.overshoot for r in outcome.responses)
     return (

@@ -17,15 +17,15 @@ from hil_emulator.units import show
 
 
 def effects(files: Sequence[Path], as_json: bool) -> None:
-    """Print every effect the model knows, with those that configurations bring.
+    """Print every effect of the catalogue, with those of configurations.
 
     Raises:
-        UserError: for what is wrong with a configuration.
+        UserError: for every error of a configuration.
 
     """
-    known = load(files).effects if files else CATALOGUE
+    catalogue = load(files).effects if files else CATALOGUE
     if as_json:
-        click.echo(json.dumps([describe(e) for e in known], indent=2, ensure_ascii=False))
+        click.echo(json.dumps([describe(e) for e in catalogue], indent=2, ensure_ascii=False))
         return
     rows = [
         (
@@ -37,24 +37,24 @@ def effects(files: Sequence[Path], as_json: bool) -> None:
             amount(e.off, e.knob),
             e.equation,
         )
-        for e in known
+        for e in catalogue
     ]
     click.echo(text_table(("table", "effect", "knob", "typical", "range", "off", "equation"), rows))
     click.echo(
-        "\nA sensor effect stands in [sensors.CHANNEL]; its values are shown as parts of the "
+        "\nA sensor effect is set in [sensors.CHANNEL]; its values are shown as parts of the "
         "channel's span."
     )
 
 
 def amount(value: float, param: Param | Channel) -> str:
-    """Return a value for people; one of a transducer without a channel as a part of its span."""
+    """Return a value as text; that of a transducer without a channel as a part of its span."""
     if param.unit.startswith("span") and math.isfinite(value):
         return f"{value:g} {param.unit}"
     return show(value, param.unit, param.shown)
 
 
 def _number(value: float) -> float | str:
-    """Return a number as JSON can hold it."""
+    """Return a number for JSON."""
     return value if math.isfinite(value) else str(value)
 
 
@@ -71,7 +71,7 @@ def _param(param: Param) -> dict[str, Any]:
 
 
 def describe(effect: Effect) -> dict[str, Any]:
-    """Return everything an effect declares, SI, as JSON can hold it; infinity is "inf"."""
+    """Return the declaration of an effect for JSON, in SI; infinity is "inf"."""
     return {
         "name": effect.name,
         "stage": effect.stage.name,

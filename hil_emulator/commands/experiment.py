@@ -69,7 +69,7 @@ def write(
         amplitude: largest deviation from the centre [m].
         duration: [s].
         seed: of levels and phases.
-        outputs: what is written.
+        outputs: the files to write.
 
     Raises:
         UserError: for an unknown experiment, one that the machine cannot do, a file that exists or
@@ -98,7 +98,7 @@ def write(
 
 
 def described(made: Target) -> str:
-    """Return what the rod does, in numbers."""
+    """Return the motion in numbers."""
     low, high = 1e3 * float(made.position.min()), 1e3 * float(made.position.max())
     text = f"{made.stimulus.summary}; {len(made.time) * 1e-3:g} s, {low:.1f} ... {high:.1f} mm"
     if made.stimulus.jumps:
@@ -117,10 +117,10 @@ def stimulus_file(made: Target) -> str:
 def playing(made: Target, file: Path, config: Configuration, folder: Path) -> str:
     """Return a scenario that plays a stimulus file, with paths relative to its folder."""
 
-    def beside(path: Path) -> str:
+    def relative(path: Path) -> str:
         return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
 
-    names = ", ".join(f'"{beside(c)}"' for c in config.files)
+    names = ", ".join(f'"{relative(c)}"' for c in config.files)
     begin = show(made.position[0], "m", "mm")
     return f'''# Plays {file.name}: {made.stimulus.summary}.
 title = "{made.stimulus.name}"
@@ -135,7 +135,7 @@ set = {{ position = "{begin}" }}
 
 [[step]]
 at = "{REST:g} s"
-profile = {{ signal = "position", file = "{beside(file)}" }}
+profile = {{ signal = "position", file = "{relative(file)}" }}
 
 [[expect]]                      # the node reports no error
 frame = "0x{0x080 + config.nodes[0].id:03X}"
@@ -148,7 +148,7 @@ def _draw(made: Target, file: Path) -> None:
     figure, axis = drawing.subplots((8, 3))
     axis.plot(made.time, 1e3 * made.position, lw=1.0, color=BLUE)
     axis.set_xlabel("time [s]")
-    axis.set_ylabel("wanted position [mm]")
+    axis.set_ylabel("target position [mm]")
     axis.set_title(f"{made.stimulus.name}: {made.stimulus.summary}", loc="left", fontsize=10)
     axis.grid(alpha=0.3)
     drawing.save(figure, file, 130)

@@ -23,8 +23,8 @@ def export(files: Sequence[Path], folder: Path, *, overwrite: bool = False) -> N
     """Write EDS and DCF of each node, and a DBC of each bus.
 
     Raises:
-        UserError: for whatever is wrong with the configuration, or for files that exist or cannot
-            be written.
+        UserError: for every error of the configuration, or for files that exist or cannot be
+            written.
 
     """
     texts = {folder / name: text for name, text in contents(load_machine(files)).items()}
@@ -51,13 +51,13 @@ def contents(settings: MachineSettings) -> dict[str, str]:
             texts[f"{name}.eds"] = eds(node.dictionary, f"{name}.eds")
             texts[f"{name}.dcf"] = dcf(node.dictionary, f"{name}.dcf", name, bit_rate)
         sync_ms = settings.actuators[0].config.sync_period_ns // 1_000_000
-        found = [message(name, p) for name, node in named.items() for p in node.pdos if p.active]
-        texts[f"{bus}.dbc"] = dbc([*found, *services(named)], sync_ms)
+        messages = [message(name, p) for name, node in named.items() for p in node.pdos if p.active]
+        texts[f"{bus}.dbc"] = dbc([*messages, *services(named)], sync_ms)
     return texts
 
 
 def _nodes(settings: MachineSettings, bus: str) -> Iterator[tuple[str, Node]]:
-    """Yield the nodes on a bus, each with a name no other node has."""
+    """Yield the nodes on a bus, each with a unique name."""
     several = len(settings.actuators) > 1
     for actuator in settings.actuators:
         if actuator.bus == bus:

@@ -1,4 +1,4 @@
-"""`hil-emulator export-fmu`: plant and sensors as an FMU, or as C alone."""
+"""`hil-emulator export-fmu`: plant and sensors as an FMU, or as C."""
 
 import re
 from collections.abc import Sequence
@@ -27,10 +27,10 @@ def export_fmu(
         files: the configuration.
         out: the FMU, or for C the file without its ending; named as the first file without it.
         version: of FMI, 2 or 3.
-        c_only: write C alone.
-        single: compute with float in place of double; for C alone.
-        every_effect: bring also effects that are off, so that they can be switched on.
-        native: compile for this system alone.
+        c_only: write C only.
+        single: compute with float instead of double; for C only.
+        every_effect: include effects that are off, so that they can be switched on.
+        native: compile for this system only.
         overwrite: whether files that exist are replaced.
 
     Raises:
@@ -58,14 +58,14 @@ def export_fmu(
     except TranslationError as error:
         raise UserError(
             f"{error} has no translation to C; write the law with arithmetic, if, for and math "
-            "alone, or leave its file out"
+            "only, or leave its file out"
         ) from None
     for file in written:
         click.echo(near(file))
 
 
 def actuator_of(config: Configuration, stem: str) -> Exported:
-    """Return what is put into C of a configuration, under a name that C can bear."""
+    """Return the actuator of a configuration, under a name that is valid in C."""
     name = re.sub(r"\W", "_", stem, flags=re.ASCII).lower()
     if not name or name[0].isdigit():
         name = f"plant_{name}"

@@ -1,4 +1,4 @@
-"""`hil-emulator faults`: the vocabulary of faults."""
+"""`hil-emulator faults`: the kinds of faults."""
 
 import math
 
@@ -11,7 +11,7 @@ from hil_emulator.units import show
 
 
 def faults() -> None:
-    """Print every kind of fault, what it can befall and what can be said about it."""
+    """Print every kind of fault with its targets and parameters."""
     rows = [(k.layer.value, k.name, k.meaning, _params(k), ", ".join(k.targets)) for k in KINDS]
     click.echo(text_table(("layer", "kind", "meaning", "parameters", "targets"), rows))
     click.echo(

@@ -1,4 +1,4 @@
-"""The gap as a terminal shows it: per channel, per balance, per region."""
+"""The gap as a table for the terminal: per channel, per balance, per region."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,7 +10,7 @@ Row = tuple[str, ...]
 
 
 def gap_lines(result: Result) -> list[str]:
-    """Return the lines that tell how large the gap is and where."""
+    """Return the lines on the size and place of the gap."""
     lines = [*balances("where", result.where)]
     if result.effects and result.remaining:
         lines += balances("remains", result.remaining)
@@ -35,10 +35,10 @@ def gap_lines(result: Result) -> list[str]:
     return [*lines, text_table(tuple(head), rows), *_motion(result, times)]
 
 
-def balances(title: str, found: Sequence[Disagreement]) -> list[str]:
+def balances(title: str, gaps: Sequence[Disagreement]) -> list[str]:
     """Return a line per balance, and one per region of it."""
     lines = []
-    for d in found:
+    for d in gaps:
         lines.append(f"{title:9s} {d.place}")
         lines += [f"          {region}" for region in d.regions]
         title = ""
@@ -67,7 +67,7 @@ def _motion(result: Result, times: Sequence[str]) -> list[str]:
 
 
 def widest(result: Result, most: int = 2) -> list[str]:
-    """Return the channels whose free run is farthest beyond its floor."""
+    """Return the channels whose free run exceeds its floor most."""
 
     def beyond(channel: str) -> float:
         parts = result.gap[channel].values()

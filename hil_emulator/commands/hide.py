@@ -1,4 +1,4 @@
-"""`hil-emulator hide`: a practice ground for `identify`, its truth in a sealed file."""
+"""`hil-emulator hide`: logs with hidden effects for practice with `identify`."""
 
 import csv
 import hashlib
@@ -30,13 +30,13 @@ from hil_emulator.platform.paths import cache_folder, near, shipped
 from hil_emulator.units import factor
 
 NOTHING = "nothing"
-"""Said in place of an effect: the machine deviates, drifts and is noisy, and lacks nothing."""
+"""Name for no hidden effect: the machine deviates, drifts and is noisy, but lacks nothing."""
 
 SHORTEST, UNEVEN = 1e-5, 0.02
-"""Sample period of a stimulus [s], and by how much of it a step may differ (assumed)."""
+"""Sample period of a stimulus [s], and the relative tolerance of a step (assumed)."""
 
 PARTS = {"training": practice.TRAINING, "validation": practice.VALIDATION}
-"""Folders of a practice ground, and the experiments in them."""
+"""Folders of the logs, and the experiments in them."""
 
 _SHOWN = {SET_POINT: ("A", "mA")} | {c.name: (c.unit, c.shown) for c in CHANNELS}
 
@@ -45,20 +45,20 @@ def hide(
     effects: Sequence[str], sizes: Sequence[str], configs: Sequence[Path], seed: int | None,
     surprise: bool, duration: float | None, out: Path, *, overwrite: bool = False,
 ) -> None:  # fmt: skip
-    """Write experiments of a machine with effects hidden in it.
+    """Write experiments of a machine with hidden effects.
 
     Args:
         effects: their names; or `nothing`.
         sizes: one for all of them, or one each.
         configs: the plain configuration; the reference machine without any.
-        seed: of everything that is drawn; another one each time without it.
+        seed: of all random numbers; by default a new one each time.
         surprise: whether to draw the effect.
         duration: of each experiment [s]; the usual ones without it.
         out: the folder.
-        overwrite: whether the practice ground that is there is replaced.
+        overwrite: whether an existing practice folder is replaced.
 
     Raises:
-        UserError: for whatever the user can mend; nothing is written then.
+        UserError: for every error of the input; no file is written then.
 
     """
     if surprise == bool(effects):
@@ -93,11 +93,11 @@ def hide(
 
 
 def play(file: Path, out: Path) -> None:
-    """Record one more experiment of a practice ground, for training.
+    """Record one more experiment in a practice folder, for training.
 
     Raises:
-        UserError: if the file is no stimulus, the folder no practice ground, or the log cannot be
-            written.
+        UserError: if the file is not a stimulus, the folder not a practice folder, or the log
+            cannot be written.
 
     """
     truth = sealed.unseal(out)
@@ -115,10 +115,10 @@ def play(file: Path, out: Path) -> None:
 
 
 def reveal(out: Path) -> None:
-    """Print what is hidden, and how an identification did that has been there.
+    """Print the hidden effects, and compare them with a result in the folder.
 
     Raises:
-        UserError: if the folder is no practice ground.
+        UserError: if the folder is not a practice folder.
 
     """
     truth = sealed.unseal(out)
@@ -135,7 +135,7 @@ def reveal(out: Path) -> None:
 
 
 def _next(configs: Sequence[Path], out: Path) -> str:
-    """Return the command that looks for what is hidden."""
+    """Return the command that searches the hidden effects."""
     files = " ".join(map(near, configs))
     return (
         f"next      hil-emulator identify {files} {near(out / 'training')}/*.csv \\\n"
@@ -145,24 +145,24 @@ def _next(configs: Sequence[Path], out: Path) -> str:
 
 
 def _configurations(out: Path) -> list[Path]:
-    found = sorted(out.glob("[0-9][0-9]_*.toml"))
-    if not found:
+    copies = sorted(out.glob("[0-9][0-9]_*.toml"))
+    if not copies:
         raise UserError(f"{out}: its configuration is missing; hide the effects again")
-    return found
+    return copies
 
 
 def _copies(configs: Sequence[Path], out: Path) -> list[Path]:
-    """Return the files in which a practice ground keeps its configuration."""
+    """Return the files for the copies of the configuration."""
     return [out / f"{i:02d}_{file.name}" for i, file in enumerate(configs, 1)]
 
 
 def _logs(out: Path, part: str) -> list[Path]:
-    """Return the logs of a part of a practice ground."""
+    """Return the logs of a part of the practice folder."""
     return [out / part / f"{i:02d}_{name}.csv" for i, name in enumerate(PARTS[part], 1)]
 
 
 def _refuse_other_logs(out: Path) -> None:
-    """Refuse a folder with logs that would be taken for those of the new practice ground.
+    """Refuse a folder with logs that could be confused with the new ones.
 
     Raises:
         UserError: names one of them.
@@ -171,13 +171,13 @@ def _refuse_other_logs(out: Path) -> None:
     for part in PARTS:
         for file in sorted({*(out / part).glob("*.csv")} - {*_logs(out, part)}):
             raise UserError(
-                f"{file}: would be taken for a log of the new practice ground; move it away, or "
+                f"{file}: could be confused with a log of the new practice; move it away, or "
                 "name another folder"
             )
 
 
 def _copied(configs: Sequence[Path], out: Path, staged: Staging) -> Configuration:
-    """Copy a configuration and the files that it names, so that the folder stands alone."""
+    """Copy a configuration and the files that it names, so that the folder is self-contained."""
     copies, companions = [], dict[Path, Path]()
     for file, copy in zip(configs, _copies(configs, out), strict=True):
         text, named = _with_companions(file, out)
@@ -202,7 +202,7 @@ def _with_companions(file: Path, out: Path) -> tuple[str, dict[Path, Path]]:
 
 
 def _write_logs(ground: Ground, duration: float | None, out: Path, staged: Staging) -> None:
-    """Write the experiments of a practice ground."""
+    """Write the experiments."""
     first = 0
     for part, names in PARTS.items():
         played = practice.campaign(ground, names, duration, first)
@@ -236,7 +236,7 @@ def _stimulus(file: Path, ground: Ground) -> Target:
             raise ValueError(f"its times do not rise evenly by {SHORTEST:g} s or more")
     except (OSError, ValueError) as error:
         raise UserError(
-            f"{file}: no stimulus: {error}; write one with `hil-emulator experiment NAME`"
+            f"{file}: not a stimulus: {error}; write one with `hil-emulator experiment NAME`"
         ) from None
     allowed = limits(ground.model.plant_values)
     if position.min() < 0.0 or position.max() > ground.model.plant_values["cylinder_stroke"]:

@@ -1,4 +1,4 @@
-"""`hil-emulator identify` and `gap`: what the configuration lacks, and where it disagrees."""
+"""`hil-emulator identify` and `gap`: missing effects, and the disagreement with data."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -36,7 +36,7 @@ CONFIGURATIONS = {".toml"}
 
 UNANSWERED = ("cannot_examine", "cannot_tell")
 NO_ANSWER = 3
-"""Exit code of verdicts that are no answer; 0 is one, whether something is missing or not."""
+"""Exit code of verdicts without an answer; with an answer it is 0."""
 
 _NOTHING_SAID = Meaning()
 
@@ -49,16 +49,16 @@ def identify(
 
     Args:
         files: configurations and recordings, in any order.
-        validate: recordings that take no part in the fit.
-        question: what to look for.
+        validate: recordings that are not used for the fit.
+        question: the task of the search.
         out: folder for the files `OUTPUTS`.
         jobs: threads.
-        meaning: what the user says of the data.
-        cluster: address of a Dask scheduler in place of threads.
+        meaning: statements of the user about the data.
+        cluster: address of a Dask scheduler, which replaces threads.
         overwrite: whether files of an earlier result are replaced.
 
     Raises:
-        UserError: for whatever the user can mend.
+        UserError: for every error of the input.
 
     """
     configs = [f for f in files if f.suffix in CONFIGURATIONS]
@@ -95,7 +95,10 @@ def identify(
 
 def summary(result: Result) -> str:
     """Return a result for the terminal."""
-    lines = [f"verdict   {result.verdict}", *(f"          {told}" for told in headline(result))]
+    lines = [
+        f"verdict   {result.verdict}",
+        *(f"          {sentence}" for sentence in headline(result)),
+    ]
     lines += [f"note      {note}" for note in result.notes]
     lines += [f"held out  {', '.join(result.held_out)}"] if result.held_out else []
     for finding in result.effects:
@@ -114,28 +117,28 @@ def summary(result: Result) -> str:
 
 
 def _moved(result: Result) -> list[str]:
-    """Return the ordinary parameters that were refitted far from what is configured."""
+    """Return the ordinary parameters whose estimates are far from the configured values."""
     lines = []
     for name, p in result.parameters.items():
         if p.moved:
-            values = f"{p.words(p.refitted)} in place of {p.words(p.configured)}"
+            values = f"{p.words(p.refitted)} instead of {p.words(p.configured)}"
             lines.append(f"moved     {name}: {p.change:+.0%}, {values}")
     return lines
 
 
 def _addition(result: Result) -> list[str]:
-    """Return what becomes of the strongest unexplained term."""
+    """Return the lines on the strongest unexplained term as an effect."""
     if result.verdict != "unknown_effect":
         return []
     if result.added is None:
-        return ["          it cannot be added to the model: no place there takes such a term"]
+        return ["          it cannot be added: the model has no place for such a term"]
     return [f"          added to identified.toml as a table, {result.added.name}"]
 
 
-def _illustrate(found: Identification, file: Path, *, overwrite: bool) -> None:
-    """Write the page; whatever goes wrong with it, the findings are written already."""
+def _illustrate(result: Identification, file: Path, *, overwrite: bool) -> None:
+    """Write the page; an error in it does not lose the findings, which are written already."""
     try:
-        page = found.page()
+        page = result.page()
     except Exception as error:
         click.echo(f"no page   report.html failed: {type(error).__name__}: {error}", err=True)
         return
@@ -144,7 +147,7 @@ def _illustrate(found: Identification, file: Path, *, overwrite: bool) -> None:
 
 
 def _keep_traces(result: Result, file: Path, *, overwrite: bool) -> None:
-    """Write what was measured and what both models leave of it, for `hil-emulator panel`."""
+    """Write the measurement and the residuals of both models for `hil-emulator panel`."""
     parts: dict[str, Any] = {
         f"{name}|{part}": values
         for name, trace in result.traces.items()

@@ -1,4 +1,4 @@
-"""`hil-emulator init`: the configuration of a machine of one's own."""
+"""`hil-emulator init`: the configuration of a user's machine."""
 
 import json
 import math
@@ -33,11 +33,11 @@ from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.assembly import compiled
 
 SCHEMA = "hil-emulator.schema.json"
-"""Name of the JSON Schema beside a configuration."""
+"""Name of the JSON Schema next to a configuration."""
 
 STEPS = (20e-6, 10e-6, 8e-6, 5e-6, 4e-6, 2e-6, 1e-6)
-"""Integration steps that fit into a tick of 1 ms [s]; the longest one is that of the reference
-machine, up to which accuracy has been measured."""
+"""Integration steps that fit into a tick of 1 ms [s]. The longest is that of the reference machine,
+up to which accuracy was measured."""
 
 
 def init(file: Path, given: Mapping[str, str], *, ask: bool, overwrite: bool = False) -> None:
@@ -46,12 +46,12 @@ def init(file: Path, given: Mapping[str, str], *, ask: bool, overwrite: bool = F
     Args:
         file: the configuration.
         given: answers of the command line, by name of the question.
-        ask: whether to ask for the others; else usual ones are taken.
-        overwrite: whether files that exist are replaced.
+        ask: whether to ask the other questions; else their defaults are used.
+        overwrite: whether existing files are replaced.
 
     Raises:
-        UserError: for a wrong answer, a file that exists or cannot be written, or a
-            machine that is too stiff to be integrated; nothing is written then.
+        UserError: for a wrong answer, a file that exists or cannot be written, or a machine that is
+            too stiff to be integrated; no file is written then.
 
     """
     eds, schema = file.with_suffix(".eds"), file.with_name(SCHEMA)
@@ -62,7 +62,7 @@ def init(file: Path, given: Mapping[str, str], *, ask: bool, overwrite: bool = F
     if not _holds(schema, described):
         refuse_existing([schema], overwrite=overwrite)
     if ask:
-        click.echo('Enter takes what stands in brackets. Quantities have units, such as "40 mm".')
+        click.echo('Enter accepts the value in brackets. Quantities have units, such as "40 mm".')
     answers = answered(given, _prompt if ask else _usual)
     usual = shipped("eds/hydraulic_actuator.eds").read_text(encoding="utf-8")
     sheet = electronic_data_sheet(usual, eds.name, answers)

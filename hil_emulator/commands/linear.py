@@ -38,7 +38,7 @@ def run(
     *,
     overwrite: bool = False,
 ) -> None:
-    """Linearise at a position [m], at rest or in the steady motion that a current [A] causes.
+    """Linearise at a position [m], at rest or in the steady motion of a current [A].
 
     Raises:
         UserError: if the configuration is wrong or has no equilibrium there.
@@ -82,7 +82,7 @@ def _text(forms: LinearModel) -> str:
             zeros = ", ".join(_root(z) for z in _complex(response.zeros))
             lines.append(f"{name}: zeros of {output}/u [rad/s]: {zeros or 'none'}")
     lines.append(
-        "\nS1 and complete know viscous friction alone; exact has every effect that is on. At rest "
+        "\nS1 and complete have viscous friction only; exact has every effect that is on. At rest "
         "dry friction is a stiff damper in it."
     )
     return "\n".join(lines)
@@ -93,7 +93,7 @@ def _pairs(values: Any) -> list[list[float]]:
 
 
 def _content(forms: LinearModel) -> dict[str, Any]:
-    """Return everything as JSON can hold it; roots as [real, imaginary], rad/s."""
+    """Return all numbers for JSON; roots as [real, imaginary], rad/s."""
     return {
         "operating_point": {name: float(value) for name, value in forms.exact.signals.items()},
         "coefficients": {

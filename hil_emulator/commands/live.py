@@ -1,4 +1,4 @@
-"""A run before the user's eyes: a status line while it lasts, a summary at its end."""
+"""Status line of a run, and the summary at its end."""
 
 import select
 import signal
@@ -17,61 +17,61 @@ FOREVER = 2**62
 """Ticks of a run without a duration."""
 
 READY = "ready"
-"""Said when the first frame, the boot-up message, is out."""
+"""Line that is printed when the first frame, the boot-up message, has been sent."""
 
 _STATUS_S = 0.5  # between two status lines
-_SLIP_NS = 100_000_000  # by which time has slipped further before it is told again (assumed)
-_BETWEEN_S = 0.01  # emulator time between two calls of what else there is to do
+_SLIP_NS = 100_000_000  # further delay after which the warning is repeated (assumed)
+_BETWEEN_S = 0.01  # emulator time between two calls of `between`
 
 
-class Teller(Protocol):
-    """Where a run tells how it is."""
+class StatusOutput(Protocol):
+    """Output of a run's status."""
 
     live: bool
     """whether a status line is wanted"""
 
     def ready(self) -> None:
-        """Tell that the first frame is out."""
+        """Report that the first frame has been sent."""
         ...
 
     def show(self, status: str) -> None:
-        """Show how it stands; never wait."""
+        """Show the status without waiting."""
         ...
 
     def warn(self, text: str) -> None:
-        """Warn of something; never wait."""
+        """Show a warning without waiting."""
         ...
 
     def end(self) -> None:
-        """Take the status line back."""
+        """Remove the status line."""
         ...
 
 
 class Terminal:
-    """Tells the user's terminal, or the files in its place."""
+    """Writes to the user's terminal, or to redirected output."""
 
     def __init__(self) -> None:
         self.live = sys.stderr.isatty()
 
     def ready(self) -> None:
-        """Tell that the first frame is out."""
+        """Report that the first frame has been sent."""
         print(READY, flush=True)
 
     def show(self, status: str) -> None:
-        """Rewrite the status line, unless the terminal would make the loop wait."""
+        """Rewrite the status line, unless the terminal would block the loop."""
         if select.select([], [sys.stderr], [], 0)[1]:
             sys.stderr.write(f"\r\x1b[K{status}")
             sys.stderr.flush()
 
     def warn(self, text: str) -> None:
-        """Write a line that stays, unless the terminal would make the loop wait."""
+        """Write a permanent line, unless the terminal would block the loop."""
         line = f"warning   {text}"
         if select.select([], [sys.stderr], [], 0)[1]:
             sys.stderr.write(f"\r\x1b[K{line}\n" if self.live else f"{line}\n")
             sys.stderr.flush()
 
     def end(self) -> None:
-        """Take the status line back."""
+        """Remove the status line."""
         if self.live:
             sys.stderr.write("\r\x1b[K")
 
@@ -84,56 +84,56 @@ def keep_running(
     status: Callable[[], str],
     between: Callable[[], None] | None = None,
     stop_when_late: bool = False,
-    teller: Teller | None = None,
+    teller: StatusOutput | None = None,
 ) -> None:
     """Run in slices until all ticks have passed; Ctrl-C and SIGTERM end it.
 
     Args:
-        rig: what is run.
-        clock: when its ticks begin.
-        ticks: how many there are.
-        timing: takes down how punctual they were.
-        status: returns the line to show where one is wanted.
-        between: called every few ticks, where there is something else to do.
+        rig: the rig or machine.
+        clock: decides when its ticks begin.
+        ticks: their number.
+        timing: records delay and duration of the ticks.
+        status: returns the status line.
+        between: called every few ticks.
         stop_when_late: whether a tick that begins a whole period late ends the run.
-        teller: where it tells how it is; the terminal without any.
+        teller: output of the status; the terminal without any.
 
     Raises:
         UserError: for such a tick.
 
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    told = teller or Terminal()
+    output = teller or Terminal()
     pause = _BETWEEN_S if between else _STATUS_S
     slice_ticks = max(1, round(pause * 1e9 / rig.tick_ns))
     shown, told_ns = 0.0, 0
     try:
         if not isinstance(clock, FollowSync):  # whose nodes boot before the first SYNC
             run(rig, clock, min(1, ticks), timing, stop_when_late)
-        told.ready()
+        output.ready()
         while timing.ticks < ticks:
             run(rig, clock, min(slice_ticks, ticks - timing.ticks), timing, stop_when_late)
             if between:
                 between()
             if timing.slipped_ns >= told_ns + _SLIP_NS:
                 told_ns = timing.slipped_ns
-                told.warn(f"{behind(timing)}: this machine is too slow, or too busy")
-            if told.live and time.monotonic() - shown > _STATUS_S / 2:
+                output.warn(f"{behind(timing)}: this machine is too slow, or too busy")
+            if output.live and time.monotonic() - shown > _STATUS_S / 2:
                 shown = time.monotonic()
-                told.show(status())
+                output.show(status())
     except KeyboardInterrupt:
         pass
     finally:
-        told.end()
+        output.end()
 
 
 def behind(timing: Timing) -> str:
-    """Return how far emulator time has fallen behind the wall."""
-    return f"{timing.slipped_ns * 1e-9:.3f} s behind the wall"
+    """Return how far emulator time is behind real time."""
+    return f"{timing.slipped_ns * 1e-9:.3f} s behind real time"
 
 
 def traffic(buses: Sequence[Bus]) -> str:
-    """Return how many frames went over all buses."""
+    """Return the number of frames on all buses."""
     received, sent, dropped = (
         sum(getattr(bus, name) for bus in buses) for name in ("received", "sent", "dropped")
     )
@@ -141,15 +141,15 @@ def traffic(buses: Sequence[Bus]) -> str:
 
 
 def load(wires: Iterable[TimedWire]) -> str:
-    """Return how loaded buses that take time are; "" where none does."""
+    """Return the load of buses with modelled timing; "" without any."""
     return "".join(f"  load {wire.load:.1%}" for wire in wires)
 
 
 def departures(rigs: Mapping[str, Rig]) -> list[str]:
-    """Return which rods left their strokes, and when."""
+    """Return the actuators whose rods left their strokes, and when."""
     return [
         f"stroke    {name} left it at {rig.left_stroke_ns * 1e-9:.3f} s: [cylinder] end_stops are "
-        "off, and no cylinder is like that"
+        "off, which is possible for no cylinder"
         for name, rig in rigs.items()
         if rig.left_stroke_ns is not None
     ]
@@ -162,13 +162,13 @@ def summary(
     wires: Iterable[TimedWire] = (),
     remarks: Sequence[str] = (),
 ) -> str:
-    """Return how punctual a run was, what went over the buses and how loaded wires were.
+    """Return timing, frames and bus loads of a run as lines.
 
     Args:
-        rig: what ran.
-        timing: how punctual it was.
-        buses: what its frames went over.
-        wires: those of them that take time.
+        rig: the rig or machine.
+        timing: delay and duration of its ticks.
+        buses: the buses of its frames.
+        wires: those with modelled timing.
         remarks: further lines.
 
     """

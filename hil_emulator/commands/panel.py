@@ -13,7 +13,7 @@ def panel(path: Path) -> None:
     """Serve a page until it is interrupted.
 
     Raises:
-        UserError: if there is nothing to show, or nothing to serve it with.
+        UserError: if there is no data to show, or the server is not installed.
 
     """
     require_server()

@@ -1,4 +1,4 @@
-"""How long jobs took on this machine, for those who wait for the next one."""
+"""Durations of former jobs on this machine, to estimate that of the next one."""
 
 import json
 import os
@@ -15,16 +15,16 @@ NAME = "times.json"
 """File in the cache folder: `[work, compiling]` by job."""
 
 KEPT = 200
-"""Jobs that are remembered, the latest (assumed)."""
+"""Number of stored jobs, the latest (assumed)."""
 
 
 @dataclass(frozen=True)
 class Usual:
-    """How long a job takes; None where nobody knows.
+    """Usual duration of a job; None if unknown.
 
     Attributes:
-        work: while nothing is compiled [s].
-        compiling: what that adds where machine code has to be made first [s].
+        work: without compilation [s].
+        compiling: additional time if machine code has to be compiled [s].
 
     """
 
@@ -32,28 +32,28 @@ class Usual:
     compiling: float | None = None
 
     def whole(self, *, compiled: bool) -> float | None:
-        """Return the time from begin to end, with compilation or without [s]."""
+        """Return the whole duration, with compilation or without [s]."""
         if self.work is None or (compiled and self.compiling is None):
             return None
         return self.work + (self.compiling or 0.0) * compiled
 
 
 def job(what: str, files: Iterable[Path]) -> str:
-    """Return what a job is remembered by: the same work on files of the same name and size."""
+    """Return the key of a job: its kind, and names and sizes of its files."""
     return " ".join([what, *(f"{f.name}:{f.stat().st_size}" for f in files if f.is_file())])
 
 
 def recall(name: str) -> Usual:
-    """Return how long a job took last."""
+    """Return the last duration of a job."""
     return Usual(*_all().get(name, ()))
 
 
 def remember(name: str, work: float, compiling: float) -> None:
-    """Keep how long a job took; without compilation, what that took before stays known."""
-    known = _all()
-    before = Usual(*known.pop(name, ()))
-    known[name] = [round(work, 2), round(compiling, 2) or before.compiling]
-    latest = dict(list(known.items())[-KEPT:])
+    """Store the duration of a job; without compilation, the former compilation time is kept."""
+    stored = _all()
+    before = Usual(*stored.pop(name, ()))
+    stored[name] = [round(work, 2), round(compiling, 2) or before.compiling]
+    latest = dict(list(stored.items())[-KEPT:])
     folder = cache_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -61,14 +61,16 @@ def remember(name: str, work: float, compiling: float) -> None:
             json.dump(latest, file, indent=1)
         os.replace(file.name, folder / NAME)
     except OSError:
-        pass  # who cannot keep it waits without knowing
+        pass  # if it cannot be stored, the next job has no estimate
 
 
 def _all() -> dict[str, list[float | None]]:
-    """Return what is remembered; nothing where the file is missing or damaged."""
+    """Return the stored durations; none if the file is missing or damaged."""
     try:
-        found = input_files.read_json(cache_folder() / NAME, input_files.PARAMETERS)
-        return {str(name): [*map(_seconds, pair)] for name, pair in found.items() if len(pair) == 2}
+        stored = input_files.read_json(cache_folder() / NAME, input_files.PARAMETERS)
+        return {
+            str(name): [*map(_seconds, pair)] for name, pair in stored.items() if len(pair) == 2
+        }
     except (UserError, OSError, ValueError, TypeError, AttributeError, OverflowError):
         return {}
 

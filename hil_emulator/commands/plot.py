@@ -20,22 +20,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 USUAL = ("position", "load_force", "pressure_a", "pressure_b", "supply_pressure", "valve_current")
-"""What is drawn when nothing is chosen."""
+"""Default signals of a picture."""
 
 _SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s", "m^3/s": "l/min"}
 
 _QUIET = {"serve", "slipped"}
-"""Events that are not drawn: nothing was done to the rig."""
+"""Events that are not drawn, because they do not act on the rig."""
 
 
 def plot(
     file: Path, names: Sequence[str], picture: Path | None, *, overwrite: bool = False
 ) -> None:
-    """Draw signals of a recording over time, those of one unit together.
+    """Draw signals of a recording over time, one axis per unit.
 
     Raises:
-        UserError: for an unknown signal or a file that cannot be read, exists or cannot be
-            written.
+        UserError: for an unknown signal or a file that cannot be read, exists or cannot be written.
 
     """
     target = picture or file.with_suffix(".png")
@@ -47,7 +46,7 @@ def plot(
 
 
 def drawn(recording: Recording, names: Sequence[str]) -> "Figure":
-    """Return the picture; dots mark what was done to the rig."""
+    """Return the picture; dots mark actions on the rig."""
     units, table = recording.units, recording.table()
     for name in names:
         if name not in units:

@@ -1,4 +1,4 @@
-"""Recording a run: of one actuator, or of each one of a machine in files of its own."""
+"""Recording of a run: of one actuator, or of each one of a machine in its own files."""
 
 import copy
 import re
@@ -26,11 +26,11 @@ from hil_emulator.simulation.rig import Rig
 
 @dataclass(frozen=True)
 class RecordOptions:
-    """How a run is recorded.
+    """Options of a recording.
 
     Attributes:
-        files: for signals and frames, see `recording.exports`; nothing without any.
-        capture: records only what is around a condition, where there is one.
+        files: for signals and frames, see `recording.exports`; no recording without any.
+        capture: condition around which ticks are recorded; None records all.
         required: whether the run ends when the recording does.
         overwrite: whether existing files are replaced.
 
@@ -52,7 +52,7 @@ class RecordOptions:
             check_recording(self.files, overwrite=self.overwrite)
 
     def of_actuator(self, name: str) -> "RecordOptions":
-        """Return how one actuator of several is recorded."""
+        """Return the options for one actuator of several."""
         files = [of_actuator(file, name) for file in self.files]
         return replace(self, files=files, capture=copy.deepcopy(self.capture))
 
@@ -64,13 +64,13 @@ def ordered(
     files: Sequence[Path], required: bool, overwrite: bool, trigger: str | None, before: float,
     after: float,
 ) -> RecordOptions:  # fmt: skip
-    """Return what the command line records.
+    """Return the options of the command line.
 
     Args:
-        files: where to.
+        files: of the recording.
         required: whether the run ends when the recording does.
         overwrite: whether existing files are replaced.
-        trigger: condition around which ticks are recorded; all are without.
+        trigger: condition around which ticks are recorded; without it all are.
         before: time before it [s].
         after: time after it [s].
 
@@ -90,13 +90,13 @@ def ordered(
 def recorded(
     rig: Rig, config: Configuration, options: RecordOptions, supervisor: Supervisor
 ) -> Iterator[None]:
-    """Record what happens meanwhile, where there are files to record into.
+    """Record the run while the context is open, if there are files.
 
     Args:
-        rig: what is recorded.
-        config: what it is.
-        options: how it is recorded.
-        supervisor: watches the process that writes; has its failures at the end.
+        rig: to record.
+        config: of the rig.
+        options: of the recording.
+        supervisor: watches the writing process; reports its failures at the end.
 
     """
     files, capture = options.files, options.capture
@@ -111,7 +111,7 @@ def recorded(
     try:
         yield
     finally:
-        with suppress(HelperFailedError):  # the supervisor raises it, with what else has failed
+        with suppress(HelperFailedError):  # the supervisor raises it together with other failures
             recorder.close()
             fired = capture is None or capture.triggered_ns is not None
             for file in files if recorder.ticks else ():
@@ -123,7 +123,7 @@ def recorded(
 def machine_recorded(
     machine: Machine, settings: MachineSettings, options: RecordOptions, supervisor: Supervisor
 ) -> Iterator[None]:
-    """Record every actuator of a machine; a capture waits for the signals of each by itself."""
+    """Record every actuator of a machine; a capture depends on the signals of each one."""
     with ExitStack() as stack:
         for actuator in settings.actuators:
             rig = machine.rigs[actuator.name]
@@ -133,7 +133,7 @@ def machine_recorded(
 
 
 def check_machine(settings: MachineSettings, options: RecordOptions) -> None:
-    """Refuse files of any actuator that exist or cannot be written, or are those of another.
+    """Refuse files of any actuator that exist or cannot be written, or that coincide.
 
     Raises:
         UserError: names the file, the reason and the way out.
@@ -141,7 +141,7 @@ def check_machine(settings: MachineSettings, options: RecordOptions) -> None:
     """
     names = [of_actuator(Path("run.rec"), a.name) for a in settings.actuators]
     if options.files and len(set(names)) < len(names):
-        raise UserError("two actuators have names too alike for files of their own; rename one")
+        raise UserError("two actuators' names give the same file name; rename one")
     for actuator in settings.actuators:
         options.of_actuator(actuator.name).check()
 

@@ -1,4 +1,4 @@
-"""`hil-emulator replay`: a recorded controller's frames again, and what the emulator says now."""
+"""`hil-emulator replay`: run the recorded frames of a controller again and compare the response."""
 
 import dataclasses
 import itertools
@@ -29,16 +29,16 @@ from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.rig import Rig
 
 LONGEST_NS = 86_400 * 10**9
-"""Of a log that is replayed: a day [ns] (assumed)."""
+"""Longest log that can be replayed: a day [ns] (assumed)."""
 
 _SHOWN = 10  # differing signals that are listed
 
 
 class Script:
-    """A bus that plays recorded frames and keeps what the emulator answers.
+    """A bus that plays recorded frames and discards the emulator's, which the recorder has.
 
     Args:
-        frames: time [ns] and frame of what the emulator received.
+        frames: time [ns] and frame of the emulator's recorded input.
 
     """
 
@@ -50,20 +50,20 @@ class Script:
         self.now_ns = 0
 
     def receive(self) -> list[Frame]:
-        """Return what is left of the frames of this tick."""
+        """Return the remaining frames of this tick."""
         return self._frames.pop(self.now_ns, [])
 
     def take(self, count: int) -> list[Frame]:
-        """Return the next frames of this tick, those that were served before it began."""
+        """Return the next frames of this tick: those that were served before it began."""
         frames = self._frames.get(self.now_ns, [])
         taken, frames[:] = frames[:count], frames[count:]
         return taken
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Let them go: the recorder has them."""
+        """Discard frames: the recorder has them."""
 
     def report(self, error_class: int) -> None:
-        """Let it go: nobody else is there."""
+        """Discard an error: there is no other participant."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class Repetition:
     """A recording and its repetition.
 
     Attributes:
-        recorded: frames the emulator sent then: time [ns] and frame.
-        repeated: those it sent now.
+        recorded: recorded output of the emulator: time [ns] and frame.
+        repeated: output of the repetition.
         deviations: largest difference of each signal that differs, SI.
 
     """
@@ -93,14 +93,14 @@ class Repetition:
 
 
 def replay(file: Path, files: Sequence[Path]) -> bool:
-    """Replay a recording, say where the response differs, and return whether it does not.
+    """Replay a recording, print the differences, and return whether there are none.
 
     Args:
         file: a journal, or a log of frames in a format of `bus.frame_log`.
         files: configuration files; needed for a log, else those of the recording.
 
     Raises:
-        UserError: if the recording or its configuration cannot be had.
+        UserError: if the recording or its configuration cannot be read.
 
     """
     recording, config = _source(file, files)
@@ -111,7 +111,7 @@ def replay(file: Path, files: Sequence[Path]) -> bool:
 
 
 def compare(recording: Recording, config: Configuration) -> Repetition:
-    """Return a recording beside its repetition in lock-step."""
+    """Return a recording together with its repetition in lock-step."""
     script = Script((now, f) for now, sent, f in recording.frames if not sent)
     recorder = MemoryRecorder()
     rig = assemble(config, script, cache_folder(), recorder)
@@ -128,7 +128,7 @@ def compare(recording: Recording, config: Configuration) -> Repetition:
             try:
                 _repeat(rig, script, what, running)
             except (LookupError, TypeError, AttributeError, ValueError):
-                raise UserError(f"what was done at {rig.now_ns * 1e-9:.3f} s is damaged") from None
+                raise UserError(f"the action at {rig.now_ns * 1e-9:.3f} s is damaged") from None
         rig.step()
     repeated = remembered(recorder, recording.header)
     return Repetition(
@@ -139,7 +139,7 @@ def compare(recording: Recording, config: Configuration) -> Repetition:
 
 
 def _repeat(rig: Rig, script: Script, what: dict[str, Any], running: list[Any]) -> None:
-    """Do to the rig again what was done to it then."""
+    """Apply a recorded action to the rig."""
     if "serve" in what:
         rig.serve(script.take(what["serve"]))
         return
@@ -147,7 +147,7 @@ def _repeat(rig: Rig, script: Script, what: dict[str, Any], running: list[Any]) 
         options = dict(what["fault"])
         running.append(rig.fault(options.pop("target"), options.pop("kind"), **options))
     elif what.keys() & {"slipped", "bus_load", "marker"}:
-        pass  # in lock-step there is no wall to fall behind; a load follows from the frames
+        pass  # in lock-step there is no delay; the bus load follows from the frames
     elif "end" in what:
         running[what["end"]].end()
     else:
@@ -188,7 +188,7 @@ def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration
 
 
 def _check_replayable(file: Path, recording: Recording) -> None:
-    """Refuse what does not begin with the start of the emulator."""
+    """Refuse a recording that does not begin with the start of the emulator."""
     trigger = recording.header["capture"]
     if not len(recording.rows):
         reason = f': "{trigger}" never held' if trigger else "; it ended before the first tick"
@@ -200,40 +200,40 @@ def _check_replayable(file: Path, recording: Recording) -> None:
         )
     if mates := recording.header.get("supply_mates"):
         raise UserError(
-            f"{file}: was recorded on a supply shared with {', '.join(mates)}: what they drew is "
-            "not in it, so it cannot be replayed alone"
+            f"{file}: was recorded on a supply shared with {', '.join(mates)}: their flow is not "
+            "recorded, so it cannot be replayed alone"
         )
     if recording.units != columns():
         raise UserError(f"{file}: has other columns than this version records; replay it with its")
 
 
 def _recorded(file: Path, head: dict[str, Any]) -> Configuration:
-    """Return the configuration that a recording carries; that of an older one is read again.
+    """Return the configuration of a recording; that of an older version is read again.
 
-    A recording may come from anybody: an effect file that it names runs only if it is the very
-    one that was recorded.
+    A recording may come from an untrusted source. An effect file that it names runs only if its
+    digest is the recorded one.
     """
     paths = [Path(name) for name in head["files"]]
     if not all(path.is_absolute() for path in paths):
-        raise UserError(f"{file}: does not tell where its configuration was; name the CONFIG")
+        raise UserError(f"{file}: does not name its configuration; name the CONFIG")
     texts = head.get("configuration") or [read_text(path, "configuration") for path in paths]
     if len(texts) != len(paths):
         raise UserError(f"{file}: its configuration is incomplete; name the CONFIG")
 
     def admit(path: Path, content: bytes) -> None:
-        found = digest(content)
-        if found not in head.get("effects", {}):
+        actual = digest(content)
+        if actual not in head.get("effects", {}):
             raise UserError(
                 f"{file}: the effect file {path} is not the one that was recorded; it has not been "
                 "run. Name the CONFIG to replay it with"
             )
-        click.echo(f"runs      {near(path)}, as recorded (sha256 {found[:16]})")
+        click.echo(f"runs      {near(path)}, as recorded (sha256 {actual[:16]})")
 
     return on_bus(load_texts(paths, texts, admit))
 
 
 def _as_recorded(config: Configuration, head: dict[str, Any]) -> Configuration:
-    """Return what an actuator's files describe with what a machine has made of it."""
+    """Return an actuator's configuration with the values that its machine has set."""
     ids = head.get("nodes", [])
     if len(ids) == len(config.nodes):
         pairs = zip(config.nodes, ids, strict=True)
@@ -248,10 +248,10 @@ def _verdict(result: Repetition, recording: Recording) -> str:
     lines = []
     if result.recorded != result.repeated:
         at = result.first()
-        known = {m.identifier: m for m in from_json(recording.header["messages"])}
+        messages = {m.identifier: m for m in from_json(recording.header["messages"])}
         lines.append(f"frame {at + 1} of {len(result.recorded)} differs")
         for name, frames in (("then", result.recorded), ("now", result.repeated)):
-            lines.append(f"  {name:<4}  {_line(frames, at, known)}")
+            lines.append(f"  {name:<4}  {_line(frames, at, messages)}")
     if result.deviations:
         rows = [
             (name, f"{value:.3g}", recording.units[name])
@@ -261,11 +261,11 @@ def _verdict(result: Repetition, recording: Recording) -> str:
     return "\n".join(lines)
 
 
-def _line(frames: Sequence[tuple[int, Frame]], at: int, known: Any) -> str:
+def _line(frames: Sequence[tuple[int, Frame]], at: int, messages: Any) -> str:
     if at >= len(frames):
         return "nothing more"
     now_ns, frame = frames[at]
     return (
         f"{now_ns * 1e-9:.3f} s  {frame.can_id:03X}  {frame.data.hex(' ')}  "
-        f"{describe(frame, known)}"
+        f"{describe(frame, messages)}"
     )

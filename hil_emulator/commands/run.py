@@ -47,13 +47,13 @@ from hil_emulator.simulation.rig import Rig
 
 @dataclass(frozen=True)
 class Operation:
-    """How a run is operated: who may join it, look into it and touch it, and where it is computed.
+    """Access to a run, and its processes.
 
     Attributes:
-        port: TCP port of the bus, in place of the configured one; 0 takes any free one.
-        control: TCP port of the remote control; off without one.
-        panel: how the panel is opened; none without it.
-        processes: into how many several actuators are divided at most, see `run_machine`.
+        port: TCP port of the bus, which replaces the configured one; 0 takes any free one.
+        control: TCP port of the remote control; None without.
+        panel: how the panel is opened; None without.
+        processes: largest number of processes for several actuators, see `run_machine`.
 
     """
 
@@ -76,21 +76,21 @@ def run(
 
     Args:
         files: configuration files, later over earlier.
-        bus: "interface:channel" in place of what the configuration says.
+        bus: "interface:channel", which replaces the configured one.
         clock: "wall", "lockstep" or "follow-sync".
         duration: emulator time to run [s]; None runs until interrupted.
-        recording: how it is recorded; of several actuators each has its own files.
-        faults: what breaks, a line each; see `faults.fault.spoken` and `run_machine.placed`.
-        operation: how it is operated.
+        recording: options of the recording; of several actuators each has its own files.
+        faults: faults, one per line; see `faults.fault.spoken` and `run_machine.placed`.
+        operation: access and processes.
 
     Raises:
-        UserError: for whatever the user can mend.
-        HelperFailedError: at the end, if a helper process has failed; at once, if it is the
-            recording's and that is required.
+        UserError: for every error of the input.
+        HelperFailedError: at the end, if a helper process has failed; at once, if it is that of a
+            required recording.
 
     """
     if clock == "lockstep" and duration is None:
-        raise UserError("the lock-step clock waits for nobody: give it a --duration")
+        raise UserError("the lock-step clock does not wait: add --duration")
     settings = load_machine(files)
     if len(settings.actuators) > 1:
         if bus or operation != Operation(processes=operation.processes):
@@ -100,39 +100,39 @@ def run(
         run_machine(settings, clock, duration, recording, faults, operation.processes)
         return
     recording.check()
-    broken = [spoken(line) for line in faults]
+    injected = [spoken(line) for line in faults]
     config = settings.actuators[0].config
     settings_of_bus = bus_settings(config, bus, operation.port)
     with waiting(PREPARING):
-        prepare(settings, cache_folder())  # before anybody can connect
-    with Supervisor(Terminal().warn) as supervisor, Bus(settings_of_bus) as door:
-        taped = partial(recorded, config=config, options=recording, supervisor=supervisor)
-        _on_bus(door, config, clock, duration, taped, broken, operation, supervisor)
+        prepare(settings, cache_folder())  # before a client can connect
+    with Supervisor(Terminal().warn) as supervisor, Bus(settings_of_bus) as bus_port:
+        recorder = partial(recorded, config=config, options=recording, supervisor=supervisor)
+        _on_bus(bus_port, config, clock, duration, recorder, injected, operation, supervisor)
 
 
 def _on_bus(
-    door: Bus, config: Configuration, clock: str, duration: float | None,
-    taped: Callable[[Rig], AbstractContextManager[object]], broken: Sequence[Fault],
+    bus_port: Bus, config: Configuration, clock: str, duration: float | None,
+    recorder: Callable[[Rig], AbstractContextManager[object]], faults: Sequence[Fault],
     operation: Operation, supervisor: Supervisor,
 ) -> None:  # fmt: skip
-    """Put the rig on the bus, with those who look on, and let its time pass."""
-    follow = FollowSync(door, config.sync_period_ns) if clock == "follow-sync" else None
-    panel = Panel(operation.panel, follow or door) if operation.panel else None
-    rig = assemble(config, panel.hand if panel else follow or door, cache_folder())
+    """Run the rig on its bus, with panel and remote control."""
+    follow = FollowSync(bus_port, config.sync_period_ns) if clock == "follow-sync" else None
+    panel = Panel(operation.panel, follow or bus_port) if operation.panel else None
+    rig = assemble(config, panel.hand if panel else follow or bus_port, cache_folder())
     refuse_collisions("bus", rig.nodes)
     with ExitStack() as stack:
-        stack.enter_context(taped(rig))
+        stack.enter_context(recorder(rig))
         if panel:
-            stack.enter_context(_open(panel, rig, config, door, supervisor))
+            stack.enter_context(_open(panel, rig, config, bus_port, supervisor))
         timing = panel.timing if panel else Timing()
-        handlers = rig_requests(door, timing, supervisor)
+        handlers = rig_requests(bus_port, timing, supervisor)
         server = _control_server(operation.control, handlers, supervisor)
         control_server = stack.enter_context(server)
-        for fault in broken:
+        for fault in faults:
             rig.inject(fault)
         measures = [] if clock == "lockstep" else realtime.apply()
-        click.echo(_banner(config, rig, door, clock, measures))
-        for fault in broken:
+        click.echo(_banner(config, rig, bus_port, clock, measures))
+        for fault in faults:
             click.echo(f"fault     {fault.words}")
         served = [server.serve for server in (control_server, panel) if server]
         pace = _clock(clock, config, follow, rig)
@@ -145,7 +145,7 @@ def _on_bus(
 
         if follow is not None:
             follow.idle = between
-        _live(rig, pace, (ticks, timing, between), door, config)
+        _live(rig, pace, (ticks, timing, between), bus_port, config)
 
 
 def _live(
@@ -155,15 +155,14 @@ def _live(
     bus: Bus,
     config: Configuration,
 ) -> None:
-    """Run with a status line, and tell how it went however it ends.
+    """Run with a status line, and print the summary even after an error.
 
     Args:
-        rig: what is run.
-        clock: when its ticks begin.
-        course: how many there are, what takes down how punctual they were, and what serves helper
-            processes between them.
-        bus: what it is on.
-        config: what it is.
+        rig: to run.
+        clock: decides when its ticks begin.
+        course: number of ticks, their timing, and the service of helper processes between ticks.
+        bus: of the rig.
+        config: of the rig.
 
     """
     ticks, timing, between = course
@@ -187,7 +186,7 @@ def _live(
 def _open(
     panel: Panel, rig: Rig, config: Configuration, bus: Bus, supervisor: Supervisor
 ) -> Iterator[None]:
-    """Show the run in a browser meanwhile."""
+    """Show the run in a browser while the context is open."""
     rig.recorder = Recorders(rig.recorder, panel.publisher) if rig.recorder else panel.publisher
     try:
         click.echo(f"panel     {panel.open(rig, config, bus, supervisor)}")
@@ -200,7 +199,7 @@ def _open(
 def _control_server(
     port: int | None, handlers: Handlers, supervisor: Supervisor
 ) -> Iterator[ControlServer | None]:
-    """Serve the remote control meanwhile, where there is a port for it."""
+    """Serve the remote control while the context is open, if it has a port."""
     if port is None:
         yield None
         return
@@ -216,16 +215,16 @@ def _control_server(
 def operation(
     port: int | None, control: int | None, panel: str | None, processes: int | None
 ) -> Operation:
-    """Return what the command line opens.
+    """Return the options of the command line.
 
     Args:
         port: of the bus.
         control: port of the remote control.
-        panel: "full", "view only", or nothing.
+        panel: "full", "view only", or "".
         processes: see `Operation`.
 
     Raises:
-        UserError: if what the panel needs is not installed.
+        UserError: if the panel's packages are not installed.
 
     """
     if panel:
@@ -237,10 +236,10 @@ def operation(
 def bus_settings(
     config: Configuration, override: str | None, port: int | None = None
 ) -> Mapping[str, Any]:
-    """Return the `[bus]` table, or what `--bus interface:channel` and `--port` make of it.
+    """Return the `[bus]` table, changed by `--bus interface:channel` and `--port`.
 
     Raises:
-        UserError: for a `--bus` that cannot be read, or a `--port` where none is listened on.
+        UserError: for an unreadable `--bus`, or a `--port` for a bus without one.
 
     """
     chosen = config.bus if override is None else _other_bus(config, override)
@@ -262,7 +261,7 @@ def _other_bus(config: Configuration, override: str) -> Mapping[str, Any]:
 def _clock(name: str, config: Configuration, follow: FollowSync | None, rig: Rig) -> Clock:
     if follow is not None:
         follow.serve = rig.serve
-        rig.serve(())  # the boot-up messages: a node answers nothing before them
+        rig.serve(())  # the boot-up messages: a node does not answer before them
         return follow
     return LockStep() if name == "lockstep" else WallClock(config.tick_ns)
 

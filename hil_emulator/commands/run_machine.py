@@ -27,20 +27,20 @@ def run_machine(
     faults: Sequence[str] = (),
     processes: int | None = None,
 ) -> None:
-    """Run several actuators; those that share neither bus nor supply can have cores of their own.
+    """Run several actuators; those that share neither bus nor supply can have separate processes.
 
     Args:
         settings: the machine.
         clock: see `MachineRun`.
         duration: see `MachineRun`.
         recording: see `MachineRun`.
-        faults: what breaks, a line each; see `placed`.
-        processes: into how many it is divided at most; by default as many as there are cores.
+        faults: faults, one per line; see `placed`.
+        processes: largest number of processes; by default the number of cores.
 
     Raises:
-        UserError: for whatever the user can mend.
+        UserError: for every error of the input.
         PlantFailedError: at the end, if an FMU failed meanwhile.
-        HelperFailedError: see `run_part`; also if a part's process has ended by itself.
+        HelperFailedError: see `run_part`; also if the process of a part has ended.
 
     """
     if clock == "follow-sync":
@@ -51,7 +51,7 @@ def run_machine(
     order = MachineRun(clock, duration, recording, broken)
     check_machine(settings, recording)
     with waiting(PREPARING):
-        prepare(settings, cache_folder())  # before anybody can connect, once for all processes
+        prepare(settings, cache_folder())  # before a client can connect, once for all processes
     click.echo(f"hil-emulator {__version__}  {len(settings.actuators)} actuators")
     divided = parts(settings, processes or usable_cores())
     if len(divided) > 1:
@@ -61,10 +61,10 @@ def run_machine(
 
 
 def placed(line: str, names: Sequence[str]) -> tuple[str, Fault]:
-    """Return whom a fault befalls, and the fault: `hip.pressure_a offset value="3 bar"`.
+    """Return the actuator and the fault of a line such as `hip.pressure_a offset value="3 bar"`.
 
     Raises:
-        UserError: for a line that names no actuator, or a fault that cannot be.
+        UserError: for a line without an actuator, or with an impossible fault.
 
     """
     for name in names:

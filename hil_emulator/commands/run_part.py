@@ -1,4 +1,4 @@
-"""A part of a machine in one process: all of it, or what shares nothing with the rest."""
+"""A part of a machine in one process: the whole machine, or an independent group of actuators."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
@@ -10,7 +10,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.check import refuse_collisions
 from hil_emulator.commands.live import (
     FOREVER,
-    Teller,
+    StatusOutput,
     departures,
     keep_running,
     load,
@@ -31,13 +31,13 @@ from hil_emulator.simulation.not_finite import PlantFailedError
 
 @dataclass(frozen=True)
 class MachineRun:
-    """How several actuators are run.
+    """Options of a run of several actuators.
 
     Attributes:
         clock: "wall" or "lockstep".
         duration: emulator time to run [s]; None runs until interrupted.
-        recording: how it is recorded; the files of each actuator have its name besides.
-        faults: what breaks, each with the name of the actuator that it befalls.
+        recording: options of the recording; the files of each actuator carry its name.
+        faults: pairs of an actuator's name and a fault.
 
     """
 
@@ -48,20 +48,20 @@ class MachineRun:
 
 
 def run_part(
-    settings: MachineSettings, order: MachineRun, teller: Teller, begin: Callable[[], None]
+    settings: MachineSettings, order: MachineRun, teller: StatusOutput, begin: Callable[[], None]
 ) -> None:
     """Run a part of a machine, whose models are compiled.
 
     Args:
         settings: the part.
-        order: how the machine is run; faults of actuators elsewhere are not its concern.
-        teller: where it tells how it is.
-        begin: called once everything is there; the first tick follows.
+        order: options of the run; faults of other actuators are ignored.
+        teller: output of the status.
+        begin: called when all is assembled; the first tick follows.
 
     Raises:
-        UserError: for whatever the user can mend.
+        UserError: for every error of the input.
         PlantFailedError: at the end, if an FMU failed meanwhile.
-        HelperFailedError: at the end, if a recording is not whole; at once, if it is required.
+        HelperFailedError: at the end, if a recording is incomplete; at once, if it is required.
 
     """
     tick_ns = settings.actuators[0].config.tick_ns
@@ -123,5 +123,5 @@ def _status(machine: Machine, timing: Timing, buses: Sequence[Bus]) -> str:
     positions = "  ".join(
         f"{name} {rig.plant.signals.position * 1e3:.1f} mm" for name, rig in machine.rigs.items()
     )
-    told = f"{load(machine.wires.values())}  late {timing.overruns}"
-    return f"{machine.now_ns * 1e-9:9.1f} s  {positions}  {traffic(buses)}{told}"
+    rest = f"{load(machine.wires.values())}  late {timing.overruns}"
+    return f"{machine.now_ns * 1e-9:9.1f} s  {positions}  {traffic(buses)}{rest}"

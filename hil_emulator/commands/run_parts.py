@@ -1,4 +1,4 @@
-"""The parts of a machine that share nothing, each run in a process of its own."""
+"""Independent parts of a machine, each run in a process of its own."""
 
 import io
 import signal
@@ -18,31 +18,31 @@ from hil_emulator.platform.helper_process import HelperFailedError
 from hil_emulator.platform.worker import Worker
 
 GO = "go"
-"""What a worker waits for once its part is assembled: all begin together."""
+"""Message for which an assembled worker waits, so that all begin together."""
 
 
 def run_parts(parts: Sequence[MachineSettings], order: MachineRun) -> None:
     """Run the parts of a machine, whose models are compiled, until all have ended.
 
-    Where one ends with an error, the others are stopped.
+    If one ends with an error, the others are stopped.
 
     Raises:
-        UserError: the first of the errors that parts have ended with.
+        UserError: the first of the parts' errors.
 
     """
-    foreman = Foreman(parts, order)
+    foreman = WorkerGroup(parts, order)
     for ending in (signal.SIGINT, signal.SIGTERM):
         signal.signal(ending, lambda *_: foreman.stop())
     foreman.watch()
     foreman.conclude()
 
 
-class Foreman:
-    """Watches the processes, and tells the terminal what they tell.
+class WorkerGroup:
+    """Watches the processes, and prints their messages.
 
     Args:
         parts: of the machine.
-        order: how they are run.
+        order: options of the run.
 
     """
 
@@ -59,22 +59,22 @@ class Foreman:
         self._stopped = False
 
     def watch(self) -> None:
-        """Take what the processes tell until all have ended."""
+        """Handle the processes' messages until all have ended."""
         while self._open:
             for line in wait(self._open):
                 assert isinstance(line, Connection)
-                self._hear(line, self._open[line])
+                self._handle(line, self._open[line])
         self._terminal.end()
 
     def stop(self) -> None:
-        """Ask every process to end, once: the second time would disturb its end."""
+        """Request the end of every process, once: a second request would disturb the end."""
         if not self._stopped:
             self._stopped = True
             for worker in self._workers:
                 worker.stop()
 
     def conclude(self) -> None:
-        """Print how each part went; raise the first error that ended the run, or all others."""
+        """Print each part's summary; raise the first error that ended the run, or all others."""
         for worker in self._workers:
             worker.join()
         self._print(self._said)
@@ -84,7 +84,7 @@ class Foreman:
         if self._errors:
             raise HelperFailedError("\n".join(map(str, self._errors)))
 
-    def _hear(self, line: Connection, i: int) -> None:
+    def _handle(self, line: Connection, i: int) -> None:
         try:
             kind, content = line.recv()
         except (EOFError, OSError):
@@ -107,7 +107,7 @@ class Foreman:
             case "over":
                 del self._open[line]
                 self._said[i], error = content
-                if type(error) is HelperFailedError:  # at the end of a part that went on
+                if type(error) is HelperFailedError:  # at the end of a part that continued
                     self._errors.append(error)
                 elif error:
                     self._fail(error)
@@ -118,7 +118,9 @@ class Foreman:
             self._print(self._banners)
             click.echo("Ctrl-C ends.")
             for worker in self._workers:
-                with suppress(OSError):  # one that has gone is missed when it is heard
+                with suppress(
+                    OSError
+                ):  # a process that has ended is noticed when its message is read
                     worker.line.send(GO)
 
     def _print(self, texts: Sequence[str]) -> None:
@@ -131,47 +133,47 @@ class Foreman:
         self.stop()
 
 
-class Messenger:
-    """Tells who watches over a worker what a terminal would be told."""
+class StatusForwarder:
+    """Forwards a worker's status lines to its supervisor."""
 
     def __init__(self, line: Connection) -> None:
         self._line = line
         self.live = sys.stderr.isatty()
 
     def ready(self) -> None:
-        """Tell that the first frame is out."""
+        """Report that the first frame has been sent."""
         self._line.send(("ready", None))
 
     def show(self, status: str) -> None:
-        """Show how it stands."""
+        """Forward the status."""
         self._line.send(("status", status))
 
     def warn(self, text: str) -> None:
-        """Warn of something."""
+        """Forward a warning."""
         self._line.send(("warning", text))
 
     def end(self) -> None:
-        """Let the part end in its own time: what stops it now would disturb its end."""
+        """Ignore signals from now on: they would disturb the end of the part."""
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
 def _work(part: MachineSettings, order: MachineRun, line: Connection) -> None:
-    """Run a part; what it prints goes along the line, before it begins and at its end."""
-    said = io.StringIO()
+    """Run a part; its output is sent along the line, before the first tick and at the end."""
+    output = io.StringIO()
 
     def begin() -> None:
-        line.send(("assembled", said.getvalue()))
-        said.seek(0)
-        said.truncate()
+        line.send(("assembled", output.getvalue()))
+        output.seek(0)
+        output.truncate()
         line.recv()
 
     error: UserError | None = None
-    with redirect_stdout(said):
+    with redirect_stdout(output):
         try:
-            run_part(part, order, Messenger(line), begin)
+            run_part(part, order, StatusForwarder(line), begin)
         except HelperFailedError as raised:
             error = raised
         except UserError as raised:
             error = UserError(str(raised))
             error.exit_code = raised.exit_code
-    line.send(("over", (said.getvalue(), error)))
+    line.send(("over", (output.getvalue(), error)))

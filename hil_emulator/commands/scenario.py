@@ -1,4 +1,4 @@
-"""`hil-emulator scenario`: run scenarios, say how they went, write reports."""
+"""`hil-emulator scenario`: run scenarios, print the results, write reports."""
 
 from collections.abc import Sequence
 from pathlib import Path

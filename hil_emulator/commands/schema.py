@@ -1,4 +1,4 @@
-"""`hil-emulator schema`: what editors of TOML complete and check by."""
+"""`hil-emulator schema`: the JSON Schema for editors of TOML."""
 
 import json
 from pathlib import Path
@@ -21,4 +21,4 @@ def schema(what: str, out: Path | None, *, overwrite: bool = False) -> None:
         click.echo(text)
         return
     write_texts({out: text + "\n"}, overwrite=overwrite)
-    click.echo(f'written to {out}; a file beside it begins with "#:schema ./{out.name}"')
+    click.echo(f'written to {out}; a file in the same folder begins with "#:schema ./{out.name}"')

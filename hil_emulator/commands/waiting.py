@@ -1,4 +1,4 @@
-"""What takes longer than a moment says what it is, how long it has been at it and what is left."""
+"""Progress line of a long job: its name, the time so far and the time left."""
 
 import sys
 import threading
@@ -15,20 +15,20 @@ from hil_emulator.commands.past_times import Usual, job, recall, remember
 PREPARING = "preparing the model"
 
 SILENT = 2.0
-"""What is over within this time need not be told [s]."""
+"""Duration up to which no line is shown [s]."""
 
 _EVERY = {True: 1.0, False: 10.0}
-"""Time between two words [s]: on a terminal, which is rewritten, and elsewhere."""
+"""Time between two lines [s]: on a terminal, where the line is rewritten, and elsewhere."""
 
 
 @contextmanager
 def waiting(what: str, files: Sequence[Path] = (), *, json: bool = False) -> Iterator["Progress"]:
-    """Tell on stderr how long something still takes, once it has taken over `SILENT`.
+    """Show on stderr how long a job still takes, once it has taken longer than `SILENT`.
 
     Args:
-        what: it is, such as "characterise all".
-        files: what else decides how long it takes.
-        json: whether a program reads the output: then only a terminal is told.
+        what: the job, such as "characterise all".
+        files: files on which the duration depends.
+        json: whether a program reads the output; then the line is shown on a terminal only.
 
     """
     name = job(what, files)
@@ -43,18 +43,18 @@ def waiting(what: str, files: Sequence[Path] = (), *, json: bool = False) -> Ite
 
 
 class Progress:
-    """One line that is rewritten; what is said meanwhile stands above it.
+    """A line that is rewritten; messages are printed above it.
 
     Args:
         what: see `waiting`.
-        usual: how long it took last.
-        compilation: hears when numba begins and ends to compile.
+        usual: last duration of the job.
+        compilation: notified when numba begins and ends to compile.
 
     """
 
     def __init__(self, what: str, usual: Usual, compilation: RecordingListener) -> None:
         self._what, self._usual, self._compilation = what, usual, compilation
-        self._begin = time.time()  # numba's events have this clock
+        self._begin = time.time()  # the clock of numba's events
         self._terminal = sys.stderr.isatty()
         self._writing = threading.Lock()
 
@@ -64,20 +64,20 @@ class Progress:
         return time.time() - self._begin
 
     def say(self, text: str) -> None:
-        """Print a line of its own on stderr."""
+        """Print a line above the progress line on stderr."""
         with self._writing:
             self._erase()
             click.echo(text, err=True)
 
     def line(self) -> str:
-        """Return what is going on, for how long, and what is left."""
+        """Return the job, the time so far and the time left."""
         spent, busy = compilation_of(self._compilation)
         what = f"{self._what}: compiling, once on this machine" if busy else self._what
         return f"{what}; {left(self.passed, self._usual.whole(compiled=spent > 0.0))}"
 
     @contextmanager
     def shown(self, silent: bool) -> Iterator[None]:
-        """Show the line meanwhile."""
+        """Show the line while the context is open."""
         over = threading.Event()
         teller = threading.Thread(target=self._tell, args=(over,), daemon=True)
         if not silent:
@@ -106,7 +106,7 @@ class Progress:
 
 
 def left(passed: float, usual: float | None) -> str:
-    """Return in words how long something has taken and what is left [s]."""
+    """Return the time so far and the time left [s] in words."""
     if usual is None:
         return f"{passed:.0f} s, time left unknown: not done here before"
     if usual <= passed:
@@ -115,9 +115,9 @@ def left(passed: float, usual: float | None) -> str:
 
 
 def compilation_of(heard: RecordingListener) -> tuple[float, bool]:
-    """Return for how long numba has compiled [s], and whether it does at present.
+    """Return the time that numba has compiled [s], and whether it compiles now.
 
-    One function is compiled while another one is: the outermost counts.
+    Compilations are nested: the outermost one counts.
     """
     depth, total, begin = 0, 0.0, 0.0
     for at, event in list(heard.buffer):

@@ -1,1 +1,1 @@
-"""Faults in emulator time: one vocabulary, four layers, each ends as if it had never been."""
+"""Faults in emulator time: kinds, targets, and their effect on a running rig."""

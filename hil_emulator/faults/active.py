@@ -1,4 +1,4 @@
-"""The faults of a running rig: when each begins and ends, and what it does meanwhile."""
+"""The faults of a running rig: begin, end and effect of each."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -25,24 +25,24 @@ from hil_emulator.model.sampling import Sensors
 from hil_emulator.model.sensors import CHANNELS
 
 MOST = 64
-"""Faults at a time (assumed)."""
+"""Largest number of faults at a time (assumed)."""
 
 MOST_FRAMES = 1000
-"""Frames of a tick that faults pass on; a bus carries about 20 in a millisecond (assumed)."""
+"""Largest number of frames per tick after faults; a bus carries about 20 per ms (assumed)."""
 
 
 class Faults:
     """All faults of a rig.
 
-    The rig asks at four points of a tick; without faults each is one comparison.
+    The rig calls it at four points of a tick; without faults each call is one comparison.
 
     Args:
         plant: its parameters and its coil current can be faulty.
-        sensors: their readings can be.
-        nodes: their connections can be.
+        sensors: their readings can be faulty.
+        nodes: their connections and objects can be faulty.
         value: returns the present value of a signal, for conditions.
-        on_begin: told of each fault that begins.
-        on_end: told of each fault that has ended.
+        on_begin: called with each fault that begins.
+        on_end: called with each fault that has ended.
 
     """
 
@@ -81,15 +81,15 @@ class Faults:
     def inject(
         self, fault: Fault, now_ns: int, value: Callable[[str], float] | None = None
     ) -> Running:
-        """Let a fault begin with the next tick, or when its start and condition say.
+        """Schedule a fault for the next tick, or for its start and condition.
 
         Args:
-            fault: what breaks.
+            fault: to inject.
             now_ns: present time [ns].
-            value: returns the signals of its condition; those of this rig without.
+            value: returns the signals of its condition; by default those of this rig.
 
         Raises:
-            UserError: if there are `MOST` already, as each takes time of every tick.
+            UserError: if there are `MOST` already, because each takes time in every tick.
 
         """
         if len(self.injected) >= MOST:
@@ -101,7 +101,7 @@ class Faults:
         return running
 
     def schedule(self, now_ns: int) -> None:
-        """Begin and end what is due at this tick."""
+        """Begin and end the faults that are due at this tick."""
         if not self.active:
             return
         for running in list(self._waiting):
@@ -130,7 +130,7 @@ class Faults:
             plant_.inputs.valve_current = change(float(plant_.inputs.valve_current), share)
 
     def sensed(self, now_ns: int, measured: Measured) -> Measured:
-        """Return what the sensors report in place of what they should."""
+        """Return the readings with the sensors' faults."""
         if not self._samples:
             return measured
         values, ranges = list(measured.values), list(measured.overrange)
@@ -139,7 +139,7 @@ class Faults:
         return Measured(values, ranges)
 
     def arriving(self, now_ns: int, node: Node, given: Sequence[Frame]) -> Sequence[Frame]:
-        """Return what reaches a node of the frames that came."""
+        """Return the frames that reach a node."""
         if not self.active:
             return given
         passed = [f for owner, inward, _ in self._freed if owner is node for f in inward]
@@ -150,7 +150,7 @@ class Faults:
         return passed
 
     def leaving(self, now_ns: int, node: Node, given: Sequence[Frame]) -> Sequence[Frame]:
-        """Return what reaches the bus of the frames that a node sends."""
+        """Return the frames of a node that reach the bus."""
         if not self.active:
             return given
         passed = [f for owner, _, outward in self._freed if owner is node for f in outward]
@@ -181,7 +181,7 @@ class Faults:
                 node.raise_error(running, *emergency)
 
     def _apply(self, running: Running) -> None:
-        """Let the fault's kind say what it does, and put that where it acts."""
+        """Begin the effect of a fault in its layer."""
         fault, kind = running.fault, running.fault.kind
         if isinstance(kind, PlantFaultKind):
             self._changes.append((running, kind.parameter, kind.begin(**fault.values)))
@@ -192,7 +192,7 @@ class Faults:
             place = Place(at, upper, self._channels)
             self._samples.append((running, kind.begin(place, **fault.values)))
         elif isinstance(kind, ObjectFaultKind):
-            for node, entry in self.befallen(fault):
+            for node, entry in self.targeted(fault):
                 distortion = Distortion(entry, _distorting(running, kind.begin(**fault.values)))
                 node.distortions.append(distortion)
                 self._objects.append((running, node, distortion))
@@ -202,12 +202,12 @@ class Faults:
                 act = kind.begin(connection(node, fault.thing), **fault.values)
                 self._frames.append((running, node, act))
 
-    def befallen(self, fault: Fault) -> list[tuple[Node, Entry]]:
-        """Return the objects, with their nodes, that a fault of objects befalls."""
+    def targeted(self, fault: Fault) -> list[tuple[Node, Entry]]:
+        """Return the objects, with their nodes, that a fault targets."""
         at = place(fault.thing)
         nodes = [n for n in self._nodes if fault.node in (None, n.node_id)]
-        found = [(n, n.dictionary.get(*at)) for n in nodes] if at else []
-        return [(n, entry) for n, entry in found if entry is not None and entry.type.numeric]
+        objects = [(n, n.dictionary.get(*at)) for n in nodes] if at else []
+        return [(n, entry) for n, entry in objects if entry is not None and entry.type.numeric]
 
     def _end(self, running: Running) -> None:
         self._on_end(running)
@@ -232,12 +232,12 @@ class Faults:
 
 
 def _distorting(running: Running, wrong: Wrong) -> Callable[[int, float], float]:
-    """Return what an object shows at a time in place of a value."""
+    """Return a function that distorts the value of an object."""
     return lambda now_ns, value: wrong(running.strength(now_ns), value)
 
 
 def _upper_ends(plant_: Plant, sensors: Sensors) -> dict[str, float]:
-    """Return the upper end of each channel's measuring range; its span where it has none."""
+    """Return the upper end of each channel's measuring range; its span if it has none set."""
     records = sensors.parameters.view(plant_.kernel.channel)
     ends = [float(record.measuring_range_upper) for record in records]
     return {c.name: e if math.isfinite(e) else c.span for c, e in zip(CHANNELS, ends, strict=True)}

@@ -1,4 +1,4 @@
-"""Every kind of fault: the one table that Python, scenario files and command line share."""
+"""Every kind of fault: the table that Python, scenario files and the command line share."""
 
 from hil_emulator.faults import coil, frames, objects, plant, sensor
 from hil_emulator.faults.declare import FaultKind

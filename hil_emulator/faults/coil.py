@@ -1,4 +1,4 @@
-"""Electrical faults: what becomes of the current through the valve's coil."""
+"""Electrical faults of the current through the valve's coil."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a bus fault befalls: the connection of one node, and the messages on it by name."""
+"""Targets of bus faults: the connection of one node, and the messages on it by name."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -22,8 +22,8 @@ class NodeConnection(NamedTuple):
     """The connection of a node.
 
     Attributes:
-        node: whose it is.
-        chosen: which frames on it a fault can befall.
+        node: at its end.
+        chosen: selects the frames that a fault acts on.
 
     """
 
@@ -32,7 +32,7 @@ class NodeConnection(NamedTuple):
 
 
 def connection(node: Node, target: str) -> NodeConnection:
-    """Return a node's connection and which frames a target means; COB-IDs are those in use now."""
+    """Return a node's connection and the frames of a target; COB-IDs are the present ones."""
     if target in (BUS, NODE):
         return NodeConnection(node, lambda frame: True)
     named = message_ids(node).get(target, set())

@@ -1,8 +1,8 @@
-"""What a kind of fault *is*: where it acts, what it can befall, its parameters.
+"""Declaration of a kind of fault: where it acts, its targets, its parameters.
 
-A kind is one decorated function in the file of its layer: `plant`, `coil`, `sensor`, `frames`.
-The catalogue, the checks of what is said, the printed table and the parametrised tests are derived
-from it. The defaults are assumed: clearly visible on the reference machine, and survivable.
+A kind is one decorated function in the file of its layer: `plant`, `coil`, `sensor`, `frames`. The
+catalogue, the checks of arguments, the printed table and the parametrised tests are derived from
+it. The defaults are assumed: clearly visible on the reference machine, and survivable.
 """
 
 import inspect
@@ -44,10 +44,10 @@ class FaultParam:
     """A parameter of a kind of fault.
 
     Attributes:
-        name: what the user writes.
+        name: as the user writes it.
         unit: SI unit, or SPAN, SPAN_PER_SECOND, TEXT.
-        meaning: one line for the reader of a table.
-        default: value when nothing is said, SI; None makes it required.
+        meaning: one line for tables.
+        default: SI; None makes it required.
         low: smallest allowed value, in `unit`.
         high: largest allowed value, in `unit`.
         shown: the unit engineers write it in.
@@ -65,18 +65,16 @@ class FaultParam:
 
 @dataclass(frozen=True)
 class FaultKind:
-    """A kind of fault: what it does, with what can be said about it.
-
-    Each layer has its own sort, with what `begin` returns there.
+    """A kind of fault with its parameters; each layer has a subclass.
 
     Attributes:
-        begin: called when a fault of this kind begins, with what its layer hands it (`given`) and
-            then the values of its parameters; returns what the fault does while it lasts. Its name
-            is the kind's, its docstring the meaning.
-        targets: what it can befall; `MESSAGE` stands for any message on the bus.
-        params: what can be said about it.
-        probability: of its acting, per frame or tick, when nothing is said.
-        emergency: what every node reports while it lasts.
+        begin: called when a fault of this kind begins, with the objects of its layer (`given`) and
+            the values of its parameters; returns the effect while it lasts. Its name is the
+            kind's, its docstring the meaning.
+        targets: possible targets; `MESSAGE` stands for any message on the bus.
+        params: its parameters.
+        probability: default probability that it acts, per frame or tick.
+        emergency: reported by every node while it lasts.
 
     """
 
@@ -91,17 +89,19 @@ class FaultKind:
 
     def __post_init__(self) -> None:
         takes = tuple(inspect.signature(self.begin).parameters)
-        said = (*self.given, *(p.name for p in self.params))
-        if takes != said:
-            raise DeclarationError(f"fault '{self.name}' takes {takes}, but it is given {said}")
+        arguments = (*self.given, *(p.name for p in self.params))
+        if takes != arguments:
+            raise DeclarationError(
+                f"fault '{self.name}' takes {takes}, but it is given {arguments}"
+            )
 
     @property
     def name(self) -> str:
-        """What the user writes; a function gets an underscore where Python has a word like it."""
+        """As the user writes it: without the underscore after a Python keyword."""
         return self.begin.__name__.rstrip("_")
 
     @property
     def meaning(self) -> str:
-        """One line for the reader of a table."""
+        """One line for tables."""
         line = (inspect.getdoc(self.begin) or "").partition("\n")[0].rstrip(".")
         return line[:1].lower() + line[1:]

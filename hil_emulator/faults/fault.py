@@ -1,4 +1,4 @@
-"""One fault as the user says it: checked, in SI, with its place in time."""
+"""One fault as the user wrote it: checked, in SI, with its place in time."""
 
 import contextlib
 import difflib
@@ -32,7 +32,7 @@ OPTIONS = {
     "duration": "how long it lasts, such as `500 ms`; without it until it is ended",
     "ramp": "time over which it grows to its full strength, such as `1 s`",
     "probability": "probability that it acts, per frame on the bus and per tick elsewhere",
-    "seed": "seed of that chance",
+    "seed": "seed of the random numbers for this probability",
     "condition": "it begins when this first holds, such as `position > 60 mm`",
 }
 """Meaning of the options that every fault has besides the parameters of its kind."""
@@ -45,20 +45,20 @@ _CHANNELS = {c.name: c for c in CHANNELS}
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault: what befalls what, when and how.
+    """A fault: target, kind, parameters and time.
 
     Attributes:
-        target: what it befalls.
-        kind: what happens to it.
+        target: what fails.
+        kind: of the fault.
         values: the kind's parameters, SI.
-        start_ns: when it may begin, counted from when it is injected.
+        start_ns: when it may begin, counted from its injection.
         duration_ns: how long it lasts from its beginning; None until it is ended.
         ramp_ns: time over which it grows to its full strength.
         probability: of its acting, per frame on the bus, per tick elsewhere.
-        seed: decides the chances that are taken.
-        condition: begins only when this first holds.
-        said: the arguments as the user gave them, for the record.
-        node: the one node it befalls, of those that it could; None for all.
+        seed: of the random numbers.
+        condition: it begins when this first holds.
+        arguments: as the user gave them, for the record.
+        node: the only node that it acts on; None for all.
 
     """
 
@@ -71,38 +71,38 @@ class Fault:
     probability: float = 1.0
     seed: int = 1
     condition: Condition | None = None
-    said: Mapping[str, Any] = field(default_factory=dict)
+    arguments: Mapping[str, Any] = field(default_factory=dict)
     node: int | None = None
 
     @property
     def thing(self) -> str:
-        """The target without the node it belongs to, such as "tpdo1"."""
+        """The target without its node, such as "tpdo1"."""
         return _thing(self.target)
 
     @property
     def words(self) -> str:
-        """The fault with every value, also those that nobody said."""
-        told = []
+        """The fault with every value, also the default ones."""
+        parts = []
         for param in self.kind.params:
             _, unit, shown = measure(self.target, self.kind, param)
             value = self.values[param.name]
             text = str(value) if param.unit == TEXT else show(value, unit, shown)
-            told.append(f"{param.name} {text}{'' if param.name in self.said else ' (usual)'}")
-        told += [f"{name} {self.said[name]}" for name in OPTIONS if name in self.said]
-        return ", ".join([f"{self.target} {self.kind.name}", *told])
+            parts.append(f"{param.name} {text}{'' if param.name in self.arguments else ' (usual)'}")
+        parts += [f"{name} {self.arguments[name]}" for name in OPTIONS if name in self.arguments]
+        return ", ".join([f"{self.target} {self.kind.name}", *parts])
 
     def __str__(self) -> str:
-        return fault_words(self.target, self.kind.name, self.said)
+        return fault_words(self.target, self.kind.name, self.arguments)
 
 
 def _thing(target: str) -> str:
-    """Return what a target means without its node: "node5.tpdo1" is "tpdo1", "node5" is "node"."""
+    """Return a target without its node: "node5.tpdo1" is "tpdo1", "node5" is "node"."""
     match = _OF_NODE.fullmatch(target)
     return target if match is None else match[2] or NODE
 
 
 def targets() -> list[str]:
-    """Return everything that faults can befall, objects by an example."""
+    """Return all targets, objects by an example."""
     plain = {t for k in KINDS for t in k.targets if t not in (MESSAGE, BUS, NODE, OBJECT)}
     return [*_CHANNELS, *sorted(plain - _CHANNELS.keys()), BUS, NODE, *MESSAGES, EXAMPLE]
 
@@ -129,7 +129,7 @@ def fault(target: str, kind: str, /, **options: Any) -> Fault:
             `probability`, `seed`, `condition`.
 
     Raises:
-        UserError: for a target, kind or option that does not exist: lists those that do.
+        UserError: for an unknown target, kind or option; lists those that exist.
 
     """
     for what in (target, kind, *options.values()):
@@ -142,7 +142,7 @@ def fault(target: str, kind: str, /, **options: Any) -> Fault:
             f"fault {target}: a node has messages and objects only; write {_thing(target)}"
         )
     if not possible:
-        raise UserError(f"fault: no '{brief(target)}' to befall{_meant(target, targets())}")
+        raise UserError(f"fault: unknown target '{brief(target)}'{_meant(target, targets())}")
     kind = brief(kind)
     if kind not in possible:
         raise UserError(f"fault: {target} cannot have '{kind}'{_meant(kind, possible)}")
@@ -156,14 +156,14 @@ def fault(target: str, kind: str, /, **options: Any) -> Fault:
     match = _OF_NODE.fullmatch(target)
     node = int(match[1]) if match else None
     common = _common(chosen, options)
-    return Fault(target, chosen, values, said=dict(options), node=node, **common)
+    return Fault(target, chosen, values, arguments=dict(options), node=node, **common)
 
 
 def spoken(text: str) -> Fault:
     """Return the fault of one line, such as `pressure_a offset value="3 bar" start="2 s"`.
 
     Raises:
-        UserError: for a line that cannot be read, or a fault that cannot be.
+        UserError: for a line that cannot be read, or an impossible fault.
 
     """
     try:
@@ -178,22 +178,22 @@ def spoken(text: str) -> Fault:
 
 
 def _common(kind: FaultKind, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what every fault can be told."""
+    """Return the options that every fault has."""
     times = {name: _time(name, options[name]) for name in _TIMES if name in options}
-    found: dict[str, Any] = {f"{name}_ns": value for name, value in times.items()}
+    common: dict[str, Any] = {f"{name}_ns": value for name, value in times.items()}
     probability = options.get("probability", kind.probability)
     try:
-        found["probability"] = float(probability)
-        found["seed"] = int(options.get("seed", 1))
+        common["probability"] = float(probability)
+        common["seed"] = int(options.get("seed", 1))
     except (TypeError, ValueError, OverflowError):
         raise UserError("fault: probability and seed are plain numbers") from None
-    if not 0.0 <= found["probability"] <= 1.0:
+    if not 0.0 <= common["probability"] <= 1.0:
         raise UserError(f"fault: probability {brief(probability)} is not between 0 and 1")
-    if not 0 <= found["seed"] <= _LARGEST_SEED:
+    if not 0 <= common["seed"] <= _LARGEST_SEED:
         raise UserError("fault: the seed is not between 0 and 2^64 - 1")
     if options.get("condition"):
-        found["condition"] = condition.parse(str(options["condition"]))
-    return found
+        common["condition"] = condition.parse(str(options["condition"]))
+    return common
 
 
 def _time(name: str, text: object) -> int:
@@ -209,7 +209,7 @@ def _time(name: str, text: object) -> int:
 
 
 def measure(target: str, kind: FaultKind, param: FaultParam) -> tuple[float, str, str]:
-    """Return what a parameter is counted in: a factor, its SI unit, the one that is shown.
+    """Return factor, SI unit and shown unit of a parameter.
 
     The default and the bounds of a sensor fault are parts of the channel's span.
     """
@@ -221,7 +221,7 @@ def measure(target: str, kind: FaultKind, param: FaultParam) -> tuple[float, str
 
 
 def twins(target: str) -> list[str]:
-    """Return the channels that a channel can change places with."""
+    """Return the channels that a channel can be exchanged with."""
     unit = _CHANNELS[target].unit
     return [c.name for c in CHANNELS if c.unit == unit and c.name != target]
 
@@ -246,7 +246,7 @@ def _value(target: str, kind: FaultKind, param: FaultParam, options: Mapping[str
 
 
 def _plain(text: object, unit: str) -> object:
-    """Return a plain number that is written in hexadecimal as a number."""
+    """Return a number, which may be hexadecimal if it has no unit."""
     if unit == "1" and isinstance(text, str) and text.lower().startswith("0x"):
         with contextlib.suppress(ValueError):
             return int(text, 16)
@@ -266,8 +266,8 @@ def _is_cob_id(text: str) -> bool:
         return False
 
 
-def _meant(wrong: str, known: Iterable[str]) -> str:
-    names = list(known)
+def _meant(wrong: str, possible: Iterable[str]) -> str:
+    names = list(possible)
     near = difflib.get_close_matches(brief(wrong), names, 1)
     hint = f", did you mean '{near[0]}'?" if near else ";"
     return f"{hint} There are: {', '.join(names)}"

@@ -1,4 +1,4 @@
-"""What can happen to frames on the way between a node and the bus."""
+"""Changes of frames between a node and the bus."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -11,24 +11,24 @@ class FrameFault(Protocol):
     """A fault on the connection of one node."""
 
     def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
-        """Return what reaches the node of the frames that came."""
+        """Return the frames that reach the node."""
         ...
 
     def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
-        """Return what reaches the bus of the frames that the node sends."""
+        """Return the frames of the node that reach the bus."""
         ...
 
     def destroys(self, s: Strength) -> bool:
-        """Return whether an error frame destroys what the node begins to send, on a timed bus."""
+        """Return whether an error frame destroys the frame that the node sends, on a timed bus."""
         ...
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
-        """Return the frames still held back: those for the node, and those for the bus."""
+        """Return the frames that are still delayed: those for the node, and those for the bus."""
         ...
 
 
 class PassThrough:
-    """Lets everything pass; what the others have in common."""
+    """Passes all frames: the base of the other filters."""
 
     def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
         """Let all frames pass."""
@@ -39,20 +39,20 @@ class PassThrough:
         return list(frames)
 
     def destroys(self, s: Strength) -> bool:
-        """Let all frames be sent."""
+        """Return False: every frame is sent."""
         return False
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
-        """Hold nothing back."""
+        """Return no delayed frames."""
         return [], []
 
 
 class Rewriting(PassThrough):
-    """Puts other frames, or none, in the place of single ones.
+    """Replaces single frames by others, or removes them.
 
     Args:
-        chosen: which frames it can befall.
-        rewrite: the frames in place of one that it does befall.
+        chosen: selects the frames.
+        rewrite: returns the frames that replace a chosen one.
 
     """
 
@@ -75,7 +75,7 @@ class Rewriting(PassThrough):
 
 
 class Delayed(PassThrough):
-    """Holds frames back for a time, in both directions."""
+    """Delays frames by a time, in both directions."""
 
     def __init__(self, chosen: Callable[[Frame], bool], time_ns: int) -> None:
         self._chosen = chosen
@@ -84,15 +84,15 @@ class Delayed(PassThrough):
         self._outward: list[tuple[int, Frame]] = []
 
     def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
-        """Hold back what comes; let go what has waited long enough."""
+        """Delay arriving frames; pass those that have waited long enough."""
         return self._through(self._inward, s, frames)
 
     def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
-        """Hold back what is sent; let go what has waited long enough."""
+        """Delay leaving frames; pass those that have waited long enough."""
         return self._through(self._outward, s, frames)
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
-        """Let everything go."""
+        """Return all delayed frames."""
         return [f for _, f in self._inward], [f for _, f in self._outward]
 
     def _through(
@@ -110,7 +110,7 @@ class Delayed(PassThrough):
 
 
 class Reordered(PassThrough):
-    """Lets a frame change places with the one after it, in this tick or a later one."""
+    """Exchanges a frame with the one after it, in this tick or a later one."""
 
     def __init__(self, chosen: Callable[[Frame], bool]) -> None:
         self._chosen = chosen
@@ -126,7 +126,7 @@ class Reordered(PassThrough):
         return self._through(self._outward, s, frames)
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
-        """Let everything go."""
+        """Return all delayed frames."""
         return self._inward, self._outward
 
     def _through(self, held: list[Frame], s: Strength, frames: Sequence[Frame]) -> list[Frame]:
@@ -141,10 +141,10 @@ class Reordered(PassThrough):
 
 
 class Cut(PassThrough):
-    """Lets no frame of the node out, and none in where it is deaf.
+    """Stops all frames of the node, and those for it if it is deaf.
 
     Args:
-        deaf: whether the node hears nothing either.
+        deaf: whether the node receives no frames either.
 
     """
 
@@ -152,9 +152,9 @@ class Cut(PassThrough):
         self._deaf = deaf
 
     def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
-        """Let frames in, or not."""
+        """Pass arriving frames unless the node is deaf."""
         return [] if self._deaf and s.hits() else list(frames)
 
     def leaving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
-        """Let no frame out."""
+        """Stop leaving frames."""
         return [] if s.hits() else list(frames)

@@ -1,4 +1,4 @@
-"""Bus faults: each kind as what it does to the connection of one node."""
+"""Bus faults: the effect of each kind on the connection of one node."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -27,9 +27,9 @@ class BusFaultKind(FaultKind):
     """A kind of fault on the bus.
 
     Attributes:
-        once: whether it befalls one connection only, where several nodes are on the bus.
-        needs_time: whether it can be on a bus that takes time only.
-        error_classes: those of the error frames at its beginning and end, if there are.
+        once: whether it acts on one connection only, even with several nodes on the bus.
+        needs_time: whether it needs a bus with modelled timing.
+        error_classes: of the error frames at its beginning and end, if there are any.
 
     """
 
@@ -115,12 +115,12 @@ def wrong_length(connection: NodeConnection, length: float) -> FrameFault:
 
 @bus_fault(NODE)
 def silence(connection: NodeConnection) -> FrameFault:
-    """The node hears, but says nothing."""
+    """The node receives frames but sends none."""
     return Cut(deaf=False)
 
 
 class _Babbling(PassThrough):
-    """Puts frames of a strange node in front of those that the node sends."""
+    """Adds frames of a foreign node before those that the node sends."""
 
     def __init__(self, can_id: int, count: int) -> None:
         self._can_id = can_id
@@ -148,7 +148,7 @@ def babbling(connection: NodeConnection, can_id: float, frames: float) -> FrameF
 
 
 class _Reported(PassThrough):
-    """An error that the node itself reports."""
+    """An error that the node reports."""
 
     def __init__(self, node: Node, code: int) -> None:
         self._node = node
@@ -156,33 +156,33 @@ class _Reported(PassThrough):
         node.raise_error(self._key, code, ErrorBit.MANUFACTURER)
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
-        """Report that it is gone."""
+        """Report the end of the error."""
         self._node.clear_error(self._key)
         return [], []
 
 
 @bus_fault(NODE, params=(FaultParam("code", "1", "emergency error code", 0x1000, 1.0, 65535.0),))
 def emcy(connection: NodeConnection, code: float) -> FrameFault:
-    """The node reports an error, and at the end that it is gone."""
+    """The node reports an error, and at the end that it is over."""
     return _Reported(connection.node, round(code))
 
 
 @bus_fault(NODE)
 def heartbeat_stop(connection: NodeConnection) -> FrameFault:
-    """No heartbeat; all else goes on."""
+    """The heartbeat stops; other messages continue."""
     can_id = ERROR_CONTROL_COB_ID + connection.node.node_id
     return Rewriting(lambda f: f.identifier == can_id and f.data != b"\0", lambda s, f: [])
 
 
 class _Restart(PassThrough):
-    """Resets the node once, as a dip of its supply does."""
+    """Resets the node once, as a dip of its supply voltage does."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
         self._done = False
 
     def arriving(self, s: Strength, frames: Sequence[Frame]) -> list[Frame]:
-        """Reset the node before it hears anything else."""
+        """Reset the node before it receives the frames of the tick."""
         if self._done or not s.hits():
             return list(frames)
         self._done = True
@@ -196,7 +196,7 @@ def reset(connection: NodeConnection) -> FrameFault:
 
 
 class _BusOff(Cut):
-    """Takes the node off the bus; at the end the node reports that it is back."""
+    """Takes the node off the bus; at the end the node reports its return."""
 
     def __init__(self, node: Node) -> None:
         super().__init__(deaf=True)
@@ -216,10 +216,10 @@ def bus_off(connection: NodeConnection) -> FrameFault:
 
 
 class _Disturbed(PassThrough):
-    """Lets error frames destroy what the node sends; its controller sends it again."""
+    """Destroys frames of the node by error frames; its controller repeats them."""
 
     def destroys(self, s: Strength) -> bool:
-        """Take the chance for a frame."""
+        """Draw whether a frame is destroyed."""
         return s.hits()
 
 

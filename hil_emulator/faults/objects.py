@@ -1,4 +1,4 @@
-"""Faults of single objects of a node: what one shows, by SDO and PDO, in place of its value."""
+"""Faults of single objects of a node: wrong values by SDO and PDO."""
 
 import re
 from collections.abc import Callable
@@ -8,17 +8,17 @@ from hil_emulator.faults.declare import FaultKind, FaultParam, Layer
 from hil_emulator.faults.strength import Strength
 
 OBJECT = "object"
-"""Stands for any object, such as 0x7130:1, of one node or of all that have it."""
+"""Target for any object, such as 0x7130:1, of one node or of all that have it."""
 EXAMPLE = "0x7130:1"
-"""How an object is written."""
+"""Notation of an object."""
 
 _PLACE = re.compile(r"0x([0-9a-f]{4})(?::([0-9a-f]{1,2}))?", re.ASCII)
 _FIRST = 0x1000
-"""Objects begin here; a smaller number is a COB-ID (CiA 301 7.4)."""
+"""First index of an object; a smaller number is a COB-ID (CiA 301 7.4)."""
 _MOST = 1e9
 
 Wrong = Callable[[Strength, float], float]
-"""Returns the wrong digits in place of right ones."""
+"""Returns the wrong digits for the right ones."""
 
 
 def place(text: str) -> tuple[int, int] | None:
@@ -47,13 +47,13 @@ def object_fault(*params: FaultParam) -> Callable[[Callable[..., Wrong]], Object
 
 
 def _blended(s: Strength, sound: float, wrong: float) -> float:
-    """Return the value on its way from sound to wrong, as far as the fault has grown."""
+    """Return the value between right and wrong, by the strength of the fault."""
     return sound + s.drawn() * (wrong - sound)
 
 
 @object_fault()
 def stuck() -> Wrong:
-    """Keeps the value it has."""
+    """Keeps its present value."""
     kept: list[float] = []
 
     def wrong(s: Strength, value: float) -> float:
@@ -66,13 +66,13 @@ def stuck() -> Wrong:
 
 @object_fault(FaultParam("value", "1", "digits that are added", 100.0, -_MOST, _MOST))
 def offset(value: float) -> Wrong:
-    """Shows too much."""
+    """Shows a value with an offset."""
     return lambda s, sound: _blended(s, sound, sound + value)
 
 
 @object_fault(FaultParam("value", "1", "digits that are shown", 0.0, -_MOST, _MOST))
 def constant(value: float) -> Wrong:
-    """Shows the same, whatever its value is."""
+    """Shows a constant value."""
     return lambda s, sound: _blended(s, sound, value)
 
 

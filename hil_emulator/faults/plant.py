@@ -1,6 +1,6 @@
-"""Plant faults: a parameter in place of the sound one.
+"""Plant faults: a changed parameter of the model.
 
-Each is a function of the parameter's sound value and the strength s of the fault.
+Each is a function of the parameter's configured value and the strength s of the fault.
 """
 
 from collections.abc import Callable
@@ -10,10 +10,10 @@ from hil_emulator.faults.declare import FaultKind, FaultParam, Layer
 from hil_emulator.faults.strength import Change
 
 SUPPLY = "supply"
-"""Target of the faults that befall all actuators on a supply."""
+"""Target of faults that act on all actuators of a supply."""
 
 LOWEST_SUPPLY = 1e5
-"""A pump at rest: the supply does not fall below the atmosphere [Pa]."""
+"""Lowest supply pressure of a pump at rest: the atmosphere [Pa]."""
 
 
 @dataclass(frozen=True)
@@ -120,4 +120,4 @@ def shut() -> Change:
 KINDS = (loss, droop, leak, friction_jump, air, stuck, clogged, slow, shut)
 
 FAULTY_PARAMETERS = frozenset(kind.parameter for kind in KINDS)
-"""What faults can change, whether the configuration has it on or off."""
+"""Parameters that faults can change, whether the configuration has them on or off."""

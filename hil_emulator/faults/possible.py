@@ -1,4 +1,4 @@
-"""What cannot break on a rig, because it has no such thing."""
+"""Check whether a rig has the target of a fault."""
 
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
@@ -12,7 +12,7 @@ from hil_emulator.faults.plant import PlantFaultKind
 def ensure_possible(
     chosen: Fault, faults: Faults, nodes: tuple[Node, ...], takes_time: bool
 ) -> None:  # fmt: skip
-    """Refuse a fault that nothing here could have.
+    """Refuse a fault whose target the rig lacks.
 
     Args:
         chosen: the fault.
@@ -21,13 +21,13 @@ def ensure_possible(
         takes_time: whether frames take time on its bus.
 
     Raises:
-        UserError: for a node, a wire, a parameter or an object that is not there.
+        UserError: for a missing node, timed bus, parameter or object.
 
     """
     ids = [node.node_id for node in nodes]
     if chosen.node is not None and chosen.node not in ids:
-        known = ", ".join(map(str, ids))
-        raise UserError(f"fault {chosen.target}: no node {chosen.node}; there are {known}")
+        present = ", ".join(map(str, ids))
+        raise UserError(f"fault {chosen.target}: no node {chosen.node}; there are {present}")
     if isinstance(chosen.kind, BusFaultKind) and chosen.kind.needs_time and not takes_time:
         raise UserError(
             f"fault {chosen.kind.name}: this bus takes no time; give it "
@@ -35,5 +35,5 @@ def ensure_possible(
         )
     if isinstance(chosen.kind, PlantFaultKind):
         faults.parameters.require(chosen.kind.parameter)
-    if isinstance(chosen.kind, ObjectFaultKind) and not faults.befallen(chosen):
+    if isinstance(chosen.kind, ObjectFaultKind) and not faults.targeted(chosen):
         raise UserError(f"fault {chosen.target}: no node has such an object that is a number")

@@ -1,4 +1,4 @@
-"""One fault that was injected: from when on, how strong, and its end."""
+"""One injected fault: begin, strength and end."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
@@ -9,15 +9,15 @@ from hil_emulator.faults.strength import Strength
 
 
 class Running(AbstractContextManager["Running"]):
-    """A fault that has been injected; ends with `end()`, its block, or its duration.
+    """An injected fault; ends with `end()`, its block, or its duration.
 
     Attributes:
-        fault: what was injected.
+        fault: the fault.
         number: counts the faults of a rig.
         began_ns: when it began; None before that.
         ended: whether it is over.
         value: returns the present value of a signal, for its condition.
-        others: the same fault in the other rigs that it befalls; they end with it.
+        others: the same fault in the other rigs that it acts on; they end with it.
 
     """
 
@@ -36,14 +36,14 @@ class Running(AbstractContextManager["Running"]):
         self._on_end = on_end
 
     def strength(self, now_ns: int) -> Strength:
-        """Return how strong it is now."""
+        """Return its present strength."""
         assert self.began_ns is not None
         elapsed, fault = now_ns - self.began_ns, self.fault
         ramp = min(1.0, elapsed / fault.ramp_ns) if fault.ramp_ns else 1.0
         return Strength(now_ns, elapsed, ramp, self.random, fault.probability)
 
     def end(self) -> None:
-        """End it; harmless when repeated."""
+        """End it; repeated calls have no effect."""
         if not self.ended:
             self.ended = True
             self._on_end(self)

@@ -1,4 +1,4 @@
-"""Sensor faults: what a channel reports in place of its reading.
+"""Sensor faults: wrong readings of a channel.
 
 Each is a function of the strength s that changes the sample in place: value + s (wrong - value).
 """
@@ -25,18 +25,11 @@ Ranges = list[int]
 Act = Callable[[Strength, Values, Ranges], None]
 """Changes values and over-range flags of one sample."""
 Wrong = Callable[[Strength, float], float]
-"""Returns the wrong reading in place of a right one."""
+"""Returns the wrong reading for a right one."""
 
 
 class Place(NamedTuple):
-    """Where a faulty channel is in the samples.
-
-    Attributes:
-        at: its index.
-        upper: upper end of its measuring range, SI.
-        channels: names of all channels, in the order of the samples.
-
-    """
+    """Place of a faulty channel in the samples."""
 
     at: int
     upper: float
@@ -90,7 +83,7 @@ def off(place: Place) -> Act:
 
 @sensor_fault()
 def stuck(place: Place) -> Act:
-    """Keeps the reading it has."""
+    """Keeps its present reading."""
     kept: list[float] = []
 
     def wrong(s: Strength, value: float) -> float:
@@ -103,7 +96,7 @@ def stuck(place: Place) -> Act:
 
 @sensor_fault(FaultParam("value", SPAN, "amount that is added to the reading", 0.1, -10.0, 10.0))
 def offset(place: Place, value: float) -> Act:
-    """Reads too much."""
+    """Reads a value with an offset."""
     return _blended(place, lambda s, v: v + value)
 
 
@@ -123,7 +116,7 @@ def drift(place: Place, rate: float) -> Act:
     FaultParam("deviation", SPAN, "standard deviation of the additional noise", 0.02, 0.0, 10.0)
 )
 def noise(place: Place, deviation: float) -> Act:
-    """Reads with further, normal noise."""
+    """Reads with additional normal noise."""
     return _blended(place, lambda s, v: v + s.random.gauss(0.0, deviation))
 
 
@@ -142,13 +135,13 @@ def hum(place: Place, amplitude: float, frequency: float) -> Act:
     probability=0.02,
 )
 def spike(place: Place, height: float) -> Act:
-    """Single samples read too much."""
+    """Single samples have an additional height."""
     return _blended(place, lambda s, v: v + height)
 
 
 @sensor_fault(FaultParam("time", "s", "delay of the reading", 0.02, 0.0, 10.0, "ms"))
 def delay(place: Place, time: float) -> Act:
-    """Shows what it read before; first what it read last."""
+    """Shows an earlier reading; at first the last one before the fault."""
     time_ns = round(time * 1e9)
     past: deque[tuple[int, float]] = deque()
 
@@ -163,7 +156,7 @@ def delay(place: Place, time: float) -> Act:
 
 @sensor_fault(probability=0.5)
 def dropout(place: Place) -> Act:
-    """Single samples are lost: the last one stays."""
+    """Single samples are lost; the one before is repeated."""
     at = place.at
     good: list[Any] = []
 
@@ -183,11 +176,11 @@ def over_range(place: Place) -> Act:
 
 
 @sensor_fault(
-    FaultParam("channel", TEXT, "the channel it has changed places with", None),
+    FaultParam("channel", TEXT, "channel that it is exchanged with", None),
     targets=_WITH_TWIN,
 )
 def swapped(place: Place, channel: str) -> Act:
-    """Plugged into another channel's place."""
+    """Exchanged with another channel."""
     at, other = place.at, place.channels.index(channel)
 
     def act(s: Strength, values: Values, ranges: Ranges) -> None:

@@ -1,9 +1,9 @@
-"""A fault in words, where nothing else of it is known: needs no other module of the package."""
+"""A fault in words; imports no other module of the package."""
 
 from collections.abc import Mapping
 from typing import Any
 
 
-def fault_words(target: str, kind: str, said: Mapping[str, Any]) -> str:
+def fault_words(target: str, kind: str, arguments: Mapping[str, Any]) -> str:
     """Return target, kind and options as the user gave them."""
-    return f"{target} {kind}" + "".join(f", {key} {value}" for key, value in said.items())
+    return f"{target} {kind}" + "".join(f", {key} {value}" for key, value in arguments.items())

@@ -14,10 +14,10 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 from hil_emulator.identify.conclusion import account
 from hil_emulator.identify.conclusion.conclude import conclude
-from hil_emulator.identify.conclusion.doubts import doubt_haste, doubt_rows
+from hil_emulator.identify.conclusion.record_limits import doubt_haste, doubt_rows
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.data_checks.copies import counted
-from hil_emulator.identify.data_checks.sound import without_contradictions
+from hil_emulator.identify.data_checks.consistency import without_contradictions
+from hil_emulator.identify.data_checks.shared_noise import counted
 from hil_emulator.identify.estimation.felt import felt
 from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.measured.between_rows import SetPoints

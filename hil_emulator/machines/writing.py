@@ -66,7 +66,7 @@ def configuration(answers: Answers, eds: str, schema: str, step: float) -> str:
         f"# {answers['name']}",
         "# Written by `hil-emulator init`: what it assumed is yours to measure, what it had from",
         "# memory yours to look up; `identify` believes both within their tolerance only.",
-        "# docs/your_machine.md tells which numbers matter most.",
+        "# docs/how_to/machine.md lists the numbers that matter most.",
     )
     tables = [_table(*table) for table in _tables(answers, eds, step)]
     return "\n".join([*head, "", "\n\n".join(tables), ""])

@@ -1,1 +1,1 @@
-"""The panel: the live bench in a browser, served by a process beside the loop."""
+"""The panel: a running emulator in a browser, served by a separate process."""

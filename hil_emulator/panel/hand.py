@@ -1,4 +1,4 @@
-"""A master by hand: frames that a person sends are on the bus and reach the nodes."""
+"""CANopen master operated by hand: frames of an operator reach the bus and the nodes."""
 
 from collections.abc import Iterable
 
@@ -7,7 +7,7 @@ from hil_emulator.simulation.timed_can_port import CanPort
 
 
 class MasterByHand:
-    """Stands between a bus and its rig, and adds what a person sends.
+    """Adds an operator's frames to the traffic between a bus and its rig.
 
     Args:
         bus: the bus.
@@ -20,13 +20,13 @@ class MasterByHand:
         self.send = bus.send
         self.report = bus.report
 
-    def say(self, frames: Iterable[Frame]) -> None:
-        """Send frames; the nodes hear them in the next tick."""
+    def send_by_hand(self, frames: Iterable[Frame]) -> None:
+        """Send frames; the nodes receive them in the next tick."""
         given = list(frames)
         self._bus.send(given)
         self._said += given
 
     def receive(self) -> list[Frame]:
-        """Return what has arrived, and what was said by hand."""
-        said, self._said = self._said, []
-        return said + self._bus.receive()
+        """Return the arrived frames, and those sent by hand."""
+        sent, self._said = self._said, []
+        return sent + self._bus.receive()

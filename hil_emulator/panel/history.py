@@ -1,7 +1,7 @@
-"""What has passed, for the strips: rows of the last minute, and their extremes for ten minutes.
+"""History of the signals for the strips: rows of the last minute, and extremes for ten minutes.
 
-A strip asks for as many buckets as it has pixels and gets the least and the greatest value of each,
-so that no spike is lost from view, however long the time it shows. Memory is constant.
+A strip requests as many buckets as it has pixels and gets the minimum and maximum of each, so that
+every spike stays visible at any time scale. Memory is constant.
 """
 
 from typing import Any
@@ -13,9 +13,9 @@ from hil_emulator.protocol.page import LONGEST_S
 Values = np.ndarray[Any, np.dtype[np.float32]]
 
 COARSE = 16
-"""Ticks of a bucket whose extremes are kept for long (assumed)."""
+"""Ticks of a bucket of stored extremes (assumed)."""
 _MOST_VALUES = 1 << 20
-"""Values that are looked at in one go; columns are taken in blocks of so many (assumed)."""
+"""Values per block when extremes are computed (assumed)."""
 _FINE_TICKS = 1 << 16  # rows kept as they are: a minute at 1 kHz (assumed)
 
 
@@ -25,10 +25,10 @@ class History:
     Args:
         width: columns of a row.
         tick: period of the ticks [s].
-        ticks: how many to keep, of a recording; None for a live bench: `LONGEST_S` in all.
+        ticks: number to keep, of a recording; None for a live bench: `LONGEST_S` in all.
 
     Attributes:
-        begin: number of the first tick that is known at all.
+        begin: number of the first known tick.
         end: number of the next tick.
 
     """
@@ -45,11 +45,11 @@ class History:
 
     @property
     def oldest(self) -> int:
-        """Number of the oldest tick that can be looked at."""
+        """Number of the oldest stored tick."""
         return max(self.begin, self.end - (len(self._low) - 1) * COARSE)
 
     def append(self, rows: np.ndarray[Any, np.dtype[np.float64]]) -> None:
-        """Take rows of consecutive ticks, time [s] first; ticks that were missed stay empty."""
+        """Append rows of consecutive ticks, time [s] first; missed ticks stay empty."""
         for chunk in np.split(rows, range(len(self._fine), len(rows), len(self._fine))):
             if len(chunk):
                 self._take(chunk)
@@ -57,13 +57,13 @@ class History:
     def buckets(
         self, columns: list[int], first: int, count: int, width: int
     ) -> tuple[Values, Values]:
-        """Return least and greatest values, each of shape (columns, buckets); NaN where none is.
+        """Return minima and maxima, each of shape (columns, buckets); NaN without a value.
 
         Args:
-            columns: which.
+            columns: indices of the columns.
             first: number of the first bucket: tick over `width`.
-            count: of the buckets.
-            width: ticks of one; a multiple of `COARSE` from there on.
+            count: number of buckets.
+            width: ticks of a bucket; a multiple of `COARSE` from there on.
 
         """
         block = max(1, _MOST_VALUES // (count * width))
@@ -86,16 +86,16 @@ class History:
             return np.fmin.reduce(fine, axis=1).T, np.fmax.reduce(fine, axis=1).T
         part = width // COARSE
         numbers = np.arange(first * part, (first + count) * part)
-        known = (numbers >= self.oldest // COARSE) & (numbers * COARSE < self.end)
+        stored = (numbers >= self.oldest // COARSE) & (numbers * COARSE < self.end)
         places = np.ix_(numbers % len(self._low), np.array(columns, int))
         low, high = self._low[places], self._high[places]
-        low[~known] = high[~known] = np.nan
+        low[~stored] = high[~stored] = np.nan
         shape = (count, part, len(columns))
         low, high = low.reshape(shape), high.reshape(shape)
         return np.fmin.reduce(low, axis=1).T, np.fmax.reduce(high, axis=1).T
 
     def width_for(self, ticks: float, pixels: int, first: int) -> int:
-        """Return a width of buckets of which `pixels` or fewer cover so many ticks from `first`."""
+        """Return a width so that at most `pixels` buckets cover the ticks from `first`."""
         width = max(1, int(np.ceil(ticks / max(1, pixels))))
         if width >= COARSE or first < self.end - len(self._fine):
             return -(-width // COARSE) * COARSE
@@ -108,17 +108,17 @@ class History:
 
     def _ticks(self, columns: list[int], first: int, count: int) -> Values:
         numbers = np.arange(first, first + count)
-        known = (numbers >= max(self.begin, self.end - len(self._fine))) & (numbers < self.end)
-        found: Values = self._fine[np.ix_(numbers % len(self._fine), np.array(columns, int))]
-        found[~known] = np.nan
-        return found
+        stored = (numbers >= max(self.begin, self.end - len(self._fine))) & (numbers < self.end)
+        values: Values = self._fine[np.ix_(numbers % len(self._fine), np.array(columns, int))]
+        values[~stored] = np.nan
+        return values
 
     def _take(self, rows: np.ndarray[Any, np.dtype[np.float64]]) -> None:
         number = round(float(rows[0, 0]) / self.tick)
         if self._empty:
             self.begin = self.end = number
             self._empty = False
-        if number > self.end:  # what was missed, as far as it is kept at all
+        if number > self.end:  # missed ticks within the stored range
             gap = np.arange(max(self.end, number - len(self._fine)), number)
             self._fine[gap % len(self._fine)] = np.nan
         changed = self.end
@@ -127,7 +127,7 @@ class History:
         self._coarsen(max(changed, self.end - len(self._fine), self.begin))
 
     def _coarsen(self, changed: int) -> None:
-        """Find the extremes of the buckets from that of a tick on."""
+        """Compute the extremes of the buckets from that of a tick on."""
         first, last = changed // COARSE, -(-self.end // COARSE)
         every = list(range(self._fine.shape[1]))
         fine = self._ticks(every, first * COARSE, (last - first) * COARSE)

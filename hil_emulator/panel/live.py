@@ -1,4 +1,4 @@
-"""A bench that lives: reads what its loop writes into shared memory, and asks it for the rest."""
+"""A running bench: reads the loop's shared memory, and sends requests to the loop."""
 
 import asyncio
 from collections.abc import Mapping
@@ -24,8 +24,8 @@ class LiveBench:
     """The bench of one running emulator.
 
     Args:
-        info: what `server_process` sends first.
-        ring: what the loop writes.
+        info: first message of `server_process`.
+        ring: written by the loop.
         line: to the loop.
 
     Attributes:
@@ -59,11 +59,11 @@ class LiveBench:
         self.hello["scenarios"] = list(self._commands.scenarios.files)
 
     async def next_frame(self) -> None:
-        """Return when there is something new to show."""
+        """Return when there are new data."""
         await self._fresh.wait()
 
     async def pump(self) -> None:
-        """Take what the loop writes, until it has ended."""
+        """Read the loop's data until it has ended."""
         clock = asyncio.get_running_loop()
         due = clock.time()
         while not self.ended.is_set():
@@ -76,7 +76,7 @@ class LiveBench:
         self._fresh.set()
 
     async def look(self) -> None:
-        """Ask the loop how it is, again and again."""
+        """Request the loop's status periodically."""
         while not self.ended.is_set():
             with answering() as reply:
                 reply.content = (await self._of_loop(StatusRequest())).fields()
@@ -84,13 +84,13 @@ class LiveBench:
             await asyncio.sleep(1.0 / _LOOKS_PER_S)
 
     async def ask(self, request: Request) -> Answer:
-        """Do what a page asks for."""
+        """Handle a request of a page."""
         if self.view_only and not isinstance(request, READING):
             raise UserError("this panel only shows: it was started with --panel-view-only")
         return await self._commands.acts.get(type(request), self._of_loop)(request)
 
     async def close(self) -> None:
-        """End what was begun by hand."""
+        """End the operator's recording and scenario."""
         await self._commands.close()
 
     async def _of_loop(self, request: Request) -> Answer:

@@ -1,4 +1,4 @@
-"""What has come from the loop, or from a recording: rows, frames, events in their places."""
+"""State of a bench from the loop's entries or a recording: rows, frames, events."""
 
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -13,28 +13,28 @@ from hil_emulator.signals.inputs import SETTINGS
 from hil_emulator.units import show
 
 LATENESS, EXECUTION = "loop.lateness", "loop.execution"
-"""Names of how late a tick began and how long it took, beside the columns of a recording [s]."""
+"""Names of the loop's delay and duration per tick [s], beyond a recording's columns."""
 _EVENTS = 500
-"""Marks that the strips keep (assumed)."""
+"""Number of marks on the strips (assumed)."""
 _SPREAD_S = 10.0
 _QUIET = {"serve", "slipped", "bus_load"}
-"""Events that are no marks: nothing was done to the rig."""
+"""Events without a mark, because they do not act on the rig."""
 
 
 class LiveState:
-    """Takes entries of a journal, as they come.
+    """Collects the entries of a journal.
 
     Args:
         header: of a recording.
         columns: of a row, name to unit.
         bit_rate: of the bus [bit/s].
-        ticks: rows to keep; None for as many as a live bench needs.
+        ticks: rows to keep; None for those of a live bench.
 
     Attributes:
         history: the rows.
         traffic: the frames.
-        events: number, time [s] and words of what was done to the rig.
-        listeners: told of each entry: kind and payload.
+        events: number, time [s] and words of actions on the rig.
+        listeners: called with each entry: kind and payload.
 
     """
 
@@ -56,7 +56,7 @@ class LiveState:
         return (self.history.end - 1) * self.history.tick
 
     def row(self, time: float) -> list[float | None]:
-        """Return the row of a time [s]; None where nothing is known."""
+        """Return the row of a time [s]; None if unknown."""
         tick = min(max(round(time / self.history.tick), self.history.begin), self.history.end - 1)
         values, _ = self.history.buckets(list(range(len(self.columns))), tick, 1, 1)
         return [float(v) if np.isfinite(v) else None for v in values[:, 0]]
@@ -74,7 +74,7 @@ class LiveState:
         return [float(p50), float(p99), float(values.max())]
 
     def take(self, data: bytes) -> None:
-        """Take whole entries."""
+        """Add complete entries."""
         rows = []
         for kind, payload in split(data):
             if kind == EntryKind.ROW:
@@ -90,7 +90,7 @@ class LiveState:
             self.history.append(np.frombuffer(b"".join(rows)).reshape(-1, width))
 
     def mark(self, now_ns: int, what: Mapping[str, Any]) -> None:
-        """Remember what was done to the rig."""
+        """Add a mark for an action on the rig."""
         if not what.keys() & _QUIET:
             self._marks += 1
             self.events.append((self._marks, now_ns * 1e-9, in_words(what)))

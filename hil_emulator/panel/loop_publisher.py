@@ -1,4 +1,4 @@
-"""What the loop does for the panel: each tick becomes entries of a journal in shared memory."""
+"""Publication of every tick for the panel: entries of a journal in shared memory."""
 
 import time
 from collections.abc import Iterable, Mapping
@@ -17,17 +17,17 @@ from hil_emulator.simulation.loop import Timing
 
 
 def published_columns() -> dict[str, str]:
-    """Return what the panel can show, name to SI unit: a recording's columns and the loop's."""
+    """Return the panel's columns, name to SI unit: those of a recording and of the loop."""
     return columns() | {LATENESS: "s", EXECUTION: "s"}
 
 
 class LoopPublisher:
-    """Publishes every tick as a recorder takes it, with the columns of `published_columns`.
+    """Publishes every tick like a recorder, with the columns of `published_columns`.
 
-    Lateness and execution time are measured after the tick: a row has those of the tick before.
+    Delay and duration are measured after the tick: a row has those of the tick before.
 
     Args:
-        ring: where the entries go.
+        ring: written by the publisher.
 
     """
 
@@ -39,7 +39,7 @@ class LoopPublisher:
         self._punctual = self._row[len(columns()) :]
 
     def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
-        """Show a tick, with the frames and events before."""
+        """Publish a tick, with the frames and events before."""
         fill_row(self._recorded, now_ns, plant, measured)
         self._tick += journal.entry(EntryKind.ROW, self._row.tobytes())
         self._ring.write(self._tick, time.monotonic_ns())
@@ -50,20 +50,20 @@ class LoopPublisher:
         self._tick += journal.bus_entry(now_ns, frames, sent=sent)
 
     def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
-        """Keep what was done to the rig for the end of the tick."""
+        """Keep an action on the rig for the end of the tick."""
         self._tick += journal.event_entry(now_ns, what)
 
     def punctual(self, lateness_ns: int, execution_ns: int) -> None:
-        """Take how punctual the tick was."""
+        """Store delay and duration of the tick."""
         self._punctual[0] = lateness_ns * 1e-9
         self._punctual[1] = execution_ns * 1e-9
 
 
 class PublishedTiming(Timing):
-    """The timing of a run whose every tick is published to the panel, too.
+    """The timing of a run that is also published to the panel.
 
     Args:
-        publisher: takes the lateness and execution time of each tick.
+        publisher: takes delay and duration of each tick.
 
     """
 

@@ -1,4 +1,4 @@
-"""How the loop answers its panel: requests on the rig, frames to send, the meaning of PDOs."""
+"""Handlers of the panel's requests to the loop: on the rig, frames to send, meaning of PDOs."""
 
 from hil_emulator.frame import Frame
 from hil_emulator.panel.hand import MasterByHand
@@ -29,7 +29,7 @@ def loop_requests(
     """
 
     def send(request: SendRequest, rig: Rig) -> Plain:
-        hand.say(Frame(f.can_id, bytes.fromhex(f.data)) for f in request.frames)
+        hand.send_by_hand(Frame(f.can_id, bytes.fromhex(f.data)) for f in request.frames)
         return {}
 
     return {**rig_requests(bus, timing, supervisor), SendRequest: send, MessagesRequest: _messages}

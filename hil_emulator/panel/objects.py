@@ -1,4 +1,4 @@
-"""SDO by hand: a stock `canopen` master whose frames go by way of the loop."""
+"""SDO by hand: a stock `canopen` master whose frames pass through the loop."""
 
 import asyncio
 import struct
@@ -18,8 +18,8 @@ Say = Callable[[int, bytes], None]
 _SDO_ANSWERS = range(0x581, 0x600)
 """COB-IDs from a default SDO server (CiA 301 7.3.5)."""
 _REFUSALS = (SdoError, KeyError, ValueError, OverflowError, OSError, struct.error)
-"""What `canopen` raises: an abort, no answer, an EDS that cannot be read, a value out of range."""
-_PATIENCE_S = 2.0  # for an answer, which comes by way of the ring (assumed)
+"""Errors of `canopen`: an abort, no answer, an unreadable EDS, a value out of range."""
+_PATIENCE_S = 2.0  # for an answer, which comes through the ring (assumed)
 
 
 class ByHand(canopen.Network):
@@ -54,16 +54,16 @@ class ObjectsByHand:
         self._busy = asyncio.Lock()
 
     def hear(self, frames: Iterable[tuple[int, bool, Frame]]) -> None:
-        """Take the answers of SDO servers; `canopen` fails at faulty frames of other services."""
+        """Handle the answers of SDO servers; `canopen` fails at faulty frames of other services."""
         for now_ns, sent, frame in frames:
             if sent and frame.identifier in _SDO_ANSWERS:
                 self._network.notify(frame.can_id, bytearray(frame.data), now_ns * 1e-9)
 
     async def access(self, request: SdoRequest) -> str:
-        """Read an object, or write it where the request has a value; return it in words.
+        """Read an object, or write it if the request has a value; return it in words.
 
         Raises:
-            UserError: with the reason of the node, or if the value is not one of the object.
+            UserError: with the reason of the node, or if the value does not fit the object.
 
         """
         async with self._busy:
@@ -85,27 +85,27 @@ class ObjectsByHand:
         if number not in self._network:
             node = self._network.add_node(number, self._sheets.get(str(number)))
             node.sdo.RESPONSE_TIMEOUT = _PATIENCE_S
-            node.sdo.MAX_RETRIES = 1  # attempts in all; 0 would repeat the request for ever
+            node.sdo.MAX_RETRIES = 1  # attempts; 0 would repeat the request for ever
         return self._network[number]
 
 
 def _read(node: Any, index: int, subindex: int) -> str:
     data = bytes(node.sdo.upload(index, subindex))
-    known = node.object_dictionary.get_variable(index, subindex)
-    if known is None:
+    variable = node.object_dictionary.get_variable(index, subindex)
+    if variable is None:
         return f"{index:04X}:{subindex:02X} = {data.hex(' ')}"
-    value = known.decode_raw(data)
+    value = variable.decode_raw(data)
     shown = f"{value} (0x{value:X})" if isinstance(value, int) and value >= 0 else str(value)
-    return f"{known.qualname} = {shown}"
+    return f"{variable.qualname} = {shown}"
 
 
 def _write(node: Any, index: int, subindex: int, text: str) -> str:
-    known = node.object_dictionary.get_variable(index, subindex)
-    if known is None:
+    variable = node.object_dictionary.get_variable(index, subindex)
+    if variable is None:
         node.sdo.download(index, subindex, bytes.fromhex(text))
         return f"{index:04X}:{subindex:02X} written"
-    number = known.data_type in canopen.objectdictionary.datatypes.INTEGER_TYPES
-    real = known.data_type in canopen.objectdictionary.datatypes.FLOAT_TYPES
+    number = variable.data_type in canopen.objectdictionary.datatypes.INTEGER_TYPES
+    real = variable.data_type in canopen.objectdictionary.datatypes.FLOAT_TYPES
     value = int(text, 0) if number else float(text) if real else text
-    node.sdo.download(index, subindex, known.encode_raw(value))
-    return f"{known.qualname} written"
+    node.sdo.download(index, subindex, variable.encode_raw(value))
+    return f"{variable.qualname} written"

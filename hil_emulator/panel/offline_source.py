@@ -1,4 +1,4 @@
-"""What is over, on the same page: a recording, or what an identification has found."""
+"""A recording or the result of an identification on the panel's page."""
 
 import asyncio
 from collections.abc import Mapping
@@ -20,11 +20,11 @@ from hil_emulator.recording import SUFFIX, journal
 
 
 class OfflineSource:
-    """A recording or an identification: nothing new comes, and nothing can be changed.
+    """A recording or an identification, without new data and without changes.
 
     Args:
-        logs: what there is to see, by name; the first one is shown.
-        hello: what a page is told besides.
+        logs: the logs by name; the first one is shown.
+        hello: further fields of the first message.
 
     Attributes:
         logs, state, hello, stamp_ns, status, ended: see `source.Source`.
@@ -34,8 +34,8 @@ class OfflineSource:
     def __init__(self, logs: Mapping[str, LiveState], hello: Mapping[str, Any]) -> None:
         self.logs = dict(logs)
         self.state = next(iter(logs.values()))
-        told = {name: _told(state) for name, state in logs.items()}
-        self.hello = {"logs": told, **hello}
+        messages = {name: _first_message(state) for name, state in logs.items()}
+        self.hello = {"logs": messages, **hello}
         self.stamp_ns = 0
         self.status: dict[str, Any] = {}
         self.ended = asyncio.Event()
@@ -45,8 +45,8 @@ class OfflineSource:
         await asyncio.sleep(1.0 / FRAMES_PER_S)
 
     async def ask(self, request: Request) -> Answer:
-        """Refuse: nothing can be done."""
-        raise UserError("this is over: nothing can be done to it")
+        """Refuse every request."""
+        raise UserError("a recording or result cannot be changed")
 
 
 def opened(path: Path) -> OfflineSource:
@@ -78,14 +78,14 @@ def opened(path: Path) -> OfflineSource:
     )
 
 
-def _told(state: LiveState) -> dict[str, Any]:
+def _first_message(state: LiveState) -> dict[str, Any]:
     history = state.history
     span = [history.begin * history.tick, history.end * history.tick]
     return {"columns": session_info.units(state.columns), "span": span}
 
 
 def _configuration(header: Mapping[str, Any]) -> Configuration | None:
-    """Return what ran, as far as a recording says it without running a file of effects."""
+    """Return the configuration of a recording without running its effect files."""
 
     def refuse(file: Path, content: bytes) -> None:
         raise UserError(f"{file}: a picture runs no code")
@@ -100,7 +100,7 @@ def _identification(folder: Path) -> OfflineSource:
     result, traces = result_of(folder / RESULT), traces_of(folder / TRACES)
     logs = {log: _state(traces[log]) for log in sorted(traces)}
     if not logs:
-        raise UserError(f"{folder}: its identification kept no measured channel")
+        raise UserError(f"{folder}: its identification has no measured channel")
     return OfflineSource(
         logs,
         {
@@ -117,7 +117,7 @@ def _identification(folder: Path) -> OfflineSource:
 
 
 def _state(channels: Mapping[str, Trace]) -> LiveState:
-    """Return a log with what was measured and what both models say, by channel."""
+    """Return a log with the measurement and both models, by channel."""
     time = next(iter(channels.values()))["time"]
     table = {"time": time}
     for channel, trace in sorted(channels.items()):

@@ -1,4 +1,4 @@
-"""What an operator does to a live bench besides faults and settings: `protocol.operation`."""
+"""Commands of an operator except faults and settings: `protocol.operation`."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
@@ -27,15 +27,15 @@ from hil_emulator.scenario.schema import NMT
 
 
 class OperatorCommands:
-    """Acts on a bench.
+    """Handles the operator's commands.
 
     Args:
-        info: what `server_process` sends first.
-        state: what comes from it.
-        line: to it.
+        info: first message of `server_process`.
+        state: of the bench.
+        line: to the loop.
 
     Attributes:
-        acts: by request, the function that answers it; each raises `UserError` for what it refuses.
+        acts: by request, the function that answers it; each raises `UserError` to refuse.
         scenarios: plays them.
 
     """
@@ -59,13 +59,13 @@ class OperatorCommands:
 
     @property
     def status(self) -> dict[str, Any]:
-        """Which recording runs, and how the last scenario goes."""
+        """The present recording, and the state of the last scenario."""
         recorder = self._recorder
         name = recorder.file.name if recorder and not recorder.failed else None
         return {"recording": name, "scenario": self.scenarios.progress}
 
     async def close(self) -> None:
-        """End what was begun."""
+        """End recording and scenario."""
         await self.scenarios.stop()
         async with self._changing:
             await self._stop_recorder()
@@ -82,12 +82,12 @@ class OperatorCommands:
         return SdoAnswer(text=text[:LONGEST_OBJECT])
 
     async def _record(self, request: RecordRequest) -> Answer:
-        """Begin a recording, or end that which runs."""
+        """Begin a recording, or end the present one."""
         async with self._changing:
             failed = self._recorder is not None and self._recorder.failed
             if self._recorder is not None:
                 await self._stop_recorder()
-                if not failed:  # otherwise the page shows that none runs
+                if not failed:  # otherwise the page shows that there is no recording
                     return Answer()
             if request.file:
                 file = Path(request.file)
@@ -102,7 +102,7 @@ class OperatorCommands:
             await asyncio.to_thread(recorder.close)
 
     async def _play(self, request: PlayRequest) -> Answer:
-        """Play a scenario, or end that which is played."""
+        """Play a scenario, or end the present one."""
         if request.name:
             await self.scenarios.start(request.name)
         else:
@@ -110,7 +110,7 @@ class OperatorCommands:
         return Answer()
 
     async def _marker(self, request: MarkerRequest) -> Answer:
-        """Put a word at this moment into the strips, and into the recording that runs."""
+        """Put a text at this time into the strips, and into the present recording."""
         what = {"marker": request.text}
         self._state.take(event_entry(round(self._state.now * 1e9), what))
         return Answer()

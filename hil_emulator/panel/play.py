@@ -1,7 +1,6 @@
-"""The process that plays a scenario for the panel: on an emulator of its own, at the wall's pace.
+"""The process that plays a scenario for the panel, on its own emulator in real time.
 
-It says on its standard output, a line of JSON at a time, how far it is and which expectations are
-met, missed or still open. The live bench goes on beside it.
+It prints one line of JSON at a time: its progress, and which expectations are met, missed or open.
 """
 
 import json
@@ -23,7 +22,7 @@ _SLICE_S = 0.1  # emulator time between two lines (assumed)
 
 
 def play(file: Path) -> Iterator[dict[str, Any]]:
-    """Play a scenario; yield how it goes.
+    """Play a scenario; yield its progress.
 
     Raises:
         UserError: for a file that cannot be played.
@@ -41,7 +40,7 @@ def play(file: Path) -> Iterator[dict[str, Any]]:
             yield {
                 "title": scenario.title, "time": now, "duration": scenario.duration,
                 "checks": [
-                    {"text": c.text, "found": c.found, "state": state(e, c, now, over=over)}
+                    {"text": c.text, "found": c.observed, "state": state(e, c, now, over=over)}
                     for e, c in zip(scenario.expectations, checks, strict=True)
                 ],
             }  # fmt: skip
@@ -50,8 +49,8 @@ def play(file: Path) -> Iterator[dict[str, Any]]:
 
 
 def state(e: Expect, check: Check, now: float, *, over: bool) -> str:
-    """Return "met", "missed" or "open": what a check of the time up to now [s] says for good."""
-    if e.signal is None:  # what was seen stays seen
+    """Return the final state of a check at a time [s]: "met", "missed" or "open"."""
+    if e.signal is None:  # a frame that was seen stays seen
         settled = check.passed is e.seen or (e.until is not None and now >= e.until)
     elif e.by is not None:
         held = check.passed and e.lasting is not None

@@ -1,4 +1,4 @@
-"""Recording from the panel: what comes from the loop goes on to a writer's process, as it is."""
+"""Recording from the panel: the loop's entries are passed to a writer process."""
 
 import queue
 import threading
@@ -20,14 +20,14 @@ _PAUSE_S = 0.25  # without an entry, until the writer is looked at (assumed)
 class PanelRecorder:
     """One recording, from now until it is stopped.
 
-    The loop has no part in it: rows and frames come out of the shared memory.
+    The loop takes no part: rows and frames come from the shared memory.
 
     Args:
-        file: what to write; a name without a folder, of the folder in which the emulator runs.
+        file: to write; a name without a folder, for the folder in which the emulator runs.
         header: of a recording.
 
     Raises:
-        UserError: for another place, a file that exists, or one that cannot be written.
+        UserError: for a name with a folder, or a file that exists or cannot be written.
 
     """
 
@@ -43,7 +43,7 @@ class PanelRecorder:
         self._carrier.start()
 
     def take(self, kind: int, payload: bytes) -> None:
-        """Take an entry; of a row, what a recording has."""
+        """Record an entry; of a row, the columns of a recording."""
         if kind == EntryKind.ROW:
             payload = payload[: self._width]
         self._waiting.put(journal.entry(EntryKind(kind), payload))
@@ -54,12 +54,12 @@ class PanelRecorder:
         return bool(self._writer.failures)
 
     def close(self) -> None:
-        """Write the rest, and wait until the file is whole."""
+        """Write the rest, and wait until the file is complete."""
         self._waiting.put(b"")
         self._carrier.join()
 
     def _carry(self) -> None:
-        """Hand entries to the writer until an empty one comes; report the writer's failures."""
+        """Pass entries to the writer until an empty one comes; report the writer's failures."""
         supervisor = Supervisor(report)
         supervisor.watch(self._writer)
         while (entry := self._next()) != b"":

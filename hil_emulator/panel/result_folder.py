@@ -1,4 +1,4 @@
-"""The folder of an identification, read with the shapes that its users rely on checked."""
+"""The folder of an identification, read with checks of the required content."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +14,7 @@ RESULT, TRACES = "result.json", "traces.npz"
 """Files of a folder that `identify --out` writes."""
 
 MODELS = {"configured": "before", "found": "after"}
-"""What a model is called on the page, by what its errors are called in the file."""
+"""Name of each model on the page, by the name of its errors in the file."""
 
 SHORTEST, LONGEST = 1e-5, 1e3
 """Sample periods of a trace [s]: a log is examined at 1 ms to some seconds (assumed)."""
@@ -46,7 +46,7 @@ def result_of(file: Path) -> dict[str, Any]:
 
 
 def traces_of(file: Path) -> dict[str, dict[str, Trace]]:
-    """Return what was measured and the errors of both models: arrays by log, channel and part.
+    """Return measurement and errors of both models: arrays by log, channel and part.
 
     The file holds arrays `LOG/CHANNEL|PART`, see `identify.disagreement.gap.traces`.
 
@@ -64,7 +64,7 @@ def traces_of(file: Path) -> dict[str, dict[str, Trace]]:
             _check_log(log, channels)
     except UserError:
         raise
-    except Exception as error:  # numpy and zip answer damage with many kinds of exception
+    except Exception as error:  # numpy and zip raise many kinds of exception for damage
         raise UserError(
             f"{file}: not the traces of an identification: {_reason(error)}; write them with "
             "identify --out"
@@ -77,9 +77,9 @@ def _reason(error: Exception) -> str:
 
 
 def _check(content: Any) -> None:
-    """Raise ValueError where a result lacks something that is read of it."""
+    """Raise ValueError if a result lacks required content."""
     if not isinstance(content, dict):
-        raise ValueError("it is no table of results")
+        raise ValueError("it is not a table of results")
     for name in _TEXTS:
         if not isinstance(content.get(name), str):
             raise ValueError(f"its {name} is missing")
@@ -108,7 +108,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _check_log(log: str, channels: Mapping[str, Trace]) -> None:
-    """Raise ValueError where the traces of a log do not belong together."""
+    """Raise ValueError if the traces of a log do not fit together."""
     lengths = set()
     for channel, trace in channels.items():
         wanted = ["time", "measured", *MODELS.values(), *(f"free_{p}" for p in MODELS.values())]

@@ -1,10 +1,10 @@
-"""A ring of bytes in shared memory: one process writes and never waits, another one reads.
+"""A ring buffer in shared memory: one process writes without waiting, another one reads.
 
-The loop writes whole entries and then tells how far it has come, in one store of eight bytes. A
-reader copies first and looks afterwards whether what it copied had been overwritten meanwhile; then
-it goes on at the newest entry and says how much it has missed. There is no lock, and nothing that a
-reader does reaches the writer. The memory is a file without a name: only a process that inherits
-its descriptor can see it, and it is gone with the last of them.
+The loop writes complete entries and then publishes its position by one store of eight bytes. A
+reader copies first and then checks whether its copy was overwritten meanwhile. In that case it
+continues at the newest entry and counts the loss. There is no lock, and a reader cannot affect the
+writer. The memory is a file without a name: only a process that inherits its descriptor can access
+it, and it disappears with the last of them.
 """
 
 import mmap
@@ -13,17 +13,17 @@ import tempfile
 from pathlib import Path
 
 _HEADER = 64
-"""Bytes before the data: how many have been written in all, and when [ns]."""
-_SHARED_MEMORY = Path("/dev/shm")  # where Linux keeps files that are memory
+"""Bytes before the data: number of bytes written in all, and the time of the last write [ns]."""
+_SHARED_MEMORY = Path("/dev/shm")  # folder of files in memory on Linux
 
 SIZE = 1 << 25
 """Bytes of the ring: half a minute of the reference machine at 1 kHz (assumed)."""
 LARGEST = 1 << 20
-"""Most bytes written at once; a reader keeps as far behind the place that is being written."""
+"""Largest number of bytes written at once, and distance that a reader keeps from the writer."""
 
 
 class RingWriter:
-    """The writing end, which makes the memory.
+    """The writing end, which creates the memory.
 
     Args:
         size: bytes of data, a power of two.
@@ -45,7 +45,7 @@ class RingWriter:
         self._written = 0
 
     def write(self, entries: bytes | bytearray, now_ns: int) -> None:
-        """Append whole entries, `LARGEST` bytes at most; more is left out.
+        """Append complete entries, `LARGEST` bytes at most; more is left out.
 
         Args:
             entries: the bytes.
@@ -65,7 +65,7 @@ class RingWriter:
         self._words[0] = self._written
 
     def close(self) -> None:
-        """Leave the memory to its readers."""
+        """Close the descriptor; readers keep the memory."""
         self._words.release()
         self._data.release()
         self._memory.close()
@@ -80,7 +80,7 @@ class RingReader:
 
     Attributes:
         missed: bytes that were overwritten before they were read.
-        stamp_ns: when what was read last had been written, by the monotonic clock [ns].
+        stamp_ns: when the last read data were written, by the monotonic clock [ns].
 
     """
 
@@ -93,7 +93,7 @@ class RingReader:
         self.stamp_ns = 0
 
     def read(self) -> bytes:
-        """Return all whole entries since the last call; after a loss, only what comes from now."""
+        """Return all complete entries since the last call; after a loss, only those from now on."""
         self.stamp_ns = self._words[1]
         written = self._words[0]
         count = written - self._read
@@ -101,18 +101,18 @@ class RingReader:
             return b""
         at = _HEADER + (self._read & (self._size - 1))
         end = min(at + count, _HEADER + self._size)
-        found = self._memory[at:end]
-        if len(found) < count:
-            found += self._memory[_HEADER : _HEADER + count - len(found)]
+        data = self._memory[at:end]
+        if len(data) < count:
+            data += self._memory[_HEADER : _HEADER + count - len(data)]
         begin, self._read = self._read, written
         if (
             self._words[0] + LARGEST - begin > self._size
         ):  # overwritten while, or before, it was read
             self.missed += count
             return b""
-        return found
+        return data
 
     def close(self) -> None:
-        """Let go of the memory."""
+        """Release the memory."""
         self._words.release()
         self._memory.close()

@@ -1,4 +1,4 @@
-"""Where scenarios are played: which there are, and the one that runs."""
+"""The scenarios of the panel, and the present one."""
 
 import asyncio
 import json
@@ -14,14 +14,14 @@ _SHIPPED = "configs/scenarios/stuck_spool_at_speed.toml"
 
 
 class ScenarioPlayer:
-    """Plays one scenario at a time, in a process of its own.
+    """Plays one scenario at a time, in a separate process.
 
     Args:
-        folders: where further scenarios are.
+        folders: folders of further scenarios.
 
     Attributes:
         files: the scenarios, by name.
-        progress: how the last one goes, see `play`; None before the first.
+        progress: of the last one, see `play`; None before the first.
 
     """
 
@@ -34,10 +34,10 @@ class ScenarioPlayer:
         self._task: asyncio.Task[None] | None = None
 
     async def start(self, name: str) -> None:
-        """Play a scenario from its beginning; what was played before ends.
+        """Play a scenario from its beginning; the present one ends.
 
         Raises:
-            UserError: for one that is not there.
+            UserError: for an unknown one.
 
         """
         if name not in self.files:
@@ -48,7 +48,7 @@ class ScenarioPlayer:
         self._task = asyncio.create_task(self._play(self.files[name]))
 
     async def stop(self) -> None:
-        """End what is played."""
+        """End the present scenario."""
         self._stopped = True
         if self._player is not None and self._player.returncode is None:
             self._player.kill()

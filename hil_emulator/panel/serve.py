@@ -1,7 +1,7 @@
-"""The process beside the loop that serves the panel; started by `server_process.Panel`.
+"""The process that serves the panel; started by `server_process.Panel`.
 
-It runs at a lower priority than everything else, reads shared memory and asks the loop over a
-socket, whose end is its own.
+It runs at a lower priority than everything else, reads the shared memory and sends requests to the
+loop over a private socket.
 """
 
 import asyncio
@@ -41,13 +41,13 @@ async def serve(port: int, loop: socket.socket, ring: RingReader) -> None:
     await bench.pump()
     looking.cancel()
     await bench.close()
-    server.close(close_connections=False)  # with their last message first
+    server.close(close_connections=False)  # after their last message
     with contextlib.suppress(TimeoutError):
         await asyncio.wait_for(server.wait_closed(), _FAREWELL_S)
 
 
 def main() -> None:
-    """Serve on the port of the first argument; then come the line to the loop and the ring."""
+    """Serve on the port of the first argument; the others are the line to the loop and the ring."""
     port, line, ring = map(int, sys.argv[1:])
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(_NICENESS)

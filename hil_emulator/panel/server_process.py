@@ -1,4 +1,4 @@
-"""The panel as the loop sees it: shared memory that it fills, a process that it starts."""
+"""The panel's part in the loop's process: shared memory, and the process that it starts."""
 
 import importlib.util
 import secrets
@@ -20,20 +20,20 @@ from hil_emulator.simulation.rig import Rig
 from hil_emulator.simulation.timed_can_port import CanPort
 
 PORT = 29538
-"""Where the panel is if that port is free: the next one after the remote control's (assumed)."""
+"""Default port of the panel: the next one after the remote control's (assumed)."""
 _PROGRAM = "hil_emulator.panel.serve"
 _ROLE = (
     "panel",
-    "its page works no longer, a recording begun there has ended; start the run again with --panel",
+    "its page and its recording have ended; start the run again with --panel",
 )
-"""Name of the process, and what is lost with it."""
+"""Name of the process, and the loss if it fails."""
 
 
 def require_server() -> None:
-    """Make sure that what the panel needs is there.
+    """Check that the panel's packages are installed.
 
     Raises:
-        UserError: says what to install.
+        UserError: names what to install.
 
     """
     if importlib.util.find_spec("websockets") is None:
@@ -42,11 +42,11 @@ def require_server() -> None:
 
 @dataclass(frozen=True)
 class PanelOptions:
-    """How a panel is opened.
+    """Options of a panel.
 
     Attributes:
-        view_only: whether it only shows.
-        port: TCP port on 127.0.0.1; any free one where that is taken.
+        view_only: whether it refuses changes.
+        port: TCP port on 127.0.0.1; another free one if it is in use.
 
     """
 
@@ -55,14 +55,14 @@ class PanelOptions:
 
 
 class Panel:
-    """Makes what the loop needs for its panel; `open` starts the process that serves it.
+    """The loop's objects for its panel; `open` starts the process that serves it.
 
     Args:
-        options: how it is opened.
-        bus: what the rig is on.
+        options: of the panel.
+        bus: of the rig.
 
     Attributes:
-        hand: the rig's bus, with what is sent by hand.
+        hand: the rig's bus, with frames sent by hand.
         publisher: the rig's recorder.
         timing: the timing of its loop.
 
@@ -77,12 +77,12 @@ class Panel:
         self.timing = PublishedTiming(self.publisher)
 
     def open(self, rig: Rig, config: Configuration, bus: Bus, supervisor: Supervisor) -> str:
-        """Start the process; return the address of the page, with the token that opens it.
+        """Start the process; return the address of the page with its token.
 
         Args:
-            rig: what is shown.
-            config: what it is.
-            bus: what it is on.
+            rig: to show.
+            config: of the rig.
+            bus: of the rig.
             supervisor: watches the process; the page shows its failures.
 
         """
@@ -92,24 +92,24 @@ class Panel:
             _PROGRAM,
             loop_requests(self.hand, bus, self.timing, supervisor),
             shared=[self._ring.fd],
-            briefing=self._briefing(rig, config, token),
+            briefing=self._session_info(rig, config, token),
             role=_ROLE,
         )
         supervisor.watch(self._server.process)
         return f"http://127.0.0.1:{self._server.port}/#{token}"
 
     def serve(self, rig: Rig) -> None:
-        """Answer the requests that have come."""
+        """Answer the pending requests."""
         assert self._server is not None
         self._server.serve(rig)
 
     def close(self) -> None:
-        """End the process, and wait for the recording that it may be writing."""
+        """End the process, and wait for its recording."""
         if self._server is not None:
             self._server.close()
         self._ring.close()
 
-    def _briefing(self, rig: Rig, config: Configuration, token: str) -> dict[str, Any]:
+    def _session_info(self, rig: Rig, config: Configuration, token: str) -> dict[str, Any]:
         return {
             "token": token,
             "view_only": self._options.view_only,

@@ -1,4 +1,4 @@
-"""One browser: what it looks at, what it asks for, what it gets."""
+"""The session of one browser: its view, its requests, its messages."""
 
 import asyncio
 import json
@@ -30,10 +30,10 @@ from hil_emulator.protocol.page import (
 ENDED = 4001
 """Code with which the stream is closed when the emulator has ended (RFC 6455: for private use)."""
 PUNCTUAL = (LATENESS, EXECUTION)
-"""Signals of the loop's timing; a recording has none of them."""
+"""Signals of the loop's timing, which a recording lacks."""
 _TELL_EVERY = FRAMES_PER_S // 5  # frames between two messages in words
 _LINES = 200  # of the trace, at a time (assumed)
-_AGES = 300  # of which the median is told: ten seconds (assumed)
+_AGES = 300  # for the reported median: ten seconds (assumed)
 _KEPT = 64  # messages whose way to the screen is timed
 
 
@@ -42,7 +42,7 @@ class Session:
 
     Args:
         source: the bench.
-        connection: the way to the browser.
+        connection: to the browser.
 
     """
 
@@ -52,13 +52,13 @@ class Session:
         self._state = source.state
         self._strips = Strips(source.state.history)
         self._watching = ""
-        self._wanted, self._after = "", 0  # of the trace: its filter, the last frame told
+        self._wanted, self._after = "", 0  # of the trace: its filter, the last frame sent
         self._told_events = 0
         self._stamps: deque[tuple[int, int]] = deque(maxlen=_KEPT)
         self._ages: deque[float] = deque(maxlen=_AGES)
 
     async def run(self) -> None:
-        """Greet, then show and obey."""
+        """Send the first message, then data and answers."""
         listening = asyncio.create_task(self._listen())
         try:
             await self._say({"hello": self._source.hello})
@@ -125,7 +125,7 @@ class Session:
         await self._connection.send(window)
 
     def _look_at(self, name: str) -> None:
-        """Turn to another log."""
+        """Show another log."""
         if name not in self._source.logs:
             raise UserError(f"no log {brief(name)}; there are {', '.join(self._source.logs)}")
         self._state = self._source.logs[name]
@@ -133,55 +133,57 @@ class Session:
         self._told_events = 0
 
     def _painted(self, number: int) -> None:
-        """Take note that a message is on the screen: its age counts the way back, too."""
-        for known, stamp_ns in self._stamps:
-            if known == number:
+        """Store that a message is on the screen; its age includes the way back."""
+        for newest, stamp_ns in self._stamps:
+            if newest == number:
                 self._ages.append((time.monotonic_ns() - stamp_ns) * 1e-9)
 
     def _latency(self) -> list[float]:
-        """Return median and maximum of how old ticks were lately when they had been painted [s]."""
+        """Return median and maximum age [s] of recent ticks when they were on the screen."""
         return [statistics.median(self._ages), max(self._ages)] if self._ages else []
 
     def _words(self) -> dict[str, Any]:
-        """Return what changes slowly, as far as the browser looks at it."""
+        """Return the slow data that the browser shows."""
         state = self._state
         events = [e for e in state.events if e[0] > self._told_events]
         self._told_events = events[-1][0] if events else self._told_events
         traffic = state.traffic
-        said: dict[str, Any] = {
+        message: dict[str, Any] = {
             "status": self._source.status, "events": events, "latency": self._latency(),
             "bus": {"rate": traffic.rate, "load": traffic.load},
             "oldest": state.history.oldest * state.history.tick, "now": state.now,
         }  # fmt: skip
         match self._watching:
             case "nodes":
-                said["nodes"] = nodes(state)
+                message["nodes"] = nodes(state)
             case "loop":
                 kept = [name for name in PUNCTUAL if name in state.columns]
-                said["loop"] = {name.partition(".")[2]: state.spread(name) for name in kept}
+                message["loop"] = {name.partition(".")[2]: state.spread(name) for name in kept}
             case "identifiers":
-                said["identifiers"] = traffic.table()
+                message["identifiers"] = traffic.table()
             case "trace":
-                self._after, said["trace"] = traffic.trace(self._after, self._wanted, _LINES)
-        return said
+                self._after, message["trace"] = traffic.trace(self._after, self._wanted, _LINES)
+        return message
 
     async def _say(self, what: Mapping[str, Any]) -> None:
         await self._connection.send(json.dumps(what))
 
 
 def nodes(state: LiveState) -> list[dict[str, Any]]:
-    """Return what each node's messages say: its PDOs with their values, its last emergency."""
+    """Return each node's PDOs with their values, and its last emergency."""
     traffic = state.traffic
-    found: dict[str, dict[str, Any]] = {}
+    by_node: dict[str, dict[str, Any]] = {}
     for message in traffic.pdos.values():
-        node = found.setdefault(message.node, {"name": message.node, "pdos": []})
+        node = by_node.setdefault(message.node, {"name": message.node, "pdos": []})
         stream = traffic.identifiers.get(message.identifier)
         node["pdos"].append({
             "name": message.pdo, "id": f"{message.can_id:03X}", "fields": traffic.values(message),
             "count": stream.count if stream else 0, "period": stream.period if stream else None,
         })  # fmt: skip
-    for node in found.values():
+    for node in by_node.values():
         number = int(node["name"].removeprefix("node"))
-        said = [e for can_id, e in traffic.emergencies.items() if can_id & 0x7F == number]
-        node["emergency"] = {"time": said[0][0], "words": said[0][1]} if said else None
-    return list(found.values())
+        emergencies = [e for can_id, e in traffic.emergencies.items() if can_id & 0x7F == number]
+        node["emergency"] = (
+            {"time": emergencies[0][0], "words": emergencies[0][1]} if emergencies else None
+        )
+    return list(by_node.values())

@@ -1,4 +1,4 @@
-"""What the page has to know of a bench before it shows it: machine, signals, settings, faults."""
+"""First message to the page: machine, signals, settings, faults."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,11 +14,11 @@ _SHOWN = {
     "Pa/s": "bar/s", "A/s": "mA/s",
 }  # fmt: skip
 """The units in which engineers read signals."""
-_USUAL_CURRENT = 10e-3  # A; of a valve that says nothing of a largest current (assumed)
+_USUAL_CURRENT = 10e-3  # A; of a valve without a largest current (assumed)
 
 
 def machine(config: Configuration) -> dict[str, Any]:
-    """Return what the picture of the actuator is drawn from, SI."""
+    """Return the data for the picture of the actuator, SI."""
     plant = config.plant
     area, supply = plant["cylinder_piston_area"], plant["supply_pressure"]
     current = plant.get("current_saturation_limit", _USUAL_CURRENT)
@@ -35,38 +35,38 @@ def machine(config: Configuration) -> dict[str, Any]:
 
 def units(columns: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return name, shown unit and SI units per shown unit of every column."""
-    found = []
+    rows = []
     for name, unit in columns.items():
         shown = "us" if name.startswith("loop.") else _SHOWN.get(unit, unit)
         scale = factor(unit, shown) if shown != unit else 1.0
         written = {"us": "µs", "1": "", "degC": "°C"}.get(shown, shown)
-        found.append({"name": name, "unit": written, "scale": scale})
-    return found
+        rows.append({"name": name, "unit": written, "scale": scale})
+    return rows
 
 
 def settings(machine: Mapping[str, float]) -> list[dict[str, Any]]:
-    """Return every setting with its bounds, and what a slider covers: what the machine can bear."""
+    """Return every setting with its bounds, and the range of its slider for this machine."""
     reach = {
         "supply_pressure": (1e5, 1.5 * machine["supply_pressure"]),
         "external_force": (-machine["force"], machine["force"]),
         "wall_shift": (-machine["stroke"], machine["stroke"]),
         "valve_current": (-machine["current"], machine["current"]),
     }
-    found = []
+    rows = []
     for param in SETTINGS.values():
         shown = param.shown or ("" if param.unit == "1" else param.unit)
         scale = factor(param.unit, shown) if shown and shown != param.unit else 1.0
         low, high = reach.get(param.name, (param.low, param.high))
-        found.append({
+        rows.append({
             "name": param.name, "meaning": param.meaning, "unit": shown, "scale": scale,
             "low": param.low, "high": param.high,
             "slider": [max(low, param.low), min(high, param.high)],
         })  # fmt: skip
-    return found
+    return rows
 
 
 def faults() -> list[dict[str, Any]]:
-    """Return every target with the kinds of fault that it can have, their fields and bounds."""
+    """Return every target with its kinds of fault, their fields and bounds."""
     return [
         {"target": target, "kinds": [_kind(target, kind) for kind in kinds_of(target).values()]}
         for target in targets()
@@ -84,9 +84,9 @@ def _kind(target: str, kind: FaultKind) -> dict[str, Any]:
 
 
 def _param(target: str, kind: FaultKind, param: FaultParam) -> dict[str, Any]:
-    said: dict[str, Any] = {"name": param.name, "meaning": param.meaning}
+    field: dict[str, Any] = {"name": param.name, "meaning": param.meaning}
     if param.unit == TEXT:
-        return said | {"choices": twins(target)}
+        return field | {"choices": twins(target)}
     scale, unit, shown = measure(target, kind, param)
     shown = shown or ("" if unit == "1" else unit)
     scale /= factor(unit, shown) if shown and shown != unit else 1.0
@@ -94,4 +94,4 @@ def _param(target: str, kind: FaultKind, param: FaultParam) -> dict[str, Any]:
     shown_numbers = {
         k: None if v is None else float(f"{v * scale:.6g}") for k, v in numbers.items()
     }
-    return said | {"unit": shown} | shown_numbers
+    return field | {"unit": shown} | shown_numbers

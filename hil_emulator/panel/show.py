@@ -1,4 +1,4 @@
-"""Serves what is over, in this process, until it is interrupted."""
+"""Server of a recording or result in this process, until it is interrupted."""
 
 import asyncio
 import secrets
@@ -10,7 +10,7 @@ from hil_emulator.panel.web_server import WebServer
 
 
 def show(source: Source, say: Callable[[str], None]) -> None:
-    """Serve a page until Ctrl-C; `say` is given its address."""
+    """Serve a page until Ctrl-C; `say` is called with its address."""
 
     async def serve() -> None:
         token = secrets.token_urlsafe(16)

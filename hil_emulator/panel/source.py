@@ -1,4 +1,4 @@
-"""What a page shows, whether it lives or is over: the bench as the browsers' sessions see it."""
+"""The source of a page's data: a live bench, a recording or a result."""
 
 import asyncio
 from typing import Any, Protocol
@@ -7,19 +7,19 @@ from hil_emulator.panel.live_state import LiveState
 from hil_emulator.protocol.base import Answer, Request
 
 FRAMES_PER_S = 30
-"""How often a page gets what is new."""
+"""Messages with new data per second."""
 
 
 class Source(Protocol):
     """A bench.
 
     Attributes:
-        state: what has come of it.
-        logs: further ones, by name, that a page may look at instead.
-        hello: what a page is told first.
+        state: its data.
+        logs: further ones, by name, that a page may show instead.
+        hello: first message to a page.
         stamp_ns: when its last tick was written, by the monotonic clock [ns].
-        status: how it is: what the loop answered last.
-        ended: set when it is over.
+        status: last status of the loop.
+        ended: set when it has ended.
 
     """
 
@@ -31,11 +31,11 @@ class Source(Protocol):
     ended: asyncio.Event
 
     async def next_frame(self) -> None:
-        """Return when there is something new to show."""
+        """Return when there are new data."""
         ...
 
     async def ask(self, request: Request) -> Answer:
-        """Do what a page asks for.
+        """Handle a request of a page.
 
         Raises:
             UserError: with the reason why it is refused.

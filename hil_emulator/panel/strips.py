@@ -1,6 +1,6 @@
-"""What a page's strips get: messages of buckets, see `protocol.stream`.
+"""Messages for a page's strips: buckets of signals, see `protocol.stream`.
 
-A live message repeats the last bucket of the one before, which was not whole yet.
+A live message repeats the last bucket of the one before, which was incomplete.
 """
 
 from collections.abc import Sequence
@@ -12,10 +12,10 @@ from hil_emulator.protocol.stream import HEAD, LIVE, PAST
 
 
 class Strips:
-    """What one browser looks at.
+    """The strips of one browser.
 
     Args:
-        history: what there is.
+        history: of the bench.
 
     """
 
@@ -30,10 +30,10 @@ class Strips:
         """Show signals live from now on.
 
         Args:
-            columns: which; none to pause.
+            columns: indices of the signals; none to pause.
             span: time that is shown [s].
             pixels: width of the strips.
-            generation: told with every message: which question it answers.
+            generation: number of the request, repeated in every message.
 
         """
         history = self._history
@@ -45,7 +45,7 @@ class Strips:
         self._next = begin // self._width
 
     def news(self, stamp_ns: int) -> bytes:
-        """Return the message of what has come since the last one."""
+        """Return the message of new data since the last one."""
         history, width = self._history, self._width
         last = max(0, history.end - 1) // width
         first = min(last, max(self._next, last - self._count + 1))
@@ -55,7 +55,7 @@ class Strips:
     def window(
         self, columns: Sequence[int], span: tuple[float, float], pixels: int, generation: int
     ) -> bytes:
-        """Return the message of a time from, to [s]."""
+        """Return the message of a time window [s]."""
         history = self._history
         low, high = (round(t / history.tick) for t in span)
         low, high = max(low, history.oldest), min(high, history.end)

@@ -1,4 +1,4 @@
-"""The bus as the panel shows it: what each identifier carries, how often, and what it means."""
+"""The traffic of the bus for the panel: content, rate and meaning by identifier."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -13,7 +13,7 @@ from hil_emulator.recording.messages import describe, from_json
 from hil_emulator.units import factor
 
 _TRACE = 20_000
-"""Frames that the trace looks back on: some seconds of a full bus (assumed)."""
+"""Number of frames in the trace: some seconds of a full bus (assumed)."""
 _SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
 _WINDOW_NS = 1_000_000_000
 
@@ -37,10 +37,10 @@ class Identifier:
 
 
 class Frames:
-    """Takes every frame; says what went over the bus.
+    """Counts every frame of the bus.
 
     Args:
-        header: of a recording: the meaning of the frames.
+        header: of a recording, with the meaning of the frames.
         bit_rate: of the bus [bit/s].
 
     Attributes:
@@ -62,24 +62,24 @@ class Frames:
         self.learn(header["messages"])
 
     def learn(self, messages: Iterable[Mapping[str, Any]]) -> None:
-        """Take what PDOs mean from now on."""
+        """Set the meaning of PDOs from now on."""
         self.pdos = {m.identifier: m for m in from_json(messages)}
 
-    def take(self, found: Iterable[tuple[int, bool, Frame]]) -> None:
-        """Take frames, oldest first."""
-        for now_ns, sent, frame in found:
+    def take(self, frames: Iterable[tuple[int, bool, Frame]]) -> None:
+        """Count frames, oldest first."""
+        for now_ns, sent, frame in frames:
             if now_ns >= self._until_ns:
                 self._close_window(now_ns)
             self._count += 1
             self._frames += 1
             self._bits += frame_bits(len(frame.data), extended=frame.extended)
             self._trace.append((self._count, now_ns, sent, frame))
-            known = self.identifiers.get(frame.identifier)
-            if known is None:
-                known = self.identifiers[frame.identifier] = Identifier(frame, sent)
-            known.frame, known.sent, known.last_ns = frame, sent, now_ns
-            known.count += 1
-            known.marks.append(now_ns)
+            entry = self.identifiers.get(frame.identifier)
+            if entry is None:
+                entry = self.identifiers[frame.identifier] = Identifier(frame, sent)
+            entry.frame, entry.sent, entry.last_ns = frame, sent, now_ns
+            entry.count += 1
+            entry.marks.append(now_ns)
             if self._is_emergency(frame):
                 self.emergencies[frame.can_id] = now_ns * 1e-9, emergency(frame.data)
 
@@ -100,12 +100,12 @@ class Frames:
         ]  # fmt: skip
 
     def trace(self, after: int, wanted: str, most: int) -> tuple[int, list[dict[str, Any]]]:
-        """Return the newest frames whose line has a text in it, and the number of the last frame.
+        """Return the newest frames whose line contains a text, and the number of the last frame.
 
         Args:
-            after: the number from which on they are looked for.
+            after: number after which frames are searched.
             wanted: the text.
-            most: how many at most.
+            most: largest number of frames.
 
         """
         lines: list[dict[str, Any]] = []
@@ -121,20 +121,20 @@ class Frames:
         return self._count, lines[::-1]
 
     def values(self, message: Message) -> list[dict[str, Any]]:
-        """Return what a PDO last carried, in the units that engineers write."""
+        """Return the last content of a PDO, in the units that engineers write."""
         stream = self.identifiers.get(message.identifier)
         data = stream.frame.data if stream and len(stream.frame.data) >= message.size else None
-        found = []
+        rows = []
         for each in message.fields:
             shown = _SHOWN.get(each.unit, each.unit)
             scale = factor(each.unit, shown) if shown != each.unit else 1.0
             value = None if data is None else each.value(data) / scale
-            found.append({"name": each.name, "value": value, "unit": "" if shown == "1" else shown})
-        return found
+            rows.append({"name": each.name, "value": value, "unit": "" if shown == "1" else shown})
+        return rows
 
     def _is_emergency(self, frame: Frame) -> bool:
-        known = self._services.get(frame.identifier)
-        return known is not None and known.pdo == "EMCY" and len(frame.data) == 8
+        message = self._services.get(frame.identifier)
+        return message is not None and message.pdo == "EMCY" and len(frame.data) == 8
 
     def _close_window(self, now_ns: int) -> None:
         self.rate, self.load = self._frames, self._bits / self._bit_rate

@@ -1,8 +1,8 @@
-"""The panel's port: its page, and one websocket that opens to whoever has the token.
+"""The panel's port: its page, and a WebSocket that needs the token.
 
-The page and its parts hold nothing of the bench and are the same for everybody. The stream of data
-and all commands go over the websocket; the token is behind the `#` of the printed address, which a
-browser sends to nobody, and reaches this process in the websocket's own address.
+The page is public and contains no data of the bench. Data and commands go over the WebSocket. The
+token is behind the `#` of the printed address, which browsers do not send; the page puts it into
+the address of the WebSocket.
 """
 
 import hmac
@@ -38,7 +38,7 @@ class WebServer:
 
     Args:
         source: the bench.
-        token: what opens the stream.
+        token: required to open the stream.
 
     Attributes:
         port: TCP port in use, once it is open.
@@ -54,7 +54,7 @@ class WebServer:
         self._open = 0
 
     async def listen(self, port: int) -> Server:
-        """Open the port, or any free one where another program has it."""
+        """Open the port, or another free one if it is in use."""
         try:
             server = await self._listen(port)
         except OSError:

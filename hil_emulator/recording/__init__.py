@@ -1,4 +1,4 @@
-"""Recordings: written beside the loop, read after whatever ended it, replayed and drawn."""
+"""Recordings: written by a separate process, readable after any end, replayed and drawn."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,10 +8,10 @@ SUFFIX = ".rec"
 
 
 def journal_of(files: Sequence[Path]) -> Path:
-    """Return the file of the journal while a recording into some files is made.
+    """Return the file of the journal of a recording.
 
-    It is the first `.rec` among these files. Where no such file is asked for, or it exists and is
-    replaced at the end only, the journal is named after the first file.
+    It is the first `.rec` among the files. If there is none, or if it exists and is replaced only
+    at the end, the journal is named after the first file.
     """
     kept = next((file for file in files if file.suffix == SUFFIX), None)
     if kept is not None and not kept.exists():

@@ -29,7 +29,7 @@ def check_file(file: Path) -> None:
     """Refuse a file that cannot be written, before the run.
 
     Raises:
-        UserError: for an unknown ending, a folder that is not there or a missing extra.
+        UserError: for an unknown ending, a missing folder or a missing extra.
 
     """
     endings = (SUFFIX, *known())
@@ -42,10 +42,10 @@ def check_file(file: Path) -> None:
 
 
 def check_files(files: Sequence[Path], *, overwrite: bool = False, way_out: str = WAY_OUT) -> None:
-    """Refuse files that cannot be written, and such as exist; companions of the formats, too.
+    """Refuse files that exist or cannot be written, with the companions of their formats.
 
     Args:
-        files: what is going to be written.
+        files: to write.
         overwrite: whether existing files are replaced.
         way_out: see `refuse_existing`.
 
@@ -63,7 +63,7 @@ def check_files(files: Sequence[Path], *, overwrite: bool = False, way_out: str 
 def check_recording(
     files: Sequence[Path], *, overwrite: bool = False, way_out: str = WAY_OUT
 ) -> None:
-    """Refuse files as `check_files` does, and a journal that exists, which is never replaced.
+    """Refuse files as `check_files` does, and an existing journal, which is never replaced.
 
     Raises:
         UserError: names the file, the reason and the way out.
@@ -71,7 +71,7 @@ def check_recording(
     """
     check_files(files, overwrite=overwrite, way_out=way_out)
     journal = journal_of(files)
-    rescue = f"move it away; if it is left of a run that was cut short, convert {journal} first"
+    rescue = f"move it away; if it is from an interrupted run, convert {journal} first"
     refuse_existing([journal], way_out=rescue)
 
 
@@ -80,7 +80,7 @@ def export(source: Path, *files: Path, overwrite: bool = False) -> None:
 
     Args:
         source: the journal.
-        files: what is written.
+        files: to write.
         overwrite: whether existing files are replaced.
 
     Raises:
@@ -94,7 +94,7 @@ def export(source: Path, *files: Path, overwrite: bool = False) -> None:
 
 
 def write(source: Path, file: Path) -> None:
-    """Write a journal in the format of the file's ending; the caller protects what is there.
+    """Write a journal in the format of the file's ending; the caller checks existing files.
 
     Raises:
         UserError: if the journal cannot be read.

@@ -1,4 +1,4 @@
-"""What a format of another tool *is*; each is declared in its file of the folder `formats`."""
+"""Declaration of a format of another tool, each in its file of the folder `formats`."""
 
 import importlib
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from pathlib import Path
 from hil_emulator.errors import UserError
 
 EXTRA = "recording"
-"""Extra of this package that brings what formats need."""
+"""Extra of this package with the libraries of formats."""
 
 
 @dataclass(frozen=True)
@@ -18,8 +18,8 @@ class Format:
     Attributes:
         endings: of its files, such as ".csv".
         write: writes a journal (first argument) into a file.
-        needs: the module without which it cannot be written, of the extra `recording`.
-        companions: the files that `write` makes besides, in the same folder.
+        needs: the required module, of the extra `recording`.
+        companions: further files that `write` makes, in the same folder.
 
     """
 
@@ -29,10 +29,10 @@ class Format:
     companions: Callable[[Path], tuple[Path, ...]] = lambda _: ()
 
     def check(self, file: Path) -> None:
-        """Refuse a file where what the format needs is not installed.
+        """Refuse a file if a library of the format is not installed.
 
         Raises:
-            UserError: says what to install.
+            UserError: names what to install.
 
         """
         try:

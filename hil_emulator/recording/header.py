@@ -1,4 +1,4 @@
-"""The header of a recording: what made the data, and what the data mean."""
+"""The header of a recording: origin and meaning of the data."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,7 +14,7 @@ from hil_emulator.signals.columns import columns
 
 
 def provenance(config: Configuration) -> dict[str, str]:
-    """Return what a recording says about its origin."""
+    """Return the origin of a recording."""
     return {
         "hil-emulator": __version__,
         "configuration": ", ".join(f.name for f in config.files),
@@ -27,7 +27,7 @@ def header(config: Configuration, nodes: Sequence[Node], capture: str = "") -> d
     """Return the header of a recording.
 
     Args:
-        config: what runs.
+        config: of the run.
         nodes: its nodes, for the meaning of the frames.
         capture: the condition of a pre-trigger capture, which does not begin at the start.
 
@@ -50,5 +50,5 @@ def header(config: Configuration, nodes: Sequence[Node], capture: str = "") -> d
 
 
 def remembered(recorder: MemoryRecorder, head: dict[str, Any]) -> Recording:
-    """Return what a recorder has kept in memory as a recording."""
+    """Return the content of a memory recorder as a recording."""
     return Recording(head, recorder.rows(), list(recorder.frames), list(recorder.events))

@@ -1,4 +1,4 @@
-"""What a recording's header has to look like: a file may be damaged, or made by anybody."""
+"""Schema of a recording's header, which may be damaged or come from an untrusted source."""
 
 import math
 from pathlib import Path
@@ -32,27 +32,27 @@ SHAPE: dict[str, Any] = {
     "effects": {str: str},
     "supply_mates": [str],
 }
-"""By key, what is there: a type, one of several, a list of something, an object with these keys, an
-object of texts."""
+"""Shape by key: a type, one of several, a list of a shape, an object with these keys, an object of
+texts."""
 
 OPTIONAL = {"nodes", "configuration", "effects", "services", "supply_mates"}
-"""Keys that recordings of earlier versions lack."""
+"""Keys that are missing in recordings of earlier versions."""
 
 LARGEST = 16 * MIB
-"""Of a header [B]: sixteen configurations of the size that is allowed."""
+"""Largest header [B]: sixteen configurations of the largest size."""
 
 SHORTEST_NS, LONGEST_NS = 10_000, 1_000_000_000
-"""Of a tick [ns]: ten times beyond what a configuration may have."""
+"""Longest tick [ns]: ten times the limit of a configuration."""
 
 _EVENT_DRIVEN = 255
-"""Transmission type of a PDO that says nothing of its cadence (CiA 301 7.5.2.36)."""
+"""Transmission type of a PDO without a stated cadence (CiA 301 7.5.2.36)."""
 
 _WORD = 64
-"""Bits of a frame's data, in which a field has its place."""
+"""Number of bits of a frame's data."""
 
 
 def header_of_entry(file: Path, payload: bytes) -> dict[str, Any]:
-    """Return the header that the first entry of a journal holds.
+    """Return the header of a journal's first entry.
 
     Raises:
         UserError: if it is damaged.
@@ -64,36 +64,37 @@ def header_of_entry(file: Path, payload: bytes) -> dict[str, Any]:
     except (LookupError, TypeError, ValueError):
         sound = False
     if not sound:
-        raise UserError(f"{file}: its header is damaged; nothing in it can be trusted")
+        raise UserError(f"{file}: its header is damaged, so it cannot be read")
     return dict(content)
 
 
 def _of_today(content: Any) -> Any:
-    """Return a header as this version writes it; `HILREC1` had messages by name, and no SYNC.
+    """Return a header in the format of this version.
 
-    What a message lacked there is what no decoding of frames needs. Before there were PDOs with
-    29-bit identifiers, no message said that its own has 11, and no field had words for its values.
+    `HILREC1` had messages by name, and no SYNC. Decoding of frames needs none of the keys that
+    messages lacked. Older messages have 11-bit identifiers, and fields without words for their
+    values.
     """
     if not isinstance(content, dict):
         return content
     content = {"sync_ms": 0} | content
     if not any("name" in m for m in content["messages"]):
-        said = [
+        converted = [
             {"extended": False, **m, "fields": [{"choices": "", **f} for f in m["fields"]]}
             for m in content["messages"]
         ]
-        return content | {"messages": said}
-    found = []
+        return content | {"messages": converted}
+    messages = []
     for old in content["messages"]:
         pdo, _, node = old["name"].partition("_")
         fields = [{**f, "index": 0, "subindex": 0, "low": None, "high": None, "choices": ""}
                   for f in old["fields"]]  # fmt: skip
-        found.append(
+        messages.append(
             {"node": node, "pdo": pdo, "can_id": old["can_id"], "size": old["size"],
              "transmission_type": _EVENT_DRIVEN, "event_timer_ms": 0, "fields": fields,
              "extended": False}
         )  # fmt: skip
-    return content | {"messages": found}
+    return content | {"messages": messages}
 
 
 def _is_header(content: Any) -> bool:
@@ -120,7 +121,7 @@ def _is_place(field: dict[str, Any]) -> bool:
 
 
 def _fits(value: Any, shape: Any) -> bool:
-    """Tell whether a value is what a shape says."""
+    """Return whether a value has a shape."""
     if isinstance(shape, list):
         return isinstance(value, list) and all(_fits(item, shape[0]) for item in value)
     if isinstance(shape, dict):

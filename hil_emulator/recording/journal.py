@@ -45,11 +45,11 @@ _LARGEST_ID, _DATA_BYTES = 0x1FFF_FFFF, 8  # of a classical frame (ISO 11898-1)
 
 
 NOT_BEGUN = {"kind": "not begun"}
-"""Event of a run that has ended before its first tick: its recording is not kept."""
+"""Event of a run that ended before its first tick; its recording is not kept."""
 
 
 class EntryKind(IntEnum):
-    """What an entry is."""
+    """Kind of an entry."""
 
     HEADER = 0
     ROW = 1
@@ -63,7 +63,7 @@ def entry(kind: EntryKind, payload: bytes) -> bytes:
 
 
 def bus_entry(now_ns: int, frames: Iterable[Frame], *, sent: bool) -> bytes:
-    """Return the entry of frames that crossed the bus together."""
+    """Return the entry of frames that were on the bus together."""
     packed = [
         _FRAME.pack(f.can_id, _REMOTE * f.remote + _EXTENDED * f.extended, len(f.data), f.data)
         for f in frames
@@ -72,7 +72,7 @@ def bus_entry(now_ns: int, frames: Iterable[Frame], *, sent: bool) -> bytes:
 
 
 def event_entry(now_ns: int, what: Mapping[str, Any]) -> bytes:
-    """Return the entry of something done to the rig."""
+    """Return the entry of an action on the rig."""
     return entry(EntryKind.EVENT, _TIME.pack(now_ns) + json.dumps(what).encode())
 
 
@@ -89,7 +89,7 @@ class Recording:
         header: see the table above.
         rows: values, shape (ticks, columns).
         frames: time [ns], whether the emulator sent it, frame; oldest first.
-        events: time [ns] and what was done to the rig.
+        events: time [ns] and description of each action on the rig.
 
     """
 
@@ -105,7 +105,7 @@ class Recording:
 
     @property
     def provenance(self) -> dict[str, str]:
-        """What made the data: version, configuration, digest, seed."""
+        """Origin of the data: version, configuration, digest, seed."""
         return dict(self.header["provenance"])
 
     def table(self) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
@@ -121,7 +121,7 @@ def entries(file: Path, limit: Limit = RECORDING_IN_PARTS) -> Iterator[tuple[Ent
         limit: of its size.
 
     Raises:
-        UserError: if the file is no journal, cannot be read or is damaged.
+        UserError: if the file is not a journal, cannot be read or is damaged.
 
     """
     try:
@@ -134,20 +134,20 @@ def entries(file: Path, limit: Limit = RECORDING_IN_PARTS) -> Iterator[tuple[Ent
                 raise UserError(f"{file}: not a recording of this program; name a {SUFFIX} file")
             size = os.fstat(stream.fileno()).st_size
             width: int | None = None
-            while (found := _next_entry(stream, size)) is not None:
-                kind, payload = found
+            while (following := _next_entry(stream, size)) is not None:
+                kind, payload = following
                 if width is None and kind == EntryKind.HEADER:
                     width = len(header_of_entry(file, payload)["columns"])
                 elif width is None or not _is_sound(kind, payload, width):
                     raise UserError(f"{file}: damaged before byte {stream.tell()}")
                 yield EntryKind(kind), payload
-    except (OSError, ValueError) as error:  # a name that Python refuses is a ValueError
+    except (OSError, ValueError) as error:  # Python raises ValueError for an invalid name
         reason = getattr(error, "strerror", None) or error
         raise UserError(f"{file}: cannot be read: {reason}; name a recording (.rec)") from None
 
 
 def has_begun(file: Path) -> bool:
-    """Return whether a journal is of a run that has had a tick.
+    """Return whether the run of a journal had a tick.
 
     Raises:
         UserError: as `entries`.
@@ -158,7 +158,7 @@ def has_begun(file: Path) -> bool:
 
 
 def split(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield kind and payload of the entries in bytes that hold whole ones."""
+    """Yield kind and payload of the entries in bytes that hold complete ones."""
     at = 0
     while at < len(data):
         kind, length = _ENTRY.unpack_from(data, at)
@@ -168,7 +168,7 @@ def split(data: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _next_entry(stream: BinaryIO, size: int) -> tuple[int, bytes] | None:
-    """Return kind and payload of the next entry; None where the file of that size ends."""
+    """Return kind and payload of the next entry; None at the end of a file of that size."""
     head = stream.read(_ENTRY.size)
     if len(head) < _ENTRY.size:
         return None
@@ -179,7 +179,7 @@ def _next_entry(stream: BinaryIO, size: int) -> tuple[int, bytes] | None:
 
 
 def _is_sound(kind: int, payload: bytes, width: int) -> bool:
-    """Tell whether an entry after the header is one, in a journal with so many columns."""
+    """Return whether an entry after the header is valid in a journal with so many columns."""
     match kind:
         case EntryKind.ROW:
             return len(payload) == 8 * width
@@ -215,12 +215,12 @@ def read(file: Path) -> Recording:
     """Return a whole recording.
 
     Raises:
-        UserError: if the file is no journal, or ends before its header does.
+        UserError: if the file is not a journal, or ends within its header.
 
     """
     header: dict[str, Any] | None = None
     rows: list[bytes] = []
-    found: list[tuple[int, bool, Frame]] = []
+    frames: list[tuple[int, bool, Frame]] = []
     events: list[tuple[int, dict[str, Any]]] = []
     for kind, payload in entries(file, RECORDING):
         match kind:
@@ -229,14 +229,14 @@ def read(file: Path) -> Recording:
             case EntryKind.ROW:
                 rows.append(payload)
             case EntryKind.BUS:
-                found += frames_of(payload)
+                frames += frames_of(payload)
             case EntryKind.EVENT:
                 events.append(event_of(payload))
     if header is None:
         raise UserError(f"{file}: empty; it ended before anything was written")
     width = len(header["columns"])
     table = np.frombuffer(b"".join(rows)).reshape(-1, width)
-    return Recording(header, table, found, events)
+    return Recording(header, table, frames, events)
 
 
 def write(recording: Recording, file: Path) -> None:

@@ -1,4 +1,4 @@
-"""What the rig tells of each tick, and a recorder that keeps it in memory."""
+"""The interface of recorders, and a recorder in memory."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
@@ -13,7 +13,7 @@ _CHUNK = 4096  # rows allocated at once
 
 
 class Recorder(Protocol):
-    """What the rig tells of each tick: into memory, or to another process."""
+    """Receives every tick of a rig: into memory, or into another process."""
 
     def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
         """Keep set points, readings and signals at the end of a tick."""
@@ -24,17 +24,12 @@ class Recorder(Protocol):
         ...
 
     def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
-        """Keep what was done to the rig."""
+        """Keep an action on the rig."""
         ...
 
 
 class MemoryRecorder:
-    """Takes one row per tick, and the frames and interventions between the rows.
-
-    Attributes:
-        events: time [ns] and description of what was done to the rig: faults, settings.
-
-    """
+    """Keeps one row per tick, and the frames and actions between the rows."""
 
     def __init__(self) -> None:
         self._width = len(columns())
@@ -66,7 +61,7 @@ class MemoryRecorder:
         return self._frames
 
     def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
-        """Keep what was done to the rig."""
+        """Keep an action on the rig."""
         self.events.append((now_ns, dict(what)))
 
     def rows(self) -> np.ndarray[Any, np.dtype[np.float64]]:

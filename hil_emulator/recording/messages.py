@@ -1,4 +1,4 @@
-"""What the frames of a node mean: kept in a recording, and in words for people."""
+"""Meaning of a node's frames, kept in a recording and shown in words."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
@@ -16,7 +16,7 @@ _SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "N": "N", "m/s": "mm/s"}
 
 
 def messages(nodes: Iterable[Node]) -> list[Message]:
-    """Return the PDOs of nodes as they are configured now."""
+    """Return the PDOs of nodes in their present configuration."""
     return [message(f"node{n.node_id}", pdo) for n in nodes for pdo in n.pdos if pdo.active]
 
 
@@ -25,18 +25,18 @@ def service_messages(nodes: Iterable[Node]) -> list[Message]:
     return services({f"node{n.node_id}": n for n in nodes})
 
 
-def as_json(found: Iterable[Message]) -> list[dict[str, Any]]:
-    """Return messages as JSON can hold them."""
-    return [asdict(message) for message in found]
+def as_json(listed: Iterable[Message]) -> list[dict[str, Any]]:
+    """Return messages for JSON."""
+    return [asdict(message) for message in listed]
 
 
-def from_json(found: Iterable[Mapping[str, Any]]) -> list[Message]:
-    """Return messages that JSON has held."""
-    return [Message(**{**m, "fields": tuple(Field(**f) for f in m["fields"])}) for m in found]
+def from_json(listed: Iterable[Mapping[str, Any]]) -> list[Message]:
+    """Return messages from JSON."""
+    return [Message(**{**m, "fields": tuple(Field(**f) for f in m["fields"])}) for m in listed]
 
 
 def describe(frame: Frame, known: Mapping[int, Message]) -> str:
-    """Return a frame in words, as far as its identifier and data tell.
+    """Return a frame in words, by identifier and data.
 
     Args:
         frame: the frame.

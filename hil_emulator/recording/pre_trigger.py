@@ -1,4 +1,4 @@
-"""Pre-trigger capture: the while before a condition, and what followed it."""
+"""Pre-trigger capture: the ticks before and after a condition."""
 
 from collections import deque
 
@@ -8,12 +8,12 @@ from hil_emulator.signals.condition import Condition
 
 
 class Capture:
-    """Holds ticks back until a condition first holds.
+    """Delays ticks until a condition first holds.
 
     Args:
         condition: the trigger, over the columns of a recording.
-        before_ns: how long before the trigger is kept [ns].
-        after_ns: how long after it is recorded [ns].
+        before_ns: time before the trigger that is kept [ns].
+        after_ns: time after it that is recorded [ns].
 
     Attributes:
         text: the condition as the user wrote it.
@@ -31,7 +31,7 @@ class Capture:
         self._index = {name: i for i, name in enumerate(columns())}
 
     def passed(self, now_ns: int, row: Vector, tick: bytes) -> bytes:
-        """Return what is to be recorded now that a tick, as encoded bytes, has come."""
+        """Return the ticks to record after a new one, as encoded bytes."""
         if self.triggered_ns is not None:
             return tick if now_ns <= self.triggered_ns + self._after_ns else b""
         self._kept.append((now_ns, tick))

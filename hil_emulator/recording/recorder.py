@@ -1,4 +1,4 @@
-"""The file recorder: hands every tick to a process beside the loop, and never waits for it."""
+"""The file recorder: passes every tick to a separate process, and never waits for it."""
 
 import contextlib
 import os
@@ -20,7 +20,7 @@ from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.writer import start_writer
 from hil_emulator.signals.columns import Readings, columns, fill_row
 
-_TICKS_PER_WRITE = 25  # one system call for as many ticks; 25 ms at 1 kHz (assumed)
+_TICKS_PER_WRITE = 25  # ticks per system call; 25 ms at 1 kHz (assumed)
 _PIPE_BYTES = 1 << 20  # what Linux grants without privileges
 _SET_PIPE_SIZE = 1031  # F_SETPIPE_SZ of <linux/fcntl.h>
 
@@ -28,16 +28,16 @@ _SET_PIPE_SIZE = 1031  # F_SETPIPE_SZ of <linux/fcntl.h>
 class FileRecorder:
     """Writes a recording through a process of its own.
 
-    Neither a slow disk nor a sudden end of this process harms it.
+    A slow disk does not delay the loop, and the recording survives the end of this process.
 
     Args:
-        files: what to write; see `exports`.
+        files: to write; see `exports`.
         header: see `header.header`.
-        capture: holds ticks back until its condition holds, where there is one.
+        capture: delays ticks until its condition holds, if there is one.
         overwrite: whether existing files are replaced, at the end.
 
     Attributes:
-        ticks: how many have passed.
+        ticks: number of passed ticks.
         writer: the process.
 
     Raises:
@@ -62,7 +62,7 @@ class FileRecorder:
         _widen(self._pipe)
 
     def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
-        """Take a tick."""
+        """Record a tick."""
         fill_row(self._row, now_ns, plant, measured)
         self._tick += journal.entry(EntryKind.ROW, self._row.tobytes())
         if self._capture is None:
@@ -72,33 +72,33 @@ class FileRecorder:
         self._tick.clear()
         self.ticks += 1
         if self.ticks % _TICKS_PER_WRITE == 0:
-            self._hand_over()
+            self._flush()
 
     def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
         """Take frames."""
         self._tick += journal.bus_entry(now_ns, frames, sent=sent)
 
     def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
-        """Take what was done to the rig."""
+        """Record an action on the rig."""
         self._tick += journal.event_entry(now_ns, what)
 
     def close(self) -> None:
-        """Hand over the rest and wait until all files are written; without a tick, no file is.
+        """Write the rest and wait until all files are written; without a tick, no file is.
 
         Raises:
-            HelperFailedError: if one could not be written, or not to its end.
+            HelperFailedError: if a file could not be written completely.
 
         """
         os.set_blocking(self._pipe, True)
         if not self.ticks:
             self._buffer += journal.event_entry(0, journal.NOT_BEGUN)
-        self._hand_over()
+        self._flush()
         self.writer.close()
         if self.writer.failures:
             raise HelperFailedError("\n".join(self.writer.failures))
 
-    def _hand_over(self) -> None:
-        """Write as much as the pipe takes; the rest waits here."""
+    def _flush(self) -> None:
+        """Write as much as the pipe takes, and keep the rest."""
         self._unsent.append(bytes(self._buffer))
         self._buffer.clear()
         try:
@@ -112,11 +112,11 @@ class FileRecorder:
         except BlockingIOError:
             pass
         except BrokenPipeError:
-            self._unsent.clear()  # the writer is gone; its process is watched elsewhere
+            self._unsent.clear()  # the writer has ended; the supervisor watches its process
 
 
 def _widen(pipe: int) -> None:
-    """Let the pipe hold a second or so, where the system can."""
+    """Enlarge the pipe to about a second of ticks, if the system permits it."""
     if sys.platform.startswith("linux"):
         import fcntl
 

@@ -1,4 +1,4 @@
-"""Several who take down the same ticks: a file, a panel."""
+"""Several recorders of the same ticks: a file, a panel."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -10,7 +10,7 @@ from hil_emulator.signals.columns import Readings
 
 
 class Recorders:
-    """Tells several recorders of each tick, in their order.
+    """Passes each tick to several recorders, in their order.
 
     Args:
         recorders: at least one.
@@ -21,17 +21,17 @@ class Recorders:
         self._recorders = recorders
 
     def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
-        """Let all take set points, readings and signals at the end of a tick."""
+        """Pass set points, readings and signals at the end of a tick."""
         for recorder in self._recorders:
             recorder.row(now_ns, plant, measured)
 
     def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
-        """Let all take frames."""
+        """Pass frames."""
         given = list(frames)
         for recorder in self._recorders:
             recorder.bus(now_ns, given, sent=sent)
 
     def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
-        """Let all take what was done to the rig."""
+        """Pass an action on the rig."""
         for recorder in self._recorders:
             recorder.event(now_ns, what)

@@ -1,4 +1,4 @@
-"""Parts of a journal, without the whole of it in memory."""
+"""Parts of a journal, without loading the whole file."""
 
 import itertools
 from collections.abc import Iterator

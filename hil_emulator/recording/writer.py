@@ -21,19 +21,19 @@ def start_writer(
     When this returns, the journal exists and its first block is written.
 
     Args:
-        files: what to write; see `exports`.
+        files: to write; see `exports`.
         header: of the recording.
         overwrite: whether existing files are replaced, at the end.
 
     Raises:
-        UserError: if the journal cannot be created, or the disk has no room for the first block.
+        UserError: if the journal cannot be created, or the disk is full.
 
     """
     kept = journal_of(files)
     writer = HelperProcess(
         [sys.executable, "-m", _PROGRAM, *[OVERWRITE] * overwrite, *map(str, files)],
         f"recording {', '.join(map(str, files))}",
-        f"nothing more is recorded, {kept} holds what was written before; start another recording",
+        f"recording has stopped, {kept} holds the data until then; start another recording",
     )
     writer.write(journal.header_entry(header))
     reason = writer.first_line()

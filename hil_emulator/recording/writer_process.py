@@ -1,8 +1,8 @@
-"""The process beside the loop: from a pipe to a journal at once, to other formats at the end.
+"""The process that writes a recording: a journal at once, other formats at the end.
 
-It outlives the emulator: when the pipe ends, for whatever reason, it still writes the files. What
-those formats need is imported only then, so that it is ready soon. On its standard output it writes
-an empty line once the journal holds the first block, then a line for each failure.
+It outlives the emulator: when the pipe ends, it still writes the files. The libraries of formats
+are imported only then, so that it starts quickly. On its standard output it writes an empty line
+once the journal holds the first block, then a line for each failure.
 """
 
 import signal
@@ -16,7 +16,7 @@ from hil_emulator.platform.helper_process import report
 from hil_emulator.recording import journal, journal_of
 
 OVERWRITE = "--overwrite"
-"""First argument where the files may replace existing ones."""
+"""First argument if the files may replace existing ones."""
 
 _CHUNK = 1 << 20
 
@@ -28,8 +28,8 @@ def write(stream: BinaryIO, files: list[Path], *, overwrite: bool = False) -> bo
     tick leaves no file.
 
     Raises:
-        UserError: if the journal has no room for the first block.
-        OSError: if the journal cannot be made; one that exists is left alone.
+        UserError: if the disk is full before the first block.
+        OSError: if the journal cannot be created; an existing one is not changed.
 
     """
     source = journal_of(files)
@@ -43,7 +43,7 @@ def write(stream: BinaryIO, files: list[Path], *, overwrite: bool = False) -> bo
 
 
 def _journal(stream: BinaryIO, source: Path) -> bool:
-    """Append the stream to the journal; return whether all of it is there."""
+    """Append the stream to the journal; return whether it is complete."""
     whole = True
     with source.open("xb", buffering=0) as out:
         _begin(out, _chunk(stream), source)
@@ -51,17 +51,19 @@ def _journal(stream: BinaryIO, source: Path) -> bool:
             try:
                 if whole:
                     _put(out, chunk)
-            except OSError as error:  # a full disk: go on reading, the loop must not notice
+            except (
+                OSError
+            ) as error:  # a full disk: continue to read, so that the loop is not blocked
                 whole = False
                 report(
-                    f"recording {source} ends early: {error.strerror}; nothing more is recorded, "
-                    "what was written before can be read; make room and start another recording"
+                    f"recording {source} ends early: {error.strerror}; recording has stopped, "
+                    "the data until then can be read; make room and start another recording"
                 )
     return whole
 
 
 def _begin(out: BinaryIO, chunk: bytes, source: Path) -> None:
-    """Write the first block; a file that has no room for it is removed."""
+    """Write the first block; on a full disk the file is removed."""
     try:
         _put(out, chunk)
     except OSError as error:
@@ -71,7 +73,7 @@ def _begin(out: BinaryIO, chunk: bytes, source: Path) -> None:
 
 
 def _chunk(stream: BinaryIO) -> bytes:
-    """Return what has come, at the end nothing."""
+    """Return the arrived bytes; none at the end."""
     return stream.read1(_CHUNK)  # type: ignore[attr-defined, no-any-return]
 
 
@@ -88,13 +90,13 @@ def _export(source: Path, files: Sequence[Path], *, overwrite: bool) -> bool:
         export(source, *files, overwrite=overwrite)
     except UserError as error:
         names = " ".join(map(str, files))
-        report(f"recording {error}; mend that, then: hil-emulator convert {source} {names}")
+        report(f"recording {error}; correct that, then: hil-emulator convert {source} {names}")
         return False
     return True
 
 
 def main() -> int:
-    """Write standard input to the files named as arguments, `OVERWRITE` first where it is so."""
+    """Write standard input to the files of the arguments, the first of which can be `OVERWRITE`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     overwrite = sys.argv[1] == OVERWRITE
     files = [Path(name) for name in sys.argv[1 + overwrite :]]

@@ -124,7 +124,14 @@ def _present(name: str, rig: Controlled) -> float | None:
 
 def _faults(injected: Iterable[Running]) -> list[tuple[Any, ...]]:
     return [
-        (r.number, r.fault.target, r.fault.kind.name, r.fault.said, r.began_ns, r.fault.duration_ns)
+        (
+            r.number,
+            r.fault.target,
+            r.fault.kind.name,
+            r.fault.arguments,
+            r.began_ns,
+            r.fault.duration_ns,
+        )
         for r in injected
     ]
 

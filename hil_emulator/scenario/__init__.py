@@ -1,1 +1,1 @@
-"""Scenarios: what happens to a rig, and what is expected of it, in a TOML file."""
+"""Scenarios: actions on a rig, and expectations of it, in a TOML file."""

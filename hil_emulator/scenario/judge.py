@@ -1,4 +1,4 @@
-"""Expectations against what was recorded."""
+"""Check of expectations against a recording."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -31,9 +31,9 @@ def judge(expectations: Sequence[Expect], recorder: MemoryRecorder) -> tuple[Che
 def bands(
     expectations: Sequence[Expect], table: Mapping[str, Curve], duration: float
 ) -> Iterator[Span]:
-    """Yield where signals are expected in a scenario of some duration [s].
+    """Yield the spans in which signals are expected in a scenario of some duration [s].
 
-    A signal that has to be somewhere by a time is expected there from when it first is.
+    A signal with a latest time is expected from the time at which it first enters its band.
     """
     for e in expectations:
         if e.signal is None or e.within is None:
@@ -68,8 +68,8 @@ def _signal(e: Expect, table: dict[str, Curve]) -> Check:
     if not window.any():
         return Check(text, False, "no sample there")
     extremes = (float(values[window].min()), float(values[window].max()))
-    found = " ... ".join(_amount(e.signal, v) for v in extremes)
-    return Check(text, bool(inside[window].all()), found)
+    extent = " ... ".join(_amount(e.signal, v) for v in extremes)
+    return Check(text, bool(inside[window].all()), extent)
 
 
 def _reached(e: Expect, band: str, time: Curve, inside: Flags) -> Check:
@@ -83,7 +83,7 @@ def _reached(e: Expect, band: str, time: Curve, inside: Flags) -> Check:
 
 
 def _reaching(e: Expect, time: Curve, inside: Flags) -> float | None:
-    """Return when a signal is in its band first, to stay as long as it has to; None if never."""
+    """Return when a signal enters its band to stay for the required time; None if never."""
     assert e.by is not None
     for begin in np.flatnonzero(inside & (time >= e.start)):
         if time[begin] > e.by:
@@ -112,5 +112,5 @@ def _frames(e: Expect, frames: Sequence[tuple[int, bool, Frame]]) -> Check:
     text = f"{what} {'seen' if e.seen else 'not seen'} from {e.start:g} s" + (
         "" if e.until is None else f" to {e.until:g} s"
     )
-    found = f"{len(times)}, first at {times[0]:.3f} s" if times else "none"
-    return Check(text, bool(times) == e.seen, found)
+    times_seen = f"{len(times)}, first at {times[0]:.3f} s" if times else "none"
+    return Check(text, bool(times) == e.seen, times_seen)

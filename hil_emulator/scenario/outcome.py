@@ -1,4 +1,4 @@
-"""How a scenario went."""
+"""Outcome of a scenario."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,23 +10,23 @@ Curve = np.ndarray[Any, np.dtype[np.float64]]
 
 @dataclass(frozen=True)
 class Check:
-    """One expectation: what it was, whether it is met, and what was found."""
+    """An expectation, whether it is met, and what was observed."""
 
     text: str
     passed: bool
-    found: str
+    observed: str
 
 
 @dataclass(frozen=True)
 class Span:
-    """What lasted for a while: a fault, or an expectation of a signal.
+    """A fault, or the expectation of a signal, with its time.
 
     Attributes:
         begin: when it began [s].
         end: when it ended [s].
-        words: what it was.
-        signal: what was expected of; "" for a fault.
-        band: lowest and highest value that was expected, SI.
+        words: its description.
+        signal: the expected signal; "" for a fault.
+        band: lowest and highest expected value, SI.
 
     """
 
@@ -39,19 +39,19 @@ class Span:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A scenario that has run.
+    """Outcome of a scenario.
 
     Attributes:
         file: its file.
         title: its title.
         checks: its expectations.
-        error: why it could not run, "" where it did.
-        digest: digest of every frame and signal: the same for the same course of events.
+        error: why it could not run; "" if it ran.
+        digest: of all frames and signals; the same for the same course of events.
         duration: emulator time [s].
-        elapsed: how long it took [s].
+        elapsed: computing time [s].
         curves: signals over time for pictures, thinned out.
-        events: when something was done [s], and what.
-        faults: what was broken meanwhile.
+        events: time [s] and description of each action.
+        faults: faults with their times.
         bands: where signals were expected.
 
     """

@@ -1,4 +1,4 @@
-"""One scenario in lock-step: the emulator, a controller on its bus, and the steps in time."""
+"""Run of one scenario in lock-step: emulator, controller on its bus, and timed steps."""
 
 import dataclasses
 import hashlib
@@ -39,16 +39,16 @@ _NANO = 1e9
 
 
 class Conductor:
-    """Plays the steps of a scenario and is the controller meanwhile.
+    """Plays the steps of a scenario, and controls the actuator.
 
     Args:
-        emulator: what it is played on.
-        scenario: what happens.
-        folder: where its files are.
+        emulator: on which it is played.
+        scenario: to play.
+        folder: of its files.
 
     Attributes:
-        events: when a step was taken [s], and what was done.
-        faults: what broke, and when it ended [s]; None for what is broken still.
+        events: time [s] and description of each step taken.
+        faults: each fault, and when it ended [s]; None while it lasts.
 
     """
 
@@ -67,7 +67,7 @@ class Conductor:
         self._profiles: list[tuple[SignalProfile, float, Curve, Curve]] = []
 
     def play(self, duration: float) -> None:
-        """Let emulator time pass, and do what is due before each tick."""
+        """Let emulator time pass, and take due steps before each tick."""
         while self._emulator.rig.now_ns < round(duration * _NANO):
             for step in [s for s in self._waiting if self._due(s)]:
                 self._waiting.remove(step)
@@ -83,7 +83,7 @@ class Conductor:
         self._bus.close()
 
     def _watch_faults(self) -> None:
-        """Note which have ended in this tick."""
+        """Note the faults that have ended in this tick."""
         for i, (running, ended) in enumerate(self.faults):
             if ended is None and running.ended:
                 self.faults[i] = running, self._emulator.now
@@ -132,23 +132,23 @@ class Conductor:
 
 
 def rig_of(scenario: Scenario, folder: Path) -> Configuration:
-    """Return the rig that a scenario of a folder is played on, with the scenario's own seed."""
+    """Return the rig for a scenario of a folder, with the scenario's own seed."""
     config = load_rig([folder / name for name in scenario.config])
     return config if scenario.seed is None else dataclasses.replace(config, seed=scenario.seed)
 
 
 def recordings_of(file: Path, folder: Path) -> tuple[Path, Path]:
-    """Return the files that a scenario is recorded in: the journal and a table."""
+    """Return the files of a scenario's recording: the journal and a table."""
     return folder / f"{file.stem}{SUFFIX}", folder / f"{file.stem}.csv"
 
 
 def perform(file: Path, recordings: Path | None = None, *, overwrite: bool = False) -> Outcome:
-    """Run a scenario; what the user can mend is an outcome too.
+    """Run a scenario; an error of the input is an outcome too.
 
     Args:
         file: the scenario.
-        recordings: folder for its recording, see `recordings_of`; none is written without it.
-        overwrite: whether a recording that exists is replaced.
+        recordings: folder for its recording, see `recordings_of`; without it none is written.
+        overwrite: whether an existing recording is replaced.
 
     """
     begin = time.perf_counter()
@@ -162,7 +162,7 @@ def perform(file: Path, recordings: Path | None = None, *, overwrite: bool = Fal
                 conductor.close()
             if recordings is not None:
                 _keep(emulator, recordings_of(file, recordings), overwrite=overwrite)
-            # what it showed last may meet every expectation
+            # the last signals before the failure may meet every expectation
             if emulator.rig.plant.supply.failure:
                 raise PlantFailedError(emulator.rig.plant.supply.failure)
             return _outcome(file, scenario, emulator, conductor, begin)
@@ -194,7 +194,7 @@ def _outcome(
 
 
 def _spans(conductor: Conductor, duration: float) -> Iterator[Span]:
-    """Yield what was broken, from its beginning."""
+    """Yield the faults with their times."""
     for running, ended in conductor.faults:
         if running.began_ns is not None:
             words = f"{running.fault.target} {running.fault.kind.name}"
@@ -202,7 +202,7 @@ def _spans(conductor: Conductor, duration: float) -> Iterator[Span]:
 
 
 def _keep(emulator: Emulator, files: tuple[Path, Path], *, overwrite: bool) -> None:
-    """Write what was recorded.
+    """Write the recording.
 
     Raises:
         UserError: if a file exists or cannot be written.
@@ -218,8 +218,8 @@ def _profile(folder: Path, profile: SignalProfile) -> tuple[Curve, Curve]:
     """Return time [s] and value of a profile.
 
     Raises:
-        UserError: if the file is not two columns of numbers under a header, or beyond the bounds
-            of what follows it.
+        UserError: if the file does not have two columns of numbers under a header, or exceeds the
+            bounds of its signal.
 
     """
     file = folder / profile.file

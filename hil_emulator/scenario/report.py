@@ -1,4 +1,4 @@
-"""Outcomes for people and for continuous integration: a table, JUnit XML, one HTML page."""
+"""Reports of outcomes: a table, JUnit XML, one HTML page."""
 
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -22,8 +22,8 @@ _PANELS = (
     ("valve current [mA]", 1e3, ("valve_current",)),
 )
 _COLOURS = (BLUE, VERMILION, PINK)
-_APART = 0.25  # of the duration: events nearer to each other are written above each other
-_LABEL = 48  # characters of an event (assumed)
+_APART = 0.25  # part of the duration: labels of closer events are stacked
+_LABEL = 48  # longest label of an event in characters (assumed)
 
 
 def rows(outcomes: Sequence[Outcome]) -> list[tuple[str, str, str, str, str]]:
@@ -41,12 +41,12 @@ def rows(outcomes: Sequence[Outcome]) -> list[tuple[str, str, str, str, str]]:
 
 
 def failures(outcomes: Sequence[Outcome]) -> list[str]:
-    """Return a line for each expectation that is not met, and for what could not run."""
+    """Return a line for each expectation that is not met, and each scenario that could not run."""
     lines = []
     for o in outcomes:
         if o.error:
             lines.append(f"{o.title}: {o.error}")
-        lines += [f"{o.title}: {c.text}: {c.found}" for c in o.checks if not c.passed]
+        lines += [f"{o.title}: {c.text}: {c.observed}" for c in o.checks if not c.passed]
     return lines
 
 
@@ -67,14 +67,14 @@ def junit(outcomes: Sequence[Outcome], file: Path) -> None:
         )
         if o.error:
             ElementTree.SubElement(case, "error", message=o.error)
-        missed = [f"{c.text}: {c.found}" for c in o.checks if not c.passed]
+        missed = [f"{c.text}: {c.observed}" for c in o.checks if not c.passed]
         if missed:
             ElementTree.SubElement(case, "failure", message=missed[0]).text = "\n".join(missed)
     ElementTree.ElementTree(suite).write(file, encoding="utf-8", xml_declaration=True)
 
 
 def page(outcomes: Sequence[Outcome], file: Path) -> None:
-    """Write one HTML page with everything in it, pictures too."""
+    """Write one self-contained HTML page."""
     text = render(
         "scenario.html",
         title="Scenarios",
@@ -87,7 +87,7 @@ def page(outcomes: Sequence[Outcome], file: Path) -> None:
 
 def _picture(o: Outcome) -> bytes:
     """Return the signals over time as PNG: faults and expected bands behind, events above them."""
-    panels = [*_PANELS, *_expected_besides(o)]
+    panels = [*_PANELS, *_other_expected(o)]
     figure, axes = drawing.subplots((9.6, 1.9 * len(panels)), len(panels), sharex=True)
     for axis, (label, scale, names) in zip(axes, panels, strict=True):
         for fault in o.faults:
@@ -107,8 +107,8 @@ def _picture(o: Outcome) -> bytes:
     return drawing.png(figure, 120)
 
 
-def _expected_besides(o: Outcome) -> Iterator[tuple[str, float, tuple[str, ...]]]:
-    """Yield a panel for each signal that is expected somewhere, and is in no other."""
+def _other_expected(o: Outcome) -> Iterator[tuple[str, float, tuple[str, ...]]]:
+    """Yield a panel for each expected signal that no other panel shows."""
     shown = {name for _, _, names in _PANELS for name in names}
     for name in dict.fromkeys(band.signal for band in o.bands if band.signal not in shown):
         unit = columns()[name]
@@ -119,7 +119,7 @@ def _expected_besides(o: Outcome) -> Iterator[tuple[str, float, tuple[str, ...]]
 
 
 def _expected(axis: Any, bands: Sequence[Span], scale: float) -> None:
-    """Draw where a signal is expected, as far as the axis shows it; it stays as high as it is."""
+    """Draw the expected band of a signal within the present limits of the axis."""
     low, high = axis.get_ylim()
     for number, band in enumerate(bands):
         ends = [min(max(value * scale, low), high) for value in band.band]
@@ -129,7 +129,7 @@ def _expected(axis: Any, bands: Sequence[Span], scale: float) -> None:
 
 
 def _label_events(axis: Any, o: Outcome) -> None:
-    """Write what was done over the pictures, and which faults the shades are."""
+    """Label the actions above the pictures, and the faults of the shaded spans."""
     height, free = 0, -1.0
     for moment, words in o.events:
         if words in {fault.words for fault in o.faults}:

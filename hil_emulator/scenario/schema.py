@@ -1,4 +1,4 @@
-"""What a scenario file says, checked and in SI."""
+"""Schema of a scenario file, checked and in SI."""
 
 import difflib
 from collections.abc import Sequence
@@ -48,11 +48,11 @@ def _condition(text: object) -> Condition:
 
 def _values(given: object) -> object:
     """Return set points and settings in SI."""
-    known = SETTINGS | SET_POINTS
-    if not isinstance(given, dict) or not given.keys() <= known.keys():
-        raise ValueError(f"set knows {', '.join(known)}")
+    targets = SETTINGS | SET_POINTS
+    if not isinstance(given, dict) or not given.keys() <= targets.keys():
+        raise ValueError(f"unknown key in set; there are {', '.join(targets)}")
     try:
-        return {name: setting(name, value, known) for name, value in given.items()}
+        return {name: setting(name, value, targets) for name, value in given.items()}
     except UserError as error:
         raise ValueError(str(error)) from None
 
@@ -108,14 +108,14 @@ class Step(DescribedTable):
 
     @property
     def words(self) -> str:
-        """What is done, for the label of a picture."""
-        known = SETTINGS | SET_POINTS
-        said = [f"{n} {show(v, known[n].unit, known[n].shown)}" for n, v in self.set.items()]
-        said += [f"{self.fault.target} {self.fault.kind.name}"] if self.fault else []
-        said += [f"NMT {self.nmt}"] if self.nmt else []
-        said += [f"controller {self.controller}"] if self.controller else []
-        said += [f"{self.profile.signal} from {self.profile.file}"] if self.profile else []
-        return ", ".join(said)
+        """Description of the step, for the label of a picture."""
+        targets = SETTINGS | SET_POINTS
+        parts = [f"{n} {show(v, targets[n].unit, targets[n].shown)}" for n, v in self.set.items()]
+        parts += [f"{self.fault.target} {self.fault.kind.name}"] if self.fault else []
+        parts += [f"NMT {self.nmt}"] if self.nmt else []
+        parts += [f"controller {self.controller}"] if self.controller else []
+        parts += [f"{self.profile.signal} from {self.profile.file}"] if self.profile else []
+        return ", ".join(parts)
 
 
 class Expect(DescribedTable):
@@ -186,25 +186,25 @@ _TABLES: dict[str, type[DescribedTable]] = {
 }
 
 
-def _told(place: Sequence[int | str], kind: str) -> str:
-    """Return what is wrong with a key, "" where pydantic's own words do."""
+def _mistake(place: Sequence[int | str], kind: str) -> str:
+    """Return the message for an unknown key; "" for other mistakes, which pydantic describes."""
     if kind == "missing":
         return "is missing"
     if kind != "extra_forbidden":
         return ""
     tables = [_TABLES[part] for part in map(str, place[:-1]) if part in _TABLES]
     fields = (tables[-1] if tables else Scenario).model_fields
-    known = [field.alias or name for name, field in fields.items()]
-    close = difflib.get_close_matches(str(place[-1]), known, 1)
+    keys = [field.alias or name for name, field in fields.items()]
+    close = difflib.get_close_matches(str(place[-1]), keys, 1)
     meant = f", did you mean {close[0]}" if close else ""
-    return f"no such key{meant}; there are {', '.join(known)}"
+    return f"no such key{meant}; there are {', '.join(keys)}"
 
 
 def load(file: Path) -> Scenario:
     """Read and check a scenario.
 
     Raises:
-        UserError: with every mistake found, each with its place.
+        UserError: with the place of every mistake.
 
     """
     try:
@@ -213,7 +213,7 @@ def load(file: Path) -> Scenario:
         mistakes = error.errors()
         lines = [
             f"{file}: {'.'.join(str(part) for part in e['loc'])}: "
-            f"{_told(e['loc'], e['type']) or e['msg'].removeprefix('Value error, ')}"
+            f"{_mistake(e['loc'], e['type']) or e['msg'].removeprefix('Value error, ')}"
             for e in mistakes[:SHOWN]
         ]
         lines += [f"{file}: and {len(mistakes) - SHOWN} more"] if len(mistakes) > SHOWN else []

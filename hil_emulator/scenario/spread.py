@@ -1,4 +1,4 @@
-"""Many scenarios at once: on the cores of this machine, or on a Dask cluster."""
+"""Parallel scenarios: on the cores of this machine, or on a Dask cluster."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -21,7 +21,7 @@ def run_all(
     Args:
         files: scenario files.
         workers: processes on this machine; 1 runs them in this one.
-        cluster: address of a Dask scheduler, such as "tcp://127.0.0.1:8786", in place of them.
+        cluster: address of a Dask scheduler, such as "tcp://127.0.0.1:8786", which replaces them.
         recordings: folder for recordings; see `perform`.
         overwrite: whether recordings that exist are replaced.
 

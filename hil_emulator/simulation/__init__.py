@@ -1,1 +1,1 @@
-"""The running emulator: a rig per actuator, their clock, and the loop that lets time pass."""
+"""The running emulator: a rig per actuator, clocks, and the loop."""

@@ -1,8 +1,7 @@
-"""What can act in a run: effects that are on, and those that a fault can switch on.
+"""Selection of the effects that can act in a run: on, or switched on by a fault.
 
-An effect that is off leaves no trace in what is computed, not a bit; but asking a few dozen of them
-at every evaluation whether they are on takes a quarter of the time. So a run's model is compiled
-without them.
+An effect that is off changes no bit of the result, but checking a few dozen of them in every
+evaluation takes a quarter of the time. So a run's model is compiled without them.
 """
 
 import dataclasses
@@ -17,18 +16,18 @@ from hil_emulator.model.effects.transducer import measuring_range
 def acting(config: Configuration) -> Configuration:
     """Return the configuration without the effects that cannot act in a run.
 
-    The rig it describes computes the same bits. A parameter of an effect that is gone cannot be
-    set in that rig; faults and settings never need one.
+    Its rig computes the same bits. A parameter of a removed effect cannot be set in that rig;
+    faults and settings never need one.
     """
     return acting_together([config])[0]
 
 
 def acting_together(configs: Sequence[Configuration]) -> list[Configuration]:
-    """Return configurations that know the same effects without those that can act in none."""
+    """Return configurations without the effects that can act in none of them."""
     given = [values for c in configs for values in (c.plant, *c.sensors.values())]
-    known = configs[0].effects
-    effects = tuple(e for e in known if _can_act(e, given))
-    gone = {e.field_of(p) for e in known if e not in effects for p in e.params}
+    every = configs[0].effects
+    effects = tuple(e for e in every if _can_act(e, given))
+    gone = {e.field_of(p) for e in every if e not in effects for p in e.params}
     return [
         dataclasses.replace(
             config,
@@ -42,7 +41,7 @@ def acting_together(configs: Sequence[Configuration]) -> list[Configuration]:
 
 def _can_act(effect: Effect, given: Sequence[Mapping[str, float]]) -> bool:
     knob = effect.field_of(effect.knob)
-    if effect is measuring_range:  # every channel tells whether it is within its range
+    if effect is measuring_range:  # every channel reports whether it is within its range
         return True
     if any(effect.field_of(param) in FAULTY_PARAMETERS for param in effect.params):
         return True

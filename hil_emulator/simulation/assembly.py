@@ -1,4 +1,4 @@
-"""From a configuration to a rig: the model compiled, plant, sensors and nodes put on a bus."""
+"""Assembly of a rig from a configuration: compiled model, plant, sensors, and nodes on a bus."""
 
 import functools
 from collections.abc import Sequence
@@ -32,15 +32,15 @@ def assemble(
     cache: Path | None = None,
     recorder: Recorder | None = None,
 ) -> Rig:
-    """Make the rig that a configuration describes; compiles the model and runs it once.
+    """Make the rig of a configuration; compiles the model and runs it once.
 
-    The model knows the effects that can act, see `acting`.
+    The model has only the effects that can act, see `acting`.
 
     Args:
         config: the rig's description.
         bus: carries its frames.
-        cache: folder that keeps the compiled model for the next start.
-        recorder: takes down every tick, where there is one.
+        cache: folder of compiled models.
+        recorder: takes every tick, if there is one.
 
     Raises:
         UserError: if a node cannot be made from its EDS.
@@ -70,7 +70,7 @@ def plants_of(model: kernel.Kernel, configs: Sequence[Configuration]) -> list[Pl
     if not any(config.fmu for config in configs):
         return on_one_supply(model, [config.plant for config in configs], first.step)
     if len(configs) > 1 or first.fmu is None:
-        raise UserError("an FMU has a supply of its own: it shares none with other actuators")
+        raise UserError("an FMU cannot share a supply with other actuators")
     supply = FmuSupply(model, first.step, first.steps, first.fmu)
     return [Plant(model, first.plant, first.step, supply)]
 

@@ -1,7 +1,7 @@
-"""When the next tick may begin: at once, at its time on the wall, or when a SYNC has come.
+"""Clocks, which decide when the next tick begins: at once, in real time, or after a SYNC.
 
-All clocks have one method, `wait_until(t_ns) -> lateness_ns`, where `t_ns` is the emulator's own
-time; nothing else in the emulator looks at a clock.
+All clocks have one method, `wait_until(t_ns) -> lateness_ns`, where `t_ns` is emulator time. No
+other part of the emulator reads a clock.
 """
 
 import time
@@ -15,22 +15,22 @@ SYNC_ID = 0x080
 
 
 class Clock(Protocol):
-    """What the loop asks before each tick.
+    """The interface of clocks.
 
     Attributes:
-        slipped_ns: by how much emulator time has fallen behind the wall in all.
+        slipped_ns: total delay of emulator time behind real time.
 
     """
 
     slipped_ns: int
 
     def wait_until(self, t_ns: int) -> int:
-        """Return when emulator time `t_ns` may begin; say by how much that is late [ns]."""
+        """Wait until emulator time `t_ns` may begin; return the delay [ns]."""
         ...
 
 
 class LockStep:
-    """No waiting: the emulator's time is the only time, as fast as the machine can."""
+    """Lock-step: does not wait."""
 
     slipped_ns = 0
 
@@ -40,12 +40,12 @@ class LockStep:
 
 
 AWAKE = 1e-4
-"""What is not slept of a wait [s]: a sleeper wakes up later than it asked for, by 30 us as a rule,
+"""End of a wait that is spent spinning [s]: a sleeping process wakes up late, by 30 us usually and
 by 50 to 100 us once in a hundred times under SCHED_FIFO (`cyclictest`)."""
 
 
 def sleep_punctually(seconds: float) -> None:
-    """Let some seconds pass, the last of them awake: nothing else wakes up to the microsecond."""
+    """Wait for some seconds, the end of them spinning, for a precision of a microsecond."""
     end = time.perf_counter() + seconds
     if seconds > AWAKE:
         time.sleep(seconds - AWAKE)
@@ -56,8 +56,8 @@ def sleep_punctually(seconds: float) -> None:
 class WallClock:
     """Real time, by absolute deadlines, so that delays do not add up.
 
-    A tick that begins late by a whole period or more moves the later deadlines with it: no tick
-    is skipped, and none follows the other in a burst.
+    A tick that begins late by a whole period or more delays the later deadlines too: no tick is
+    skipped, and ticks do not follow in a burst.
 
     Args:
         period_ns: distance of the ticks [ns].
@@ -65,7 +65,7 @@ class WallClock:
         sleep: waits for some seconds.
 
     Attributes:
-        slipped_ns: by how much emulator time has fallen behind the wall in all.
+        slipped_ns: total delay of emulator time behind real time.
 
     """
 
@@ -82,7 +82,7 @@ class WallClock:
         self.slipped_ns = 0
 
     def wait_until(self, t_ns: int) -> int:
-        """Sleep until the wall shows `t_ns` since the first call."""
+        """Wait until `t_ns` of real time since the first call."""
         if self._origin_ns is None:
             self._origin_ns = self._now() - t_ns
         remaining = self._origin_ns + t_ns - self._now()
@@ -97,18 +97,18 @@ class WallClock:
 
 
 class WaitingBus(Protocol):
-    """The bus as the follow-SYNC clock sees it."""
+    """Interface of the bus for the follow-SYNC clock."""
 
     def receive(self) -> list[Frame]:
-        """Return what has arrived, never wait."""
+        """Return the arrived frames without waiting."""
         ...
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Send frames, never wait."""
+        """Send frames without waiting."""
         ...
 
     def wait(self, timeout: float) -> bool:
-        """Wait until something arrives, at most `timeout` [s]."""
+        """Wait until a frame arrives, at most `timeout` [s]."""
         ...
 
     def report(self, error_class: int) -> None:
@@ -117,19 +117,19 @@ class WaitingBus(Protocol):
 
 
 class FollowSync:
-    """The controller's SYNC messages are the clock: each lets one SYNC period pass.
+    """Clock by the controller's SYNC messages: each one lets a SYNC period pass.
 
-    Stands between the bus and the rig, so that every SYNC reaches the nodes in the tick that it
-    releases. While time stands still, other frames are served at the present moment: a master can
-    configure the node before it starts to send SYNC.
+    It is placed between the bus and the rig, so that every SYNC reaches the nodes in the tick that
+    it releases. While time stands still, other frames are served at the present time: a master can
+    configure the node before it sends SYNC.
 
     Args:
-        bus: where the SYNC messages come from.
-        sync_period_ns: emulator time that one SYNC stands for [ns].
+        bus: of the SYNC messages.
+        sync_period_ns: emulator time per SYNC [ns].
 
     Attributes:
-        serve: lets the nodes answer frames without moving the plant; set by whoever has the rig.
-        idle: called some times a second while no SYNC comes.
+        serve: lets the nodes answer frames without moving the plant; set by the owner of the rig.
+        idle: called some times a second while no SYNC arrives.
 
     """
 
@@ -146,7 +146,7 @@ class FollowSync:
         self.send = bus.send
 
     def wait_until(self, t_ns: int) -> int:
-        """Return once so many SYNC messages have come that `t_ns` may begin."""
+        """Return when enough SYNC messages have arrived for `t_ns` to begin."""
         while t_ns >= self._released_ns:
             before = self._until_sync()
             if before:
@@ -160,7 +160,7 @@ class FollowSync:
         return 0
 
     def receive(self) -> list[Frame]:
-        """Return the SYNC that released this tick and what came with it."""
+        """Return the SYNC that released this tick, and the frames that came with it."""
         passed, self._passed = self._passed, []
         return passed + self._until_sync()
 
@@ -169,7 +169,7 @@ class FollowSync:
         self._bus.report(error_class)
 
     def _until_sync(self) -> list[Frame]:
-        """Take what has arrived up to, and without, the next SYNC."""
+        """Collect the arrived frames up to, and without, the next SYNC."""
         if not self._waiting:
             self._waiting = self._bus.receive()
         frames = self._waiting

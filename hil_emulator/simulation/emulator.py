@@ -29,13 +29,13 @@ Time = str | float
 
 
 class NeverHeldError(AssertionError):
-    """What was waited for did not come in time."""
+    """A condition did not hold in time."""
 
 
 class Signals:
     """The present values of all recorded signals as attributes, SI.
 
-    `signals.position` is what the sensor reports, `signals.model.position` what is true.
+    `signals.position` is the reading of the sensor, `signals.model.position` the true value.
     """
 
     def __init__(self, value: Callable[[str], float], prefix: str = "") -> None:
@@ -46,8 +46,8 @@ class Signals:
         if not self._prefix and name == MODEL.rstrip("."):
             return Signals(self._value, MODEL)
         if self._prefix + name not in columns():
-            known = ", ".join(columns())
-            raise AttributeError(f"no signal '{self._prefix}{name}'; there are {known}")
+            names = ", ".join(columns())
+            raise AttributeError(f"no signal '{self._prefix}{name}'; there are {names}")
         return self._value(self._prefix + name)
 
 
@@ -62,7 +62,7 @@ class Emulator(AbstractContextManager["Emulator"]):
         rig: the rig itself.
         bus: settings of its virtual bus, for `can.Bus(**settings)` in this process.
         signals: present values of all signals, SI.
-        recorder: everything since the start.
+        recorder: recording since the start.
 
     """
 
@@ -85,51 +85,51 @@ class Emulator(AbstractContextManager["Emulator"]):
         return self.rig.now_ns * 1e-9
 
     def every_tick(self, call: Callable[[], None]) -> None:
-        """Call something after each tick from now on: a controller, a log."""
+        """Register a function that is called after each tick: a controller, a log."""
         self._listeners.append(call)
 
     def tick(self) -> None:
-        """Let one tick pass, then let those who listen act; within such a call, do nothing."""
+        """Let one tick pass, then call the registered functions; within such a call, do nothing."""
         if self._ticking:
             return
         self._ticking = True
         try:
             self.rig.step()
             if self.rig.now_ns == self.config.tick_ns:
-                self._tell_of_deaf_nodes()
+                self._warn_of_booting_nodes()
             for call in self._listeners:
                 call()
         finally:
             self._ticking = False
 
-    def _tell_of_deaf_nodes(self) -> None:
-        """Warn of commands that came while the nodes were still booting."""
+    def _warn_of_booting_nodes(self) -> None:
+        """Warn of commands that arrived while the nodes were still booting."""
         early = [f for _, sent, f in self.recorder.frames if not sent and f.can_id == NMT_COB_ID]
         if early:
             warnings.warn(
-                "an NMT command before the first tick: no node hears anything before its boot-up "
-                "message; let a tick pass first", RuntimeWarning, stacklevel=3,
+                "an NMT command before the first tick: a node receives frames only after its "
+                "boot-up message; let a tick pass first", RuntimeWarning, stacklevel=3,
             )  # fmt: skip
 
     def run_for(self, time: Time) -> None:
         """Let emulator time pass.
 
         Raises:
-            UserError: for what is no time.
+            UserError: for text that is not a time.
 
         """
         for _ in range(self._ticks(time)):
             self.tick()
 
     def wait_until(self, what: str | Callable[[Signals], bool], within: Time = "1 s") -> float:
-        """Let time pass until something holds.
+        """Let time pass until a condition holds.
 
         Args:
             what: a function of the signals, or text such as "position > 60 mm".
-            within: how long it may take at most.
+            within: longest time to wait.
 
         Returns:
-            How long it took [s].
+            The time that it took [s].
 
         Raises:
             NeverHeldError: if it did not hold in time.
@@ -149,7 +149,7 @@ class Emulator(AbstractContextManager["Emulator"]):
         raise NeverHeldError(f"{text} did not hold within {within}; at {self.now:.3f} s {values}")
 
     def fault(self, target: str, kind: str, /, **options: Any) -> Running:
-        """Let something break, until the block ends; see `hil_emulator.faults.fault.fault`."""
+        """Inject a fault, until the block ends; see `hil_emulator.faults.fault.fault`."""
         return self.rig.fault(target, kind, **options)
 
     def set(self, name: str, value: str) -> None:
@@ -166,7 +166,7 @@ class Emulator(AbstractContextManager["Emulator"]):
             warnings.warn(waits, RuntimeWarning, stacklevel=2)
 
     def recording(self) -> Recording:
-        """Return everything since the start."""
+        """Return the recording since the start."""
         return remembered(self.recorder, header(self.config, self.rig.nodes))
 
     def close(self) -> None:

@@ -1,21 +1,21 @@
-"""When the fast path applies: the only place that decides it.
+"""Decision when the fast path applies.
 
-At the end of a tick each node enters its fast path for which all of these hold:
+At the end of a tick each node enters its fast path if all of these conditions hold:
 
-1. No fault is in force or waits: a fault changes samples and frames between services and bus.
-2. Every channel is inside its measuring range: its end is reported, and looked for in each tick.
+1. No fault is active or scheduled: a fault changes samples and frames between services and bus.
+2. Every channel is inside its measuring range: its end is reported, and checked in each tick.
 3. The node is OPERATIONAL: in other states it sends no TPDO and takes no set point.
 4. No object is distorted: a distortion overwrites its object after each sample.
-5. Every service has declared that it has nothing to do before a later time (`device/fast_path.py`,
-   which also lists what ends the fast path).
-6. The TPDOs carry nothing but integers of up to 32 bits, on whole bytes, that show a channel, the
-   sample counter or the sample time: that is what the machine code can pack (`model/digits.py`).
+5. Every service has declared a later time before which it has nothing to do
+   (`device/fast_path.py`, which also lists what ends the fast path).
+6. The TPDOs carry only integers of up to 32 bits, on whole bytes, that show a channel, the
+   sample counter or the sample time: the machine code can pack these (`model/digits.py`).
 
 A rig passes whole ticks in `fast_tick` if in addition
 
 7. the node on the fast path is its only one: no frames are carried between nodes;
-8. its bus takes no time: no frame waits for the bus to be free;
-9. the cylinder has ends, or the rod has left its stroke: else each tick checks whether it has.
+8. its bus has no modelled timing: no frame waits for the bus;
+9. the cylinder has ends, or the rod has left its stroke: otherwise each tick checks whether it has.
 """
 
 from collections.abc import Callable
@@ -34,7 +34,7 @@ class FastPathNodes:
         steps: integration steps per tick.
 
     Attributes:
-        tick: lets a tick of the rig pass; False where it cannot, and nothing has happened.
+        tick: lets a tick of the rig pass; returns False, without effect, if it cannot.
 
     """
 
@@ -46,7 +46,7 @@ class FastPathNodes:
         self.tick: Callable[[], bool] = lambda: False
 
     def enter(self) -> None:
-        """Let each node enter the fast path for which it applies, and the rig if it applies."""
+        """Let each node, and the rig, enter the fast path if its conditions hold."""
         rig = self._rig
         for node in rig.nodes:
             if (
@@ -71,12 +71,12 @@ class FastPathNodes:
             self.tick = fast_tick(rig, rig.nodes[0], self._steps)
 
     def leave(self, *, renewed: bool = False) -> None:
-        """Let all nodes leave it: see `Node.leave_fast_path`."""
+        """Let all nodes leave it, see `Node.leave_fast_path`."""
         for node in self._rig.nodes:
             node.leave_fast_path(renewed=renewed)
 
     def _lay_out(self) -> None:
-        """Give each node its place in the record, one after the other."""
+        """Assign each node its place in the record, one after the other."""
         words: list[tuple[float, ...]] = []
         place = 0
         for packed in self._packed.values():

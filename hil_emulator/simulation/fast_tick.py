@@ -1,7 +1,7 @@
-"""A tick of a rig whose only node is on its fast path, in as few steps as possible.
+"""Tick of a rig whose only node is on its fast path, in as few steps as possible.
 
-It is `Rig.step` for what is met in most ticks of most runs. Anything else is left to the rig, from
-before the tick or from the point in it where it shows.
+It does the work of `Rig.step` for the usual case. Other cases are left to the rig, before the tick
+or at the point of the tick where they are noticed.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ NS_PER_US = 1_000
 
 
 class TickingRig(Protocol):
-    """What the fast path needs of a rig: see `Rig`."""
+    """Interface of the rig for the fast path: see `Rig`."""
 
     plant: Plant
     sensors: Sensors
@@ -50,20 +50,20 @@ class TickingRig(Protocol):
 
 
 def fast_tick(rig: TickingRig, node: Node, steps: int) -> Callable[[], bool]:
-    """Return what lets a tick pass; it returns False where it cannot, and nothing has happened.
+    """Return a function that lets a tick pass, or returns False, without effect, if it cannot.
 
     Args:
-        rig: the rig, on a bus that takes no time.
+        rig: the rig, on a bus without modelled timing.
         node: its only node, which is on its fast path.
         steps: integration steps per tick.
 
     """
     fast_path, faults, sensors, bus = node.fast_path, rig.faults, rig.sensors, rig.bus
     record, tick_ns = sensors.record, rig.tick_ns
-    # numpy takes longer to put a number into its place
+    # faster than numpy's assignment of an element
     inputs: memoryview[float] = rig.plant.input_vector.data.cast("B").cast("d")
     place = rig.plant.input_places
-    # what is looked up once is not looked up in every tick
+    # looked up once instead of in every tick
     receive, hear = bus.receive, node.receive
     repeat, send = node.repeat, bus.send
     pass_and_sample = sensors.after(rig.plant.supply, steps)

@@ -1,7 +1,7 @@
-"""What the nodes of a rig hear: what the others said in the last tick, then the bus.
+"""Frames for the nodes of a rig: those of its other nodes in the last tick, then those of the bus.
 
-Most frames on a bus concern none of the rig's nodes. They are sorted out once for all of them, by
-the identifiers that the nodes listen to at this moment; a node that is alone does that itself.
+Most frames on a bus concern no node of the rig. They are filtered once for all nodes, by the
+identifiers that the nodes presently listen to. A single node filters by itself.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -23,7 +23,7 @@ class FrameRouter:
 
     def __init__(self, nodes: Sequence[Node]) -> None:
         self._nodes = tuple(nodes)
-        self._alone = len(self._nodes) == 1  # nobody else to hear what it says
+        self._alone = len(self._nodes) == 1  # no other node receives its frames
         self._spoken: Spoken = []
         self._stale = True
         self._hears: dict[int, bool] = {}
@@ -32,41 +32,41 @@ class FrameRouter:
             node.on_route = self._rerouted
 
     def begin(self, now_ns: int) -> None:
-        """Begin a tick: nothing to do on a bus that takes no time."""
+        """Begin a tick, which needs nothing on a bus without modelled timing."""
 
     def stand(self) -> None:
-        """Let frames pass at once from now on: time stands still."""
+        """Pass frames at once from now on, because time stands still."""
 
     def go_on(self) -> None:
         """Let time pass again."""
 
     def say(self, node: Node, frames: Sequence[Frame]) -> None:
-        """Let the other nodes hear in the next tick what a node has sent."""
+        """Pass a node's frames to the other nodes in the next tick."""
         if not self._alone:
             self._spoken += [(node, frame) for frame in frames]
 
     def arriving(
         self, frames: Sequence[Frame], *, everything: bool
     ) -> Iterable[tuple[Node, Sequence[Frame]]]:
-        """Return each node with what it hears now.
+        """Return each node with the frames for it.
 
         Args:
-            frames: what the bus carried since the last tick.
-            everything: hands on frames that no node takes, too.
+            frames: of the bus since the last tick.
+            everything: whether frames that no node takes are passed too.
 
         """
         if self._alone:
             return ((self._nodes[0], frames),)
         return self._shared(frames, everything=everything)
 
-    def leaving(self, now_ns: int, said: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
-        """Return what leaves the nodes at this tick, and when: all that they have said."""
-        return [(now_ns, said)] if said else []
+    def leaving(self, now_ns: int, sent: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
+        """Return the frames that leave the nodes at this tick: all that they have sent."""
+        return [(now_ns, sent)] if sent else []
 
     def _shared(
         self, frames: Sequence[Frame], *, everything: bool
     ) -> Iterator[tuple[Node, Sequence[Frame]]]:
-        """Yield each of several nodes with what it hears, from the others, too."""
+        """Yield each of several nodes with the frames for it, also from the others."""
         spoken, self._spoken = self._spoken, []
         if not everything:
             spoken, frames = self._of_concern(spoken, frames)
@@ -81,7 +81,7 @@ class FrameRouter:
     ) -> tuple[Spoken, Sequence[Frame]]:
         """Return the frames that some node takes.
 
-        That is all of them if one may let a node listen to others, which may follow it.
+        These are all frames if one of them may change the identifiers that a node listens to.
         """
         if self._stale:
             self._listen()
@@ -92,17 +92,17 @@ class FrameRouter:
                 return spoken, frames
             if taken is not None:
                 heard.append(frame)
-        said: Spoken = []
+        needed: Spoken = []
         for speaking in spoken:
             taken = self._taken(speaking[1])
             if taken:
                 return spoken, frames
             if taken is not None:
-                said.append(speaking)
-        return said, heard
+                needed.append(speaking)
+        return needed, heard
 
     def _taken(self, frame: Frame) -> bool | None:
-        """Return whether some node may listen to others after a frame; None if no node takes it."""
+        """Return whether a frame may change what some node listens to; None if no node takes it."""
         can_id, _, remote, extended = frame
         identifier = can_id | EXTENDED if extended else can_id
         if remote:
@@ -110,7 +110,7 @@ class FrameRouter:
         return self._hears.get(identifier)
 
     def _listen(self) -> None:
-        """Note what any node takes, and whether that may change what some node takes."""
+        """Store which frames any node takes, and whether they may change what it listens to."""
         self._stale = False
         self._asked = frozenset().union(*(node.asked for node in self._nodes))
         self._hears = {}

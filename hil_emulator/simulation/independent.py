@@ -1,4 +1,4 @@
-"""Which actuators of a machine share nothing, so that each group of them can have its own core."""
+"""Division of a machine into independent groups of actuators, one per process."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -12,18 +12,20 @@ Group = list[ActuatorSettings]
 def parts(settings: MachineSettings, processes: int) -> list[MachineSettings]:
     """Divide a machine into parts that share neither bus nor supply.
 
-    Each group of actuators that hang together goes, the largest first, to the part that has fewest.
+    Groups of connected actuators are assigned, the largest first, to the part with the fewest
+    actuators.
 
     Args:
         settings: the machine.
         processes: largest number of parts, from 1.
 
     Returns:
-        The parts in the order of the machine, with its actuators in that order in each; the machine
-        itself where it cannot be divided.
+        The parts, with the actuators in the order of the machine; the machine itself if it cannot
+            be
+        divided.
 
     """
-    groups = sorted(_hanging_together(settings.actuators), key=len, reverse=True)
+    groups = sorted(_connected(settings.actuators), key=len, reverse=True)
     dealt: list[Group] = [[] for _ in range(min(processes, len(groups)))]
     for group in groups:
         min(dealt, key=len).extend(group)
@@ -34,20 +36,20 @@ def parts(settings: MachineSettings, processes: int) -> list[MachineSettings]:
     return [_part(settings, m) for m in sorted(ordered, key=lambda m: place(m[0]))]
 
 
-def _hanging_together(actuators: Iterable[ActuatorSettings]) -> list[Group]:
-    """Return the actuators by what joins them; a leg is on one supply."""
-    found: list[tuple[set[tuple[str, str | None]], Group]] = []
+def _connected(actuators: Iterable[ActuatorSettings]) -> list[Group]:
+    """Return groups of connected actuators; the joints of a leg are on one supply."""
+    groups: list[tuple[set[tuple[str, str | None]], Group]] = []
     for actuator in actuators:
         shared = {("bus", actuator.bus), ("supply", actuator.supply)} - {("supply", None)}
         group, others = [actuator], []
-        for things, members in found:
+        for things, members in groups:
             if things & shared:
                 shared |= things
                 group += members
             else:
                 others.append((things, members))
-        found = [*others, (shared, group)]
-    return [group for _, group in found]
+        groups = [*others, (shared, group)]
+    return [group for _, group in groups]
 
 
 def _part(settings: MachineSettings, actuators: Group) -> MachineSettings:

@@ -1,4 +1,4 @@
-"""The loop: ticks under a clock, and how punctual they were."""
+"""The loop: ticks under a clock, with their delay and duration."""
 
 import math
 import time
@@ -9,14 +9,14 @@ from hil_emulator.errors import UserError
 from hil_emulator.simulation.clock import Clock
 
 _FINE = 20_000  # bins of 1 us
-_COARSE = 100  # bins per e-fold of what takes longer: 1 % each
+_COARSE = 100  # bins per e-fold of longer durations: 1 % each
 _BINS = _FINE + 1200  # to 20 ms e^12, 54 minutes; the last one takes the rest
 
-_now = time.perf_counter_ns  # looked up once: twice in every tick it would cost
+_now = time.perf_counter_ns  # looked up once instead of twice in every tick
 
 
 class Ticking(Protocol):
-    """What the loop moves."""
+    """Interface of a rig or machine for the loop."""
 
     @property
     def now_ns(self) -> int:
@@ -33,7 +33,7 @@ class Ticking(Protocol):
         ...
 
     def slip(self, total_ns: int) -> None:
-        """Take note that emulator time has fallen behind the wall, by so much in all."""
+        """Store the total delay of emulator time behind real time."""
         ...
 
 
@@ -42,7 +42,7 @@ class Durations:
     """A histogram of durations in bins of 1 us, of 1 % from 20 ms on, with constant memory.
 
     Attributes:
-        counts: how often each bin was met.
+        counts: number of durations per bin.
         longest_ns: the longest duration [ns].
 
     """
@@ -84,14 +84,14 @@ def _coarse_bin(us: int) -> int:
 
 @dataclass
 class Timing:
-    """How punctual a run was.
+    """Timing of a run.
 
     Attributes:
-        lateness: how late ticks began.
-        execution: how long they took.
-        ticks: how many there were.
-        overruns: how many began a whole period late or more.
-        slipped_ns: by how much emulator time has fallen behind the wall thereby.
+        lateness: delays of the ticks' begin.
+        execution: durations of the ticks.
+        ticks: number of ticks.
+        overruns: number of ticks that began a whole period late or more.
+        slipped_ns: total delay of emulator time behind real time from these ticks.
 
     """
 
@@ -136,7 +136,7 @@ def run(
 
 
 def _slip(rig: Ticking, clock: Clock, lateness: int, timing: Timing, stop: bool) -> None:
-    """Take note of a tick, the last one, that began a whole period late."""
+    """Handle a tick, the last one, that began a whole period late."""
     timing.overruns += 1
     timing.slipped_ns = clock.slipped_ns
     rig.slip(clock.slipped_ns)

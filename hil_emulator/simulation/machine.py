@@ -19,10 +19,10 @@ from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort
 
 
 class Junction:
-    """Lets several rigs share a bus: each hears the bus and the other rigs.
+    """Lets several rigs share a bus: each receives the frames of the bus and of the other rigs.
 
     Args:
-        bus: the bus they share.
+        bus: the shared bus.
 
     """
 
@@ -37,7 +37,7 @@ class Junction:
         return tap
 
     def collect(self) -> None:
-        """Hand what has arrived to every tap: once a tick, so that all hear it in the same one."""
+        """Pass the arrived frames to every tap, once a tick."""
         frames = self._bus.receive()
         if frames:
             for tap in self._taps:
@@ -69,12 +69,12 @@ class Tap:
         self.waiting: list[Frame] = []
 
     def receive(self) -> list[Frame]:
-        """Return what the junction has collected, and what the other rigs sent."""
+        """Return the frames of the bus and of the other rigs."""
         frames, self.waiting = self.waiting, []
         return frames
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Send frames, never wait."""
+        """Send frames without waiting."""
         self._junction.carry(self, frames)
 
     def report(self, error_class: int) -> None:
@@ -87,10 +87,10 @@ class Machine:
 
     Args:
         rigs: at least one, by name; all with the same tick.
-        junctions: the buses that they are on; one that takes time needs none.
+        junctions: their buses, except those with modelled timing.
 
     Attributes:
-        wires: those of buses that take time, by name.
+        wires: of buses with modelled timing, by name.
 
     """
 
@@ -111,10 +111,10 @@ class Machine:
         return next(iter(self.rigs.values())).now_ns
 
     def step(self) -> None:
-        """Let one tick pass: `Rig.step` in all rigs at once, so that each hears the others' last.
+        """Let one tick pass, as `Rig.step`, in all rigs together.
 
         Raises:
-            NotFiniteError: says which actuator has lost its state.
+            NotFiniteError: names the actuator whose state is not finite.
 
         """
         for junction in self._junctions:
@@ -126,7 +126,7 @@ class Machine:
             if rig.plant.supply not in finite:
                 finite[rig.plant.supply] = rig.integrate()
         rigs = list(self.rigs.items())
-        if not all(finite.values()):  # who has lost most has lost it first
+        if not all(finite.values()):  # the rig with the largest delay was late first
             rigs.sort(key=lambda named: int(np.isfinite(named[1].plant.state_vector).sum()))
         for name, rig in rigs:
             try:
@@ -136,20 +136,20 @@ class Machine:
                 raise
 
     def slip(self, total_ns: int) -> None:
-        """Take note that emulator time has fallen behind the wall, by so much in all."""
+        """Store the total delay of emulator time behind real time."""
         for rig in self.rigs.values():
             rig.slip(total_ns)
 
     def serve(self, frames: Sequence[Frame]) -> None:
-        """Let all nodes answer frames at the present moment; the plants stand still."""
+        """Let all nodes answer frames at the present time; the plants stand still."""
         for rig in self.rigs.values():
             rig.serve(frames)
 
 
 def prepare(settings: MachineSettings, cache: Path | None = None) -> None:
-    """Compile every model of a machine, which may take a minute, before anything else begins.
+    """Compile every model of a machine, which may take a minute, before the run begins.
 
-    A model is machine code once it has been called: so each moves and is sampled once.
+    A model becomes machine code when it is called, so each is moved and sampled once.
     """
     configs = {a.name: a.config for a in settings.actuators}
     for names in by_supply(settings):
@@ -164,12 +164,12 @@ def prepare(settings: MachineSettings, cache: Path | None = None) -> None:
 def assemble_machine(
     settings: MachineSettings, buses: Mapping[str, CanPort], cache: Path | None = None
 ) -> Machine:
-    """Make every rig of a machine; the model is compiled once for each number on a supply.
+    """Make every rig of a machine; the model is compiled once per number of actuators on a supply.
 
     Args:
         settings: the machine's description.
         buses: an open bus for each name in it.
-        cache: folder that keeps the compiled model for the next start.
+        cache: folder of compiled models.
 
     Raises:
         UserError: if a node cannot be made from its EDS.
@@ -193,8 +193,8 @@ def assemble_machine(
 
 
 def by_supply(settings: MachineSettings) -> list[list[str]]:
-    """Return the names of the actuators on each supply; one that has its own is alone on it."""
-    found: dict[object, list[str]] = {}
+    """Return the names of the actuators on each supply; an own supply has one actuator."""
+    names: dict[object, list[str]] = {}
     for actuator in settings.actuators:
-        found.setdefault(actuator.supply or (actuator.name,), []).append(actuator.name)
-    return list(found.values())
+        names.setdefault(actuator.supply or (actuator.name,), []).append(actuator.name)
+    return list(names.values())

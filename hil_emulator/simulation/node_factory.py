@@ -1,4 +1,4 @@
-"""The CANopen nodes that a configuration describes."""
+"""Assembly of the CANopen nodes of a configuration."""
 
 import logging
 from collections.abc import Sequence
@@ -13,9 +13,9 @@ from hil_emulator.simulation.parameter_store import ParameterFile
 
 SERIAL_NUMBER = (0x1018, 4)
 NODES_PER_BUS = 128
-"""What serial numbers of one bus's nodes are apart from those of the next."""
+"""Distance between the serial numbers of the nodes of two buses."""
 UNCONFIGURED_SERIALS = 0x10000
-"""Where the serial numbers of nodes without a node-ID begin: above those of all buses."""
+"""First serial number of nodes without a node-ID, above those of all buses."""
 
 _log = logging.getLogger(__name__)
 
@@ -53,33 +53,34 @@ def _check_bit_rate(dictionary: Dictionary, rate: float | None) -> None:
     if rate is not None and dictionary.bit_rates and rate not in dictionary.bit_rates:
         able = ", ".join(f"{r / 1e3:g}" for r in sorted(dictionary.bit_rates))
         raise UserError(
-            f"{dictionary.source}: bit_rate {rate / 1e3:g} kbit/s is none of the device's, {able}"
+            f"{dictionary.source}: bit_rate {rate / 1e3:g} kbit/s is not supported by the device, "
+            f"which has {able}"
         )
 
 
 def _identify(dictionary: Dictionary, settings: NodeSettings, place: int) -> None:
-    """Give a node its identity; its serial number is one no other node has, if none is given.
+    """Set the identity of a node; by default its serial number is unique.
 
-    By vendor, product, revision and serial number LSS tells nodes apart that have no node-ID.
+    LSS distinguishes nodes without a node-ID by vendor, product, revision and serial number.
     """
     for (index, subindex), value in settings.identity.items():
         entry = dictionary.get(index, subindex)
         if entry is None:
             raise UserError(
                 f"{dictionary.source} has no object 0x{index:04X}:{subindex:02X} for the identity "
-                "that the configuration gives"
+                "in the configuration"
             )
         set_constant(dictionary, entry, value)
     entry = dictionary.get(*SERIAL_NUMBER)
     if entry is None:
         return
-    own = settings.id if settings.id != UNCONFIGURED else UNCONFIGURED_SERIALS + place
-    own += settings.bus_number * NODES_PER_BUS
-    dictionary.set_default(entry, settings.serial_number or entry.default or own)
+    serial = settings.id if settings.id != UNCONFIGURED else UNCONFIGURED_SERIALS + place
+    serial += settings.bus_number * NODES_PER_BUS
+    dictionary.set_default(entry, settings.serial_number or entry.default or serial)
 
 
 def _file_number(dictionary: Dictionary, node_id: int) -> str:
-    """Return what tells a node's file apart: its node-ID, or its serial number without one."""
+    """Return the number in the name of a node's file: its node-ID, or its serial number."""
     entry = dictionary.get(*SERIAL_NUMBER)
     lacks = node_id == UNCONFIGURED and entry is not None
     return f"serial_{entry.default}" if lacks and entry else str(node_id)

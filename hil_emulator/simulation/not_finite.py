@@ -1,14 +1,14 @@
-"""What a run ends with whose plant has failed: its state lost, or an FMU that gave up."""
+"""Errors that end a run whose plant has failed: a state that is not finite, or a failed FMU."""
 
 from hil_emulator.errors import UserError
 
 
 class NotFiniteError(UserError):
-    """A state of the model has become infinite or no number: the run has ended, not been refused.
+    """A state of the model has become infinite or NaN: the run has ended.
 
     Args:
-        now_ns: the tick in which it was seen [ns].
-        state: which one; the first of several.
+        now_ns: the tick in which it was noticed [ns].
+        state: its name; the first of several.
 
     """
 
@@ -16,12 +16,12 @@ class NotFiniteError(UserError):
 
     def __init__(self, now_ns: int, state: str) -> None:
         super().__init__(
-            f"at {now_ns * 1e-9:.3f} s the model's {state} is not finite any more; `check` tells "
-            "whether the integration step is too wide, an effect of one's own may be the reason"
+            f"at {now_ns * 1e-9:.3f} s the model's {state} is not finite any more; `check` "
+            "reports an integration step that is too long; an effect of your own may be the reason"
         )
 
 
 class PlantFailedError(UserError):
-    """What moved in place of the built-in plant has failed; the nodes have stayed on the bus."""
+    """The plant that replaces the built-in one has failed; the nodes have stayed on the bus."""
 
     exit_code = 1

@@ -1,4 +1,4 @@
-"""What a configuration's `map` makes of a dictionary: the EDS's own names no longer count."""
+"""Application of a configuration's `map` to a dictionary; names of the EDS then bind nothing."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from hil_emulator.errors import UserError
 
 
 def wire(dictionary: Dictionary, objects: Sequence[ObjectSettings]) -> list[tuple[Entry, Course]]:
-    """Let objects show channels and constants and give commands; return those with a course.
+    """Bind objects to channels, constants and commands; return those with a course over time.
 
     Raises:
         UserError: there is no such object, or its type or limits exclude the value.
@@ -18,28 +18,30 @@ def wire(dictionary: Dictionary, objects: Sequence[ObjectSettings]) -> list[tupl
     """
     dictionary.forget_signals()
     courses = []
-    for said in objects:
-        entry = dictionary.get(said.index, said.subindex)
+    for binding in objects:
+        entry = dictionary.get(binding.index, binding.subindex)
         if entry is None:
-            raise UserError(f"{dictionary.source} has no object {said.where}, which map names")
-        if said.constant is not None:
-            set_constant(dictionary, entry, said.constant, nearest=bool(said.unit))
+            raise UserError(f"{dictionary.source} has no object {binding.where}, which map names")
+        if binding.constant is not None:
+            set_constant(dictionary, entry, binding.constant, nearest=bool(binding.unit))
         elif not entry.type.numeric:
-            raise UserError(f"{dictionary.source} {said.where}: a {entry.type.name} is no number")
-        elif said.points:
-            courses.append((entry, Course(said.points, repeat=said.repeat)))
+            raise UserError(
+                f"{dictionary.source} {binding.where}: a {entry.type.name} is not a number"
+            )
+        elif binding.points:
+            courses.append((entry, Course(binding.points, repeat=binding.repeat)))
         else:
-            scale = None if said.factor is None else (said.unit, said.factor)
-            dictionary.assign(entry, said.signal, scale)
+            scale = None if binding.factor is None else (binding.unit, binding.factor)
+            dictionary.assign(entry, binding.signal, scale)
     return courses
 
 
 def set_constant(
     dictionary: Dictionary, entry: Entry, value: float | str, *, nearest: bool = False
 ) -> None:
-    """Give an object another default: a number for a number, text for a string.
+    """Set another default of an object: a number for a number, text for a string.
 
-    A fraction is refused where the object is an integer, unless its `nearest` one is meant.
+    A fraction for an integer is refused, unless `nearest` permits rounding.
     """
     if entry.type.numeric:
         if isinstance(value, float) and entry.type.kind == "integer":

@@ -1,10 +1,9 @@
-"""Stored parameters on disk: one file per node, whole or refused.
+"""Stored parameters on disk: one file per node, used completely or not at all.
 
-The file is JSON: what wrote it, for which device, the values by object, and a checksum over them.
-It is written beside the old one and moved over it, so a crash leaves the old or the new values,
-never half of them. A file that is torn, or of another device, is not used and not touched: the
-node starts with its defaults, and the next save gives that file a name of its own that ends in
-`.refused`.
+The file is JSON: its writer, the device, the values by object, and a checksum over them. It is
+written next to the old one and moved over it, so a crash leaves either the old or the new values. A
+damaged file, or one of another device, is neither used nor changed. The node starts with its
+defaults, and the next save renames that file with the ending `.refused`.
 """
 
 import hashlib
@@ -28,9 +27,9 @@ class ParameterFile:
     """Keeps a node's stored parameters in a file (a `hil_emulator.device.storage.Storage`).
 
     Args:
-        path: the file; it need not exist, its folder is made.
-        dictionary: the node's dictionary, which tells the device apart from others.
-        tell: takes a message where a file is refused.
+        path: the file; it need not exist, and its folder is created.
+        dictionary: the node's dictionary, which identifies the device.
+        tell: takes a message if a file is refused.
 
     Raises:
         UserError: the folder cannot be made, or the file cannot be read.
@@ -51,7 +50,7 @@ class ParameterFile:
         except OSError as error:
             raise UserError(
                 f"{path}: stored parameters cannot be read: {error.strerror}; "
-                "mend its rights, or choose another storage folder"
+                "correct its rights, or choose another storage folder"
             ) from None
         if text:
             try:
@@ -64,14 +63,14 @@ class ParameterFile:
             tell(f"{path}: not used, it is empty; node {dictionary.node_id} starts with defaults")
 
     def load(self) -> Values:
-        """Return what was last saved, nothing at first."""
+        """Return the last saved values; none at first."""
         return self._values
 
     def save(self, values: Values) -> None:
-        """Write exactly these values.
+        """Replace the stored values.
 
         Raises:
-            OSError: the file cannot be written; the old one is still there.
+            OSError: the file cannot be written; the old one is kept.
 
         """
         written = {f"{i:04X}:{s:02X}": data.hex() for (i, s), data in sorted(values.items())}
@@ -98,14 +97,14 @@ class ParameterFile:
 
 
 class _RefusedError(ValueError):
-    """A file that is whole but cannot be used."""
+    """A complete file that cannot be used."""
 
 
 def fingerprint(dictionary: Dictionary) -> str:
-    """Return what tells one device's parameters from another's: identity and every object.
+    """Return a fingerprint of a device's parameters: identity and every object.
 
-    Two nodes of the same device have the same one, whatever their serial numbers; an EDS with
-    another object, data type or limit has another.
+    Nodes of the same device have the same one, whatever their serial numbers. An EDS with another
+    object, data type or limit has another.
     """
     parts = [dictionary.get(IDENTITY, n) for n in VENDOR_PRODUCT_REVISION]
     identity = [0 if part is None else part.default for part in parts]

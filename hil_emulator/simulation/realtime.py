@@ -1,4 +1,4 @@
-"""What an operating system offers against late ticks, tried one by one and reported."""
+"""Measures of the operating system against late ticks, each tried and reported."""
 
 import ctypes
 import gc
@@ -12,7 +12,7 @@ _PRIORITY = 50  # above ordinary work, below the kernel's interrupt threads (ass
 
 @dataclass(frozen=True)
 class Measure:
-    """One thing that was tried: its name, whether it worked, and why not."""
+    """A measure: its name, whether it worked, and why not."""
 
     name: str
     works: bool
@@ -23,14 +23,14 @@ class Measure:
 
 
 def apply() -> list[Measure]:
-    """Ask for a real-time schedule and locked memory, and freeze the garbage collector."""
+    """Request a real-time schedule and locked memory, and freeze the garbage collector."""
     return [_schedule(), _lock_memory(), _freeze()]
 
 
 def _schedule() -> Measure:
     name = f"SCHED_FIFO {_PRIORITY}"
     if not hasattr(os, "sched_setscheduler"):
-        return Measure(name, False, f"{sys.platform} has none")
+        return Measure(name, False, f"not on {sys.platform}")
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     except OSError as error:
@@ -43,7 +43,7 @@ def _lock_memory() -> Measure:
     if not sys.platform.startswith("linux"):
         return Measure(name, False, f"not on {sys.platform}")
     libc = ctypes.CDLL(None, use_errno=True)
-    # what has been used stays; what never is takes no memory: half of the libraries
+    # only used pages stay in memory; half of the libraries is never used
     if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT):
         reason = os.strerror(ctypes.get_errno())
         return Measure(name, False, f"{reason}; needs CAP_IPC_LOCK or a memlock limit")

@@ -1,4 +1,4 @@
-"""A small actuator controller that sees nothing but CAN frames."""
+"""A small actuator controller that uses CAN frames only."""
 
 import struct
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ _POSITION_GAIN = 0.13  # A/m
 _DAMPING = 1.2e-10  # A/Pa, on the load pressure's changes
 _LEAK = 0.05  # share of the load pressure's mean that is renewed each sample
 _FORCE_GAIN = 1.2e-6  # A/N
-_FORCE_DEADBAND = 20.0  # N, in which the seals hold the rod: without, it hunts
+_FORCE_DEADBAND = 20.0  # N, in which the seals hold the rod; without it the loop hunts
 _FORCE_BANDWIDTH = 30.0  # rad/s of each of two low passes: noise, and the oil spring at 60 Hz
 _LIMIT = 8e-3  # A
 
@@ -39,10 +39,10 @@ class Controller:
         node_id: the actuator's node.
 
     Attributes:
-        readings: what the node's PDOs last said.
-        emergencies: EMCY messages seen.
+        readings: last values of the node's PDOs.
+        emergencies: received EMCY messages.
         counter: the node's sample counter.
-        missed: samples whose PDO never came.
+        missed: number of samples without a PDO.
 
     """
 
@@ -61,7 +61,7 @@ class Controller:
         self._bus.send([Frame(0x000, bytes([_NMT_START, self._id]))])
 
     def listen(self) -> None:
-        """Take in every frame that has come."""
+        """Read every arrived frame."""
         for frame in self._bus.receive():
             if frame.can_id == 0x180 + self._id:
                 a, b, _, counter = struct.unpack("<hhhH", frame.data)
@@ -84,9 +84,9 @@ class Controller:
     def hold_force(self, target: float, period: float) -> None:
         """Send the current that brings the load force to `target` [N].
 
-        A proportional controller: the valve integrates by itself. Against a spring of k and a mass
-        m the force follows the current as K (k + m s²)/s, so that what is above the bandwidth has
-        to be left out of it.
+        A proportional controller, because the valve integrates. Against a spring of k and a mass m
+        the force follows the current as K (k + m s²)/s, so frequencies above the bandwidth must be
+        filtered out.
         """
         share = _FORCE_BANDWIDTH * period
         once, twice = self._error

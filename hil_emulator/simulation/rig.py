@@ -1,4 +1,4 @@
-"""One tick of the emulator in a few lines; the only module that knows everybody."""
+"""One tick of the emulator in a few lines; the only module that imports plant, device and bus."""
 
 import logging
 import math
@@ -42,17 +42,17 @@ class Rig:
         bus: carries the frames.
         tick_ns: period of the loop [ns].
         steps: integration steps per tick.
-        recorder: takes down every tick, where there is one.
-        not_finite: what becomes of a model with a state that is not finite: "stop" or "reset".
+        recorder: takes every tick, if there is one.
+        not_finite: reaction to a state that is not finite: "stop" or "reset".
 
     Attributes:
         now_ns: emulator time at which the next tick begins [ns].
-        faults: what is broken.
-        slipped_ns: by how much its time has fallen behind the wall.
-        measured: the last sample, where somebody has asked for it, see `sample`.
+        faults: the faults.
+        slipped_ns: total delay of its time behind real time.
+        measured: the last sample, if it was read, see `sample`.
         left_stroke_ns: when the rod of a cylinder without ends left its stroke; None if it did not.
-        wire: the wire of its bus, where that takes time.
-        supply_mates: the other rigs on its supply: what befalls that befalls all of them.
+        wire: of its bus, if that has modelled timing.
+        supply_mates: the other rigs on its supply, which share its faults.
 
     """
 
@@ -99,7 +99,7 @@ class Rig:
         Rigs on one supply take each of them together, see `machine.Machine.step`.
 
         Raises:
-            NotFiniteError: if the model has lost its state, once the bus and the recording know.
+            NotFiniteError: if a state is not finite, after bus and recording have been informed.
 
         """
         if self._fast_path.tick():
@@ -154,7 +154,7 @@ class Rig:
             self._recover()
 
     def serve(self, frames: Sequence[Frame]) -> None:
-        """Let the nodes answer frames at the present moment; the plant stands still."""
+        """Let the nodes answer frames at the present time; the plant stands still."""
         if self.recorder:
             self.recorder.event(self.now_ns, {"serve": len(frames)})
         self._fast_path.leave()
@@ -164,32 +164,32 @@ class Rig:
         self._router.go_on()
 
     def slip(self, total_ns: int) -> None:
-        """Take note that emulator time has fallen behind the wall, by so much in all."""
+        """Store the total delay of emulator time behind real time."""
         if self.recorder and total_ns > self.slipped_ns:
             self.recorder.event(self.now_ns, {"slipped": total_ns})
         self.slipped_ns = total_ns
 
     def fault(self, target: str, kind: str, /, **options: Any) -> Running:
-        """Let something break; the result ends it, by `end()` or as a `with` block.
+        """Inject a fault; the result ends it, by `end()` or as a `with` block.
 
         See `hil_emulator.faults.fault.fault` for the arguments.
 
         Raises:
-            UserError: for a target, kind or option that does not exist.
+            UserError: for an unknown target, kind or option.
 
         """
         return self.inject(fault(target, kind, **options))
 
     def inject(self, chosen: Fault) -> Running:
-        """Let something break.
+        """Inject a fault.
 
         Raises:
-            UserError: for a node that is not there.
+            UserError: for a target that the rig lacks.
 
         """
         ensure_possible(chosen, self.faults, self.nodes, takes_time=self.wire is not None)
         mates = self.supply_mates if chosen.target == SUPPLY else ()
-        running, *others = [rig._suffer(chosen, self.value) for rig in (self, *mates)]
+        running, *others = [rig._schedule_fault(chosen, self.value) for rig in (self, *mates)]
         running.others = others
         return running
 
@@ -197,10 +197,10 @@ class Rig:
         """Set a condition of the surroundings or a set point, SI: see `signals.inputs`.
 
         Returns:
-            What a set point waits for before it is in force; "" where nothing waits.
+            The reason why a set point is not yet in force; "" if it is.
 
         Raises:
-            UserError: lists the settings that there are, or the bound or limit that it breaks.
+            UserError: lists the settings, or names the bound or limit that is exceeded.
 
         """
         value = checked(name, value)
@@ -225,11 +225,11 @@ class Rig:
             return float(self.plant.signals[name.removeprefix(MODEL)])
         return float(self.plant.inputs[name])
 
-    def _suffer(self, chosen: Fault, value: Callable[[str], float]) -> Running:
-        """Let something break when its condition holds for signals of `value`."""
+    def _schedule_fault(self, chosen: Fault, value: Callable[[str], float]) -> Running:
+        """Schedule a fault whose condition uses the signals of `value`."""
         running = self.faults.inject(chosen, self.now_ns, value)
         if self.recorder:
-            what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.said}
+            what = {"target": chosen.target, "kind": chosen.kind.name, **chosen.arguments}
             self.recorder.event(self.now_ns, {"fault": what})
         return running
 
@@ -263,7 +263,7 @@ class Rig:
                 self.plant.command(commands)
 
     def _deliver_faulty(self, frames: Sequence[Frame]) -> None:
-        """Let nodes receive what faults leave of the frames; these meet every one of them."""
+        """Let nodes receive the frames that faults pass, each of which is checked."""
         for node, arriving in self._router.arriving(frames, everything=True):
             reached = self.faults.arriving(self.now_ns, node, arriving)
             commands = node.receive(self.now_ns, reached)
@@ -285,20 +285,20 @@ class Rig:
         return self.measured
 
     def _fail(self) -> None:
-        """Let the nodes report that their measuring has failed; there are no readings."""
+        """Let the nodes report that their measurement has failed; there are no readings."""
         for node in self.nodes:
             node.raise_error(NotFiniteError, ErrorCode.INTERNAL_SOFTWARE, ErrorBit.GENERIC)
         count = len(self.sensors.names)
         self.measured = Measured([math.nan] * count, [0] * count)
 
     def _recover(self) -> None:
-        """End the run, or begin again at rest; an FMU that has failed does neither."""
-        if self.plant.supply.failure:  # said by the nodes, which stay on the bus
+        """End the run, or restart the model at rest; a failed FMU does neither."""
+        if self.plant.supply.failure:  # reported by the nodes, which stay on the bus
             return
         error = NotFiniteError(self.now_ns - self.tick_ns, self.plant.culprit())
         if not self._resets:
             raise error
-        _log.warning("%s; the model begins again at rest", error)
+        _log.warning("%s; the model restarts at rest", error)
         self.plant.restart()
         self.sensors.restart()
         for node in self.nodes:

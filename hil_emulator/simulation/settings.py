@@ -1,4 +1,4 @@
-"""What is set while a rig runs: its surroundings, and set points as a controller sends them."""
+"""Settings of a running rig: its surroundings, and set points as a controller sends them."""
 
 from collections.abc import Sequence
 
@@ -13,12 +13,12 @@ from hil_emulator.signals.inputs import COMMANDS
 
 
 class Settings:
-    """Puts settings where they act.
+    """Applies settings.
 
     Args:
-        plant: whose inputs they may be.
-        nodes: whose objects hold set points.
-        parameters: the plant's, a fault may hold.
+        plant: with the inputs.
+        nodes: with the objects of set points.
+        parameters: of the plant, which faults may hold.
 
     """
 
@@ -26,10 +26,10 @@ class Settings:
         self._plant, self._nodes, self._parameters = plant, tuple(nodes), parameters
 
     def put(self, name: str, value: float) -> None:
-        """Put a setting [SI] in force, or a set point into the nodes.
+        """Apply a setting [SI], or write a set point into the nodes.
 
         Raises:
-            UserError: for a wall that is not there, or for what a node refuses.
+            UserError: for a missing wall, or a value that a node refuses.
 
         """
         if name in COMMANDS:
@@ -42,7 +42,7 @@ class Settings:
             self._parameters.set_sound(name, value)
 
     def waits(self, name: str) -> str:
-        """Say which nodes will obey a set point only once they are OPERATIONAL; "" if none."""
+        """Return which nodes apply a set point only once they are OPERATIONAL; "" if none."""
         if name not in COMMANDS:
             return ""
         waiting = [
@@ -54,7 +54,7 @@ class Settings:
         return f"{name} waits: {states}; an NMT start puts it in force" if waiting else ""
 
     def _command(self, name: str, value: float) -> None:
-        """Write a set point into the nodes, as an SDO client does: into all or none of them."""
+        """Write a set point into the nodes as an SDO client does: into all or none of them."""
         dictionaries = [node.dictionary for node in self._nodes]
         commanded = [(d, entry) for d in dictionaries if (entry := d.named(name)) is not None]
         try:

@@ -1,8 +1,8 @@
-"""A bus that takes time, as rigs see it: a port on the bus, and a router of frames.
+"""A bus with modelled timing for rigs: a port on the bus, and a router of frames.
 
-What nodes send is queued in their controllers. What comes from outside is queued in a controller
-without a limit, as if it had been sent at the tick in which it came. A frame that has passed by the
-beginning of a tick is received in that tick, and leaves for the outside in it.
+Frames of nodes are queued in their controllers. Frames from outside are queued in a controller
+without a limit, as if they had been sent at the tick in which they came. A frame that has passed by
+the beginning of a tick is received in that tick, and leaves for the outside in it.
 """
 
 import functools
@@ -19,18 +19,18 @@ from hil_emulator.simulation.frame_router import FrameRouter
 
 
 class CanPort(Protocol):
-    """The bus as the rig sees it."""
+    """Interface of the bus for the rig."""
 
     def receive(self) -> list[Frame]:
-        """Return what has arrived, never wait."""
+        """Return the arrived frames without waiting."""
         ...
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Send frames, never wait."""
+        """Send frames without waiting."""
         ...
 
     def report(self, error_class: int) -> None:
-        """Show an error frame to the others on the bus, where it can carry one."""
+        """Show an error frame to the others on the bus, if it can carry one."""
         ...
 
 
@@ -38,14 +38,14 @@ class TimedCanPort:
     """A port of rigs on a bus whose timing is modelled, and the bus outside.
 
     Args:
-        bus: the world outside.
+        bus: the bus outside.
         settings: its bit rate, and the depth of the nodes' transmit queues.
 
     Attributes:
         wire: the wire.
-        arrived: what has come from outside at this tick.
-        passed: what has passed since the last tick, in this order.
-        errors: what controllers have met with since then.
+        arrived: frames from outside at this tick.
+        passed: frames that have passed since the last tick, in this order.
+        errors: of controllers since then.
         standing: whether time stands still, and frames pass at once.
 
     """
@@ -68,7 +68,7 @@ class TimedCanPort:
         return self.wire.attach(self._depth)
 
     def begin(self, now_ns: int) -> None:
-        """Begin a tick, once for all rigs on the wire: let go what has passed, take what came."""
+        """Begin a tick, once for all rigs on the wire: release passed frames, collect new ones."""
         if now_ns <= self.now_ns:
             return
         self.now_ns = now_ns
@@ -80,21 +80,21 @@ class TimedCanPort:
         self.wire.queue(now_ns, self._outside, self.arrived)
 
     def receive(self) -> list[Frame]:
-        """Return what has come from outside at this tick."""
+        """Return the frames from outside at this tick."""
         return self.arrived
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Send frames at once while time stands still; else the wire sends them in their turn."""
+        """Send frames at once while time stands still; otherwise the wire sends them in order."""
         if self.standing:
             self._bus.send(frames)
 
 
 class TimedRouter(FrameRouter):
-    """Carries frames between nodes by way of a wire.
+    """Carries frames between nodes through a wire.
 
     Args:
         nodes: the rig's nodes.
-        port: the wire they are on.
+        port: of their wire.
 
     """
 
@@ -105,7 +105,7 @@ class TimedRouter(FrameRouter):
         self._lost = dict.fromkeys(nodes, 0)
 
     def begin(self, now_ns: int) -> None:
-        """Begin a tick: nodes report what their controllers have met with."""
+        """Begin a tick: nodes report the errors of their controllers."""
         self._port.begin(now_ns)
         for node, controller in self._controllers.items():
             self._report_loss(node, controller)
@@ -116,7 +116,7 @@ class TimedRouter(FrameRouter):
                     node.clear_error(BUS_OFF)
 
     def stand(self) -> None:
-        """Let frames pass at once from now on: time stands still."""
+        """Pass frames at once from now on, because time stands still."""
         self._port.standing = True
 
     def go_on(self) -> None:
@@ -124,12 +124,12 @@ class TimedRouter(FrameRouter):
         self._port.standing = False
 
     def disturb(self, destroys: Callable[[Node, int], bool]) -> None:
-        """Let error frames destroy what nodes send, where a function of node and time says so."""
+        """Let error frames destroy frames of nodes, as decided by a function of node and time."""
         for node, controller in self._controllers.items():
             controller.disturbed = functools.partial(destroys, node)
 
     def say(self, node: Node, frames: Sequence[Frame]) -> None:
-        """Queue what a node sends in its controller."""
+        """Queue a node's frames in its controller."""
         if self._port.standing:
             super().say(node, frames)
         elif frames:
@@ -138,7 +138,7 @@ class TimedRouter(FrameRouter):
     def arriving(
         self, frames: Sequence[Frame], *, everything: bool
     ) -> Iterator[tuple[Node, Sequence[Frame]]]:
-        """Yield each node with what it hears now; one that is off the bus hears nothing."""
+        """Yield each node with the frames for it; a node that is off the bus receives none."""
         if self._port.standing:
             yield from super().arriving(frames, everything=everything)
             return
@@ -148,12 +148,12 @@ class TimedRouter(FrameRouter):
             heard += [p.frame for p in self._port.passed if p.sender is not controller]
             yield node, [] if controller.off_until_ns is not None else heard
 
-    def leaving(self, now_ns: int, said: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
-        """Return which of these nodes' frames have passed, and when."""
+    def leaving(self, now_ns: int, sent: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
+        """Return which frames of these nodes have passed, and when."""
         if self._port.standing:
-            return super().leaving(now_ns, said)
-        own = self._controllers.values()
-        return [(p.done_ns, [p.frame]) for p in self._port.passed if p.sender in own]
+            return super().leaving(now_ns, sent)
+        controllers = self._controllers.values()
+        return [(p.done_ns, [p.frame]) for p in self._port.passed if p.sender in controllers]
 
     def _report_loss(self, node: Node, controller: CanController) -> None:
         """Let a node report frames lost in its queue, until that is empty again."""

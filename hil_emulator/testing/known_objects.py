@@ -1,4 +1,4 @@
-"""What a stock master knows of a node whose EDS stock `canopen` cannot read."""
+"""Objects of a node for a stock master if stock `canopen` cannot read the EDS."""
 
 from pathlib import Path
 
@@ -15,19 +15,19 @@ def known_objects(eds: Path, dictionary: Dictionary) -> canopen.ObjectDictionary
     """Return a node's objects as stock `canopen` has them.
 
     Args:
-        eds: the node's file; read by `canopen`, if it can.
-        dictionary: what the emulator has made of it; records are then named by their index.
+        eds: the node's file; read by `canopen` if possible.
+        dictionary: the emulator's dictionary of it; records are then named by their index.
 
     """
     try:
         return canopen.import_od(str(eds), dictionary.node_id)
-    except Exception:  # `canopen` answers what it does not expect with many kinds of exception
+    except Exception:  # `canopen` raises many kinds of exception for unexpected entries
         return _converted(dictionary)
 
 
 def _converted(dictionary: Dictionary) -> canopen.ObjectDictionary:
-    found = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
-    found.node_id = dictionary.node_id
+    converted = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
+    converted.node_id = dictionary.node_id
     several = {entry.index for entry in dictionary if entry.subindex}
     for entry in dictionary:
         variable = ODVariable(entry.name, entry.index, entry.subindex)
@@ -37,11 +37,11 @@ def _converted(dictionary: Dictionary) -> canopen.ObjectDictionary:
         variable.default = entry.default
         variable.factor, variable.unit = entry.factor, entry.unit
         if entry.index not in several:
-            found.add_object(variable)
+            converted.add_object(variable)
             continue
-        if entry.index not in found:
-            found.add_object(ODRecord(f"0x{entry.index:04X}", entry.index))
-        record = found[entry.index]
+        if entry.index not in converted:
+            converted.add_object(ODRecord(f"0x{entry.index:04X}", entry.index))
+        record = converted[entry.index]
         assert isinstance(record, ODRecord)
         record.add_member(variable)
-    return found
+    return converted

@@ -1,7 +1,7 @@
 """A stock `canopen.Network` in lock-step: sending a frame lets one tick pass.
 
-`canopen` looks for the answer to an SDO request after it has sent it; by then the tick has passed
-and the answer is there. No thread, no time-out, no clock.
+`canopen` reads the answer to an SDO request after it has sent the request. By then the tick has
+passed and the answer is there. There is no thread, time-out or clock.
 """
 
 from collections.abc import Sequence
@@ -15,9 +15,9 @@ from hil_emulator.simulation.emulator import Emulator
 
 _SDO_REQUESTS = range(0x600, 0x680)
 _SDO_ANSWER = -0x080
-"""From the COB-ID of a request to that of its answer (CiA 301 7.3.5)."""
+"""Distance from the COB-ID of a request to that of its answer (CiA 301 7.3.5)."""
 _PATIENCE = 20
-"""Ticks that an answer may take on a bus that takes time (assumed)."""
+"""Longest time of an answer in ticks on a bus with modelled timing (assumed)."""
 
 
 class LockStepTask:
@@ -49,7 +49,7 @@ class LockStepTask:
         self._network.tasks.discard(self)
 
     def due(self, now_ns: int) -> None:
-        """Send it where its time has come."""
+        """Send it if it is due."""
         if now_ns >= self._next_ns:
             self._next_ns = now_ns + self._period_ns
             self._network.put(Frame(self._can_id, self._data))
@@ -58,13 +58,12 @@ class LockStepTask:
 class LockStepNetwork(canopen.Network):
     """Carries frames between stock `canopen` nodes and an emulator in this process.
 
-    On a bus that takes time an SDO request lets as many ticks pass as its answer takes.
-
-    What waits with a thread's condition, such as `nmt.wait_for_heartbeat`, waits in vain: no
-    time passes. Use `emulator.wait_until` instead.
+    On a bus with modelled timing an SDO request lets as many ticks pass as its answer takes.
+    Functions that wait with a thread's condition, such as `nmt.wait_for_heartbeat`, wait in vain,
+    because no time passes. Use `emulator.wait_until` instead.
 
     Args:
-        emulator: whose bus it joins.
+        emulator: on whose bus it is.
 
     Attributes:
         tasks: the periodic frames.

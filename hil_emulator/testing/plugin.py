@@ -1,7 +1,7 @@
-"""The pytest plugin: fixtures, and what a failing test tells.
+"""The pytest plugin: fixtures, and the report of a failing test.
 
-Everything is imported only when a test asks for it: the plugin is loaded wherever the package is
-installed.
+Modules are imported only when a test uses them, because the plugin is loaded wherever the package
+is installed.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Tell pytest the marker."""
+    """Register the marker."""
     config.addinivalue_line(
         "markers",
         "emulator(*files, seed=None, clock='wall', bus=None): configuration of the emulator for a "
@@ -60,7 +60,7 @@ def _files(request: pytest.FixtureRequest) -> list[Path]:
 
 
 def _found(request: pytest.FixtureRequest, name: str) -> Path:
-    """Return a file named by a marker: beside the test, below the root, or one of the package."""
+    """Return a file of a marker: next to the test, below the root, or a packaged one."""
     from hil_emulator.errors import UserError
     from hil_emulator.platform.packaged import CONFIGURATIONS, packaged
     from hil_emulator.platform.paths import shipped
@@ -72,7 +72,7 @@ def _found(request: pytest.FixtureRequest, name: str) -> Path:
         return packaged(*CONFIGURATIONS).get(name) or shipped(name)
     except UserError:
         raise UserError(
-            f"@pytest.mark.{_MARK}: {name}: no such file beside the test or in "
+            f"@pytest.mark.{_MARK}: {name}: no such file next to the test or in "
             f"{request.config.rootpath}, and none of the package; see `hil-emulator configs`"
         ) from None
 
@@ -101,7 +101,7 @@ def emulator(emulator_config: Configuration) -> Iterator[Emulator]:
 
 @pytest.fixture
 def can_bus(emulator: Emulator) -> Iterator[Any]:
-    """Yield a python-can bus on the emulator's bus; what is sent arrives with the next tick."""
+    """Yield a python-can bus on the emulator's bus; frames arrive with the next tick."""
     from hil_emulator.bus.opening import open_can_bus
 
     bus = open_can_bus(emulator.bus)
@@ -111,7 +111,7 @@ def can_bus(emulator: Emulator) -> Iterator[Any]:
 
 @pytest.fixture
 def network(emulator: Emulator) -> Iterator[LockStepNetwork]:
-    """Yield a connected `canopen.Network` that knows the emulator's nodes by their EDS."""
+    """Yield a connected `canopen.Network` with the emulator's nodes and their EDS."""
     from hil_emulator.config.nodes import UNCONFIGURED
     from hil_emulator.testing.known_objects import known_objects
     from hil_emulator.testing.lockstep_network import LockStepNetwork
@@ -135,19 +135,19 @@ def run_for(emulator: Emulator) -> Callable[[Time], None]:
 def wait_until(
     emulator: Emulator,
 ) -> Callable[[str | Callable[[Signals], bool], Time], float]:
-    """Return a function that lets time pass until something holds, or fails."""
+    """Return a function that lets time pass until a condition holds, or fails."""
     return emulator.wait_until
 
 
 @pytest.fixture
 def inject(emulator: Emulator) -> Callable[..., Running]:
-    """Return a function that lets something break: `inject("pressure_a", "stuck")`."""
+    """Return a function that injects a fault: `inject("pressure_a", "stuck")`."""
     return emulator.fault
 
 
 @pytest.fixture
 def emulator_process(request: pytest.FixtureRequest) -> Iterator[EmulatorProcess]:
-    """Yield an emulator in a process of its own, for controllers that are processes too."""
+    """Yield an emulator in a separate process, for controllers that are processes too."""
     from hil_emulator.testing.process import EmulatorProcess
 
     mark = request.node.get_closest_marker(_MARK)
@@ -161,7 +161,7 @@ def emulator_process(request: pytest.FixtureRequest) -> Iterator[EmulatorProcess
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add to a failing test's report what the emulator saw."""
+    """Add the emulator's state to the report of a failing test."""
     made = yield
     emulator = getattr(item, "funcargs", {}).get("emulator")
     if made.when == "call" and made.failed and emulator is not None:

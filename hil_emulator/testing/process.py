@@ -1,4 +1,4 @@
-"""The emulator in a process of its own, for controllers that are processes themselves."""
+"""The emulator in a separate process, for controllers that are processes."""
 
 import re
 import signal
@@ -34,11 +34,11 @@ class EmulatorProcess(AbstractContextManager["EmulatorProcess"]):
         options: further options of `hil-emulator run`.
 
     Attributes:
-        port: the TCP port, where it is a TCP server.
+        port: the TCP port of a TCP server.
         client: settings with which a stock `can.Bus` or `canopen.Network` joins.
 
     Raises:
-        UserError: if it does not start; with what it said.
+        UserError: if it does not start; with its output.
 
     """
 
@@ -58,8 +58,8 @@ class EmulatorProcess(AbstractContextManager["EmulatorProcess"]):
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
         )
         text = self._until("ready\n")
-        found = re.search(r"on 127\.0\.0\.1:(\d+)", text)
-        self.port = int(found[1]) if found else None
+        match = re.search(r"on 127\.0\.0\.1:(\d+)", text)
+        self.port = int(match[1]) if match else None
         self.client: dict[str, Any] = {
             "interface": "socketcand", "host": "127.0.0.1", "port": self.port, "channel": "can0",
         }  # fmt: skip
@@ -68,7 +68,7 @@ class EmulatorProcess(AbstractContextManager["EmulatorProcess"]):
             self.client = {"interface": interface, "channel": channel}
 
     def stop(self) -> str:
-        """End it and return what it said; harmless when repeated."""
+        """End it and return its output; repeated calls have no effect."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGTERM)
         text = self._process.communicate(timeout=30)[0] or ""
@@ -79,7 +79,7 @@ class EmulatorProcess(AbstractContextManager["EmulatorProcess"]):
         self.stop()
 
     def _until(self, last: str) -> str:
-        """Read its first lines, up to the one that says it runs."""
+        """Read its output up to the line that reports the start."""
         assert self._process.stdout is not None
         watchdog = threading.Timer(_START_S, self._process.kill)
         watchdog.start()
@@ -92,5 +92,5 @@ class EmulatorProcess(AbstractContextManager["EmulatorProcess"]):
         watchdog.cancel()
         self._process.wait()
         self._folder.cleanup()
-        said = " ".join("".join(lines).split())
-        raise UserError(f"the emulator did not start: {said}")
+        output = " ".join("".join(lines).split())
+        raise UserError(f"the emulator did not start: {output}")

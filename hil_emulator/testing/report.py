@@ -1,4 +1,4 @@
-"""What a failing test tells of the emulator."""
+"""Report of the emulator's state for a failing test."""
 
 import re
 from pathlib import Path
@@ -12,20 +12,20 @@ from hil_emulator.simulation.emulator import Emulator
 from hil_emulator.units import show
 
 FRAMES = 20
-"""How many of the last frames are shown."""
+"""Number of last frames in the report."""
 
 FOLDER = ".hil-emulator"
-"""Where recordings of failed tests are kept, below pytest's root folder."""
+"""Folder of the recordings of failed tests, below pytest's root folder."""
 
 _SHOWN = {"Pa": "bar", "m": "mm", "A": "mA"}
 
 
 def frames(emulator: Emulator, count: int = FRAMES) -> list[str]:
     """Return the last frames in words, oldest first."""
-    known = {m.identifier: m for m in messages(emulator.rig.nodes)}
+    meanings = {m.identifier: m for m in messages(emulator.rig.nodes)}
     return [
         f"{now_ns * 1e-9:9.3f} s  {'out' if sent else 'in ':<3}  {frame.can_id:03X}  "
-        f"{frame.data.hex(' '):<23}  {describe(frame, known)}".rstrip()
+        f"{frame.data.hex(' '):<23}  {describe(frame, meanings)}".rstrip()
         for now_ns, sent, frame in emulator.recorder.frames[-count:]
     ]
 
@@ -39,7 +39,7 @@ def signals(emulator: Emulator) -> list[str]:
 
 
 def keep(emulator: Emulator, test: str, folder: Path) -> Path:
-    """Write the test's recording in place of its last one and return its file."""
+    """Write the test's recording over its last one and return its file."""
     name = re.sub(r"[^\w.-]+", "_", test.partition("::")[2] or test)
     file = folder / f"{name}{SUFFIX}"
     with new_files(overwrite=True) as staged:
@@ -48,21 +48,23 @@ def keep(emulator: Emulator, test: str, folder: Path) -> Path:
 
 
 def _broken(emulator: Emulator) -> list[str]:
-    """Return what was broken, and when it ended; a `with` block ends its own before this."""
-    lines, known = [], []
+    """Return the faults and their ends; a `with` block ends its fault before this."""
+    lines, faults = [], []
     for now_ns, what in emulator.recorder.events:
         if "fault" in what:
-            said = dict(what["fault"])
-            words = [f"{said.pop('target')} {said.pop('kind')}"]
-            known.append(", ".join([*words, *(f"{name} {value}" for name, value in said.items())]))
-            lines.append(f"  {now_ns * 1e-9:9.3f} s  {known[-1]}")
+            options = dict(what["fault"])
+            words = [f"{options.pop('target')} {options.pop('kind')}"]
+            faults.append(
+                ", ".join([*words, *(f"{name} {value}" for name, value in options.items())])
+            )
+            lines.append(f"  {now_ns * 1e-9:9.3f} s  {faults[-1]}")
         elif "end" in what:  # a rig counts its faults from 0
-            lines.append(f"  {now_ns * 1e-9:9.3f} s  {known[what['end']]} ended")
+            lines.append(f"  {now_ns * 1e-9:9.3f} s  {faults[what['end']]} ended")
     return lines
 
 
 def report(emulator: Emulator, test: str, file: Path) -> str:
-    """Return everything a failing test tells."""
+    """Return the report of a failing test."""
     faults = _broken(emulator)
     seed = emulator.config.seed
     return "\n".join(

@@ -80,8 +80,11 @@ def test_check_reports_what_is_odd_about_a_makers_file(
     over = layer(f'[bus]\nbitrate = 500000\n[[node]]\nid = 5\neds = "{eds}"')
     said = told("check", REFERENCE, over)
     assert "note: [2010] HighLimit: '?' is no INTEGER16; no limit\n" in said
-    assert "note: TPDO1 shows what nothing feeds, so its default: 0x2010:00 p\n" in said
-    assert "odd.eds knows no bit rate of 500 kbit/s\n" in said
+    assert (
+        "note: TPDO1 maps objects without a source, which hold their defaults: 0x2010:00 p\n"
+        in said
+    )
+    assert "odd.eds does not support 500 kbit/s\n" in said
 
 
 def test_check_warns_of_what_will_not_run_well(layer: Callable[[str], Path]) -> None:
@@ -302,7 +305,7 @@ def test_bad_input_ends_with_one_message(layer: Callable[[str], Path], tmp_path:
     assert "interface:channel" in refused("run", REFERENCE, "--bus", "vcan0")
     assert "'nobus' is unknown" in refused("run", REFERENCE, "--bus", "nobus:x")
     assert '"60 s"' in refused("run", REFERENCE, "--duration", "60")
-    assert "give it a --duration" in refused("run", REFERENCE, "--clock", "lockstep")
+    assert "add --duration" in refused("run", REFERENCE, "--clock", "lockstep")
     assert "unknown ending" in refused("run", REFERENCE, "--record", tmp_path / "x.xls")
     assert "does not exist" in refused("run", REFERENCE, "--record", tmp_path / "no" / "x.csv")
 

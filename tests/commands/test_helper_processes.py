@@ -41,7 +41,7 @@ def test_a_run_warns_of_a_killed_helper_and_ends_with_a_required_one(tmp_path: P
     assert first.startswith(f"hil-emulator: {lost}")
     assert second == warning.removeprefix("warning   ")
     assert second.startswith("recording ")
-    assert "run.csv.rec holds what was written before" in second
+    assert "run.csv.rec holds the data until then" in second
     assert last.startswith("the run was ended because it requires recording")
 
 

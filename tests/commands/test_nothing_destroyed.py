@@ -181,7 +181,7 @@ def test_logs_of_another_practice_ground_are_not_mixed_in(folder: Path) -> None:
     log = folder / "ground" / next(iter(PARTS)) / "09_mine.csv"
     log.parent.mkdir(parents=True)
     log.write_text("mine")
-    with pytest.raises(UserError, match=r"09_mine\.csv: would be taken for"):
+    with pytest.raises(UserError, match=r"09_mine\.csv: could be confused"):
         hide(["nothing"], ["medium"], [], 1, False, 0.1, folder / "ground", overwrite=True)
 
 

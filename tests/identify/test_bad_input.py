@@ -7,8 +7,8 @@ import pytest
 
 import hil_emulator as hil
 from hil_emulator.api.reading import as_experiments
+from hil_emulator.identify.data_checks.consistency import without_contradictions
 from hil_emulator.identify.data_checks.plausible import contradictions
-from hil_emulator.identify.data_checks.sound import without_contradictions
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, knee, knee_model, recorded

@@ -27,8 +27,8 @@ def test_it_says_what_the_machine_does_and_how_well_that_holds() -> None:
     """The effect, its size with as many digits as it deserves, the error on other data."""
     assert headline(found(GROWTH)) == [
         "The seals' friction grows with pressure: 6.84 +- 0.9 mm^2.",
-        "The error of the load force falls from 5.08 N to 0.686 N on data that took no part; "
-        "plain least squares leaves 0.7.",
+        "On logs not used for the fit, the error of the load force falls from 5.08 N to 0.686 N. "
+        "Plain least squares reaches 0.7.",
     ]
 
 
@@ -38,10 +38,10 @@ def test_it_says_what_remains_and_what_is_in_doubt() -> None:
     result.unknown = [
         Unexplained("force on the piston", "position", "N", (), (), "up to 1 N, bent", 90.0)
     ]
-    told = headline(result)
-    assert "Part of what remains no effect explains: on the force on the piston over position, " \
-           "up to 1 N, bent." in told  # fmt: skip
-    assert "These data cannot tell pressure_friction from coulomb_friction." in told
+    sentences = headline(result)
+    assert "No effect explains a part of the rest: on the force on the piston over position, " \
+           "up to 1 N, bent." in sentences  # fmt: skip
+    assert "These data do not distinguish pressure_friction from coulomb_friction." in sentences
 
 
 def test_it_says_what_hardly_any_machine_has() -> None:
@@ -49,8 +49,8 @@ def test_it_says_what_hardly_any_machine_has() -> None:
     result = found(GROWTH)
     result.hardly_believed = ["load_mass is 1.8 times its configured value"]
     assert headline(result)[-1] == (
-        "Beside that load_mass is 1.8 times its configured value, which hardly any machine has: "
-        "something else is missing as well, or stands in for it."
+        "Implausible: load_mass is 1.8 times its configured value. "
+        "Another effect is missing as well, or is the true one."
     )
     assert result.to_dict()["hardly_believed"] == result.hardly_believed
 

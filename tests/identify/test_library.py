@@ -5,7 +5,7 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.identify.experiment_design.closed_loop import SimulatedBench, World
+from hil_emulator.identify.experiment_design.closed_loop import Disturbances, SimulatedBench
 from hil_emulator.identify.experiment_design.library import (
     LIBRARY,
     Limits,
@@ -95,7 +95,7 @@ def test_the_velocity_gain_is_that_of_the_model() -> None:
 def test_the_rod_follows_in_closed_loop(entry: Stimulus) -> None:
     """On the reference machine the loop is stable: the rod stays within the moved range."""
     model = knee_model()
-    machine = SimulatedBench(model, model.par, model.chan, World(1e-5), INSTRUMENTS, 2.5e-4)
+    machine = SimulatedBench(model, model.par, model.chan, Disturbances(1e-5), INSTRUMENTS, 2.5e-4)
     made = target(entry, limits(model.plant_values))
     found = machine.record(made, 1)
     position = found.readings["position"]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify import second_search
-from hil_emulator.identify.conclusion.doubts import doubt_rows
+from hil_emulator.identify.conclusion.record_limits import doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Investigation

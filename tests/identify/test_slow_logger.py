@@ -8,8 +8,8 @@ import pytest
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.identify import session
-from hil_emulator.identify.conclusion.doubts import ADVICE, doubt_rows
 from hil_emulator.identify.conclusion.findings import Finding, Refitted, Unexplained
+from hil_emulator.identify.conclusion.record_limits import ADVICE, doubt_rows
 from hil_emulator.identify.conclusion.result import Result, Verdict
 from hil_emulator.identify.estimation.set_point_course import Investigation, followed
 from hil_emulator.identify.measured.between_rows import BRIDGE, SetPoints, moving

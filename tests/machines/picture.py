@@ -1,6 +1,6 @@
-"""The picture of docs/your_machine.md: every worked machine, a tenth of full current both ways.
+"""Picture of docs/reference/machines.md: every worked machine at a tenth of full current.
 
-python -m tests.machines.picture docs/machines.png
+python -m tests.machines.picture docs/pictures/machines.png
 """
 
 import sys

@@ -143,7 +143,7 @@ def test_the_command_serves_a_page_that_cannot_touch(recording: Recording, tmp_p
         async with connect(f"ws://{place}/stream?token={token}", max_size=None) as connection:
             page = Page(connection)
             assert (await page.word(lambda m: "hello" in m))["hello"]["mode"] == "recorded"
-            assert "is over" in (await page.ask(do="end"))["error"]
+            assert "cannot be changed" in (await page.ask(do="end"))["error"]
             await page.ask(do="watch", what="loop")  # no recording has the timing of the loop
             assert (await page.word(lambda m: "loop" in m))["loop"] == {}
             assert (await page.ask(do="row", time=0.1))["row"][0] == pytest.approx(0.1)

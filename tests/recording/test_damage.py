@@ -223,7 +223,7 @@ def test_an_effect_file_beside_the_reader_is_not_run(
     file.unlink()
     journals.write(recording, file)
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserError, match="does not tell where its configuration was"):
+    with pytest.raises(UserError, match="does not name its configuration"):
         replay(file, [])
     assert not (tmp_path / "it_ran").exists()
 

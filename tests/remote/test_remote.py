@@ -230,7 +230,7 @@ def test_a_version_that_is_not_spoken_is_answered_like_any_mistake(
 def test_the_status_says_how_far_time_has_slipped(port: int) -> None:
     """A controller that measures times against its own clock has to know."""
     assert request(port, "GET", "/status")["slipped"] >= 0.0
-    assert "s behind the wall" in ctl(port, "status").stdout
+    assert "s behind real time" in ctl(port, "status").stdout
 
 
 def test_it_listens_on_this_machine_only(port: int) -> None:

@@ -42,7 +42,7 @@ def write(tmp_path: Path) -> Write:
 def check(file: Path) -> tuple[bool, str]:
     """Return whether the one expectation is met, and what was found."""
     (found,) = perform(file).checks
-    return found.passed, found.found
+    return found.passed, found.observed
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,10 @@ EXPECT = '[[expect]]\nframe = "0x085"\nseen = false\n'
     [
         ('[[step]]\nat = "5 bar"\n' + EXPECT, r"step\.1\.at: .* a time is wanted"),
         ('[[step]]\nfault = "supply stuck"\n' + EXPECT, "supply cannot have 'stuck'.*loss, droop"),
-        ('[[step]]\nset = { speed = "1 m/s" }\n' + EXPECT, "set knows supply_pressure, lin"),
+        (
+            '[[step]]\nset = { speed = "1 m/s" }\n' + EXPECT,
+            "unknown key in set; there are supply_pressure, lin",
+        ),
         ('[[step]]\nwhen = "up"\n' + EXPECT, '"up" is not a comparison'),
         ('[[step]]\nfualt = "x"\n' + EXPECT, r"step\.1\.fualt: no such key, did you mean fault"),
         ('[[expect]]\nsignal = "speed"\n', "no signal 'speed'; there are time"),
@@ -86,7 +89,7 @@ EXPECT = '[[expect]]\nframe = "0x085"\nseen = false\n'
         ('[[step]]\nat = "1e300 s"\n' + EXPECT, r"step\.1\.at: .* 0 s \.\.\. 1e\+06 s"),
         ('[[step]]\nset = { supply_pressure = "inf bar" }\n' + EXPECT, "outside 1 bar ... 400"),
         ('[[step]]\nset = { valve_current = "3 A" }\n' + EXPECT, "outside -2000 mA ... 2000 mA"),
-        ("[[step]]\nset = 5\n" + EXPECT, "set knows"),
+        ("[[step]]\nset = 5\n" + EXPECT, "unknown key in set"),
         ('[[step]]\nfault = ["a"]\n' + EXPECT, "fault"),
         ("[[step]]\nwhen = 3\n" + EXPECT, "is not a comparison"),
         ('[[expect]]\nsignal = ["position"]\nwithin = ["1 mm", "2 mm"]\n', "no signal"),

@@ -147,7 +147,7 @@ def test_a_new_device_gets_its_node_id_by_lss(
     ("text", "message"),
     [
         ('map = { "0x5FFF" = 1 }', "has no object 0x5FFF:00"),
-        ('map = { "0x1008" = "position" }', "a VISIBLE_STRING is no number"),
+        ('map = { "0x1008" = "position" }', "a VISIBLE_STRING is not a number"),
         ('map = { "0x2090" = 70000 }', "0x2090:00 Temperature: 70000 is refused"),
         ('map = { "2090" = 1 }', "node.1.map: '2090' is not an object; write it as"),
         ('map = { "0x2090" = "presure" }', "0x2090: no channel or command 'presure'; there are"),
@@ -169,7 +169,7 @@ def test_a_new_device_gets_its_node_id_by_lss(
         ('map = "position"', "is a table of objects"),
         ('map = { "0x2090" = "valve_current" }', "no RPDO-mappable object"),
         ('identity = { hardware_version = "1" }', "no object 0x1009:00 for the identity"),
-        ('bit_rate = "1 Mbit/s"', "bit_rate 1000 kbit/s is none of the device's, 250, 500"),
+        ('bit_rate = "1 Mbit/s"', "not supported by the device, which has 250, 500"),
         ('commands = ["valve_current"]', "no RPDO-mappable object 'valve_current'"),
     ],
 )

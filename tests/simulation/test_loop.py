@@ -68,7 +68,7 @@ def test_time_that_has_slipped_is_told() -> None:
     assert (rig.slipped_ns, timing.slipped_ns) == (0, 0)
     run(rig, LateClock(), 6, timing)
     assert (rig.slipped_ns, timing.slipped_ns) == (3_000_000, 3_000_000)
-    assert "1 late, 0.003 s behind the wall" in summary(rig, timing, [])
+    assert "1 late, 0.003 s behind real time" in summary(rig, timing, [])
 
 
 def test_a_percentile_does_not_end_with_the_fine_bins() -> None:
@@ -101,4 +101,4 @@ def test_a_run_warns_when_time_slips_further(capfd: pytest.CaptureFixture[str]) 
     clock.slipped_ns = 250_000_000
     keep_running(CountingRig(), clock, 2000, Timing(), lambda: "")
     signal.signal(signal.SIGTERM, before)
-    assert capfd.readouterr().err.count("0.250 s behind the wall") == 1
+    assert capfd.readouterr().err.count("0.250 s behind real time") == 1

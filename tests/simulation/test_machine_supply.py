@@ -202,7 +202,7 @@ def test_a_recording_says_with_whom_its_supply_was_shared(
     machine.rigs["knee"].recorder = recorder = FileRecorder([journal], header(knee, []))
     move(machine, peers, 100, "hip", "knee")
     recorder.close()
-    with pytest.raises(UserError, match=r"supply shared with hip: what they drew is not in it"):
+    with pytest.raises(UserError, match=r"supply shared with hip: their flow is not recorded"):
         replay(journal, [])
     with pytest.raises(UserError, match=r"shared with hip.*leave fixed_pump out"):
         experiments([journal], load([KNEE, tmp_path / "pump.toml"]), Meaning())

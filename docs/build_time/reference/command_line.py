@@ -11,7 +11,7 @@ from hil_emulator.errors import UserError
 
 _HEAD = """\
 Every command of `hil-emulator`. Wrong input ends a command with exit code {wrong} and a message on
-standard error, Ctrl-C with {interrupted}. [Running](../running.md) lists those of `run`."""
+standard error, Ctrl-C with {interrupted}. [Running](../how_to/run.md) lists those of `run`."""
 
 
 def write() -> str:

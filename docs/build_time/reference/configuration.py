@@ -22,8 +22,8 @@ from hil_emulator.model.stages import SAMPLED
 _HEAD = """\
 Every table and key of a configuration file (TOML). Quantities are text with a unit, such as
 `"160 bar"`; any unit of the same dimension is accepted. Later files are laid over earlier ones. A
-key without a default may be left out. [Your machine](../your_machine.md) shows how to write such a
-file; `hil-emulator schema` writes the JSON Schema of it."""
+key without a default may be left out. [Describe your machine](../how_to/machine.md) shows how to
+write a file; `hil-emulator schema` writes the JSON Schema of it."""
 
 _EFFECTS = """\
 Effects of this table, each off unless it is set: `NAME = "VALUE"` sets the strength alone, a table

@@ -13,7 +13,7 @@ from hil_emulator.faults.objects import EXAMPLE
 _HEAD = """\
 A fault is written `TARGET KIND NAME=VALUE ...`, the same on the command line, in scenarios and in
 Python; `hil-emulator faults` prints the list.
-[Faults and scenarios](../faults_and_scenarios.md) shows how to inject one."""
+[Faults and scenarios](../how_to/faults.md) shows how to inject one."""
 
 
 def write() -> str:

@@ -9,6 +9,10 @@ _HEAD = """\
 Every key, option, effect, fault, object and field. These pages are generated from the declarations
 of the package by `python docs/build_time/write_reference.py`."""
 
+_WRITTEN = """\
+Written by hand: [machines and valves](machines.md), [EDS files](eds_files.md), [Python](python.md)
+and the [protocol](protocol.md) of control port and panel."""
+
 
 def write(pages: Mapping[str, ModuleType]) -> str:
     """Return the page; the docstring of a page's module says what the page holds."""
@@ -19,6 +23,7 @@ def write(pages: Mapping[str, ModuleType]) -> str:
         "Reference",
         _HEAD,
         table(("page", "holds"), rows),
+        _WRITTEN,
     )
 
 

@@ -11,7 +11,7 @@ from hil_emulator.signals.inputs import SET_POINTS, SETTINGS
 _HEAD = """\
 Every table and key of a scenario file (TOML). Times and other quantities are text with a unit, such
 as `"200 ms"`. A key without a default may be left out.
-[Faults and scenarios](../faults_and_scenarios.md) shows how to write and run one."""
+[Faults and scenarios](../how_to/faults.md) shows how to write and run one."""
 
 _CONDITIONS = """\
 A condition compares signals with quantities: `position > 60 mm and load_force < 100 N`. The

@@ -1,1 +1,1 @@
-"""From a finished search to its result: verdict, findings, gap, and what was not explained."""
+"""Result of a finished search: verdict, findings, gap, and unexplained terms."""

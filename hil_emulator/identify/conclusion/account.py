@@ -1,4 +1,4 @@
-"""What a result shows of a search: the gap, where it is, what each effect took of it."""
+"""Gap of a result, its place, and the share of each effect."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -32,14 +32,14 @@ from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.search import Searcher
 
 MAPPED = 2
-"""Balances of which a map is drawn."""
+"""Number of balances with a map."""
 
 HYSTERETIC = 0.5
-"""Width of the loop over its size from which a term is called hysteretic (assumed)."""
+"""Ratio of the loop's width and its size from which a term is called hysteretic (assumed)."""
 
 
 FAILURES = (ArithmeticError, LookupError, ValueError, MemoryError)
-"""What numerical work on unforeseen data raises; a finding must outlive its illustration."""
+"""Errors of numerical work on unforeseen data; they must not lose the finding."""
 
 
 def fill(searcher: Searcher, search: Search, result: Result) -> None:
@@ -61,7 +61,7 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
     if after.effective is not None:
         result.repeats = repeatability(predictor, compared.after["training"])
     if result.unknown:
-        _say_more(searcher, search, result)
+        _describe_unknown(searcher, search, result)
     try:
         _illustrate(searcher, search, compared, result)
     except FAILURES as error:
@@ -69,7 +69,7 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
 
 
 def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: Result) -> None:
-    """Fill in what only pictures and tables show: where the final model disagrees, and maps."""
+    """Fill in the content of pictures and tables: where the final model disagrees, and maps."""
     first, last = search.rounds[0], search.rounds[-1]
     after = search.told or last.base
     if last is not first:
@@ -82,16 +82,16 @@ def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: 
         result.maps.append(drawn)
 
 
-def _say_more(searcher: Searcher, search: Search, result: Result) -> None:
-    """Describe unexplained terms; where no effect was named, make one of the strongest.
+def _describe_unknown(searcher: Searcher, search: Search, result: Result) -> None:
+    """Describe unexplained terms; if no effect was named, make one of the strongest.
 
-    Beside named effects a term is what their laws leave, and rarely worth a table.
+    With named effects a term is the misfit of their laws, which is rarely worth a table.
     """
     predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
     last = search.rounds[-1]
-    known = {(t.balance.name, t.regressor): t for t in search.unexplained}
+    terms = {(t.balance.name, t.regressor): t for t in search.unexplained}
     for i, unexplained in enumerate(result.unknown):
-        term = known[unexplained.balance, unexplained.regressor]
+        term = terms[unexplained.balance, unexplained.regressor]
         curve = simplest(last.base, term)
         shape = in_words(unexplained.regressor, term.knots, curve, unexplained.unit)
         if not term.balance.channel:
@@ -102,35 +102,35 @@ def _say_more(searcher: Searcher, search: Search, result: Result) -> None:
     if placed and result.verdict == "unknown_effect":
         strongest = max(placed, key=lambda u: u.statistic)
         result.added = effect_table(strongest, [e.name for e in predictor.model.effects])
-        result.final_at = beside(last.base, known[strongest.balance, strongest.regressor]).at
+        result.final_at = beside(last.base, terms[strongest.balance, strongest.regressor]).at
 
 
-def _where(searcher: Searcher, found: Round, views: Sequence[View]) -> list[Disagreement]:
+def _where(searcher: Searcher, searched: Round, views: Sequence[View]) -> list[Disagreement]:
     """Return the balances that disagree at the start of a round."""
     names = searcher.fitter.predictor.model.signal_names
     parts = [regressors(v.replay.track.astype(np.float64), names, v.experiment.period)
              for v in views]  # fmt: skip
     states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     count = len(searcher.fitter.predictor.channels)
-    if found.rows is not None:
-        states = {name: values[found.rows[::count] // count] for name, values in states.items()}
-    return disagreements(found.seen, found.worthwhile, states, count)
+    if searched.rows is not None:
+        states = {name: values[searched.rows[::count] // count] for name, values in states.items()}
+    return disagreements(searched.seen, searched.worthwhile, states, count)
 
 
 def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm]:
-    """Return the terms worth a map: where it disagrees, or else where it might most."""
-    known = {(t.balance.name, t.regressor): t for t in first.terms
+    """Return the terms for maps: where balances disagree, or else the strongest ones."""
+    terms = {(t.balance.name, t.regressor): t for t in first.terms
              if t.columns.shape[1] and not t.balance.channel}  # fmt: skip
-    wanted = [known[d.balance, d.regressor] for d in where if (d.balance, d.regressor) in known]
-    found: list[DiscrepancyTerm] = []
-    for term in [*wanted, *known.values()]:
-        if term.balance not in [f.balance for f in found]:
-            found.append(term)
-    return found[: max(1, min(MAPPED, len(where)))]
+    wanted = [terms[d.balance, d.regressor] for d in where if (d.balance, d.regressor) in terms]
+    mapped: list[DiscrepancyTerm] = []
+    for term in [*wanted, *terms.values()]:
+        if term.balance not in [f.balance for f in mapped]:
+            mapped.append(term)
+    return mapped[: max(1, min(MAPPED, len(where)))]
 
 
 def compare_with_plain_fit(searcher: Searcher, search: Search, result: Result) -> None:
-    """Enter what ordinary least squares makes of the same parameters on the same data."""
+    """Enter the gap of ordinary least squares with the same parameters and data."""
     predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
     plain = ordinary_least_squares(predictor, training, search.told or search.rounds[-1].base)
     result.plain = {
@@ -138,15 +138,15 @@ def compare_with_plain_fit(searcher: Searcher, search: Search, result: Result) -
     }
     for part, experiments in (("training", training), ("validation", searcher.validation)):
         if experiments:
-            seen = view(predictor, plain, experiments)
-            enter(result.gap, predictor, part, "least_squares", seen)
+            compared = view(predictor, plain, experiments)
+            enter(result.gap, predictor, part, "least_squares", compared)
 
 
 def shares(searcher: Searcher, search: Search) -> dict[str, float]:
-    """Return by effect its share of the squared error before anything was named.
+    """Return each effect's share of the squared error before anything was named.
 
-    The error is that one step ahead, on the training data, in the weights of the final model; what
-    the shares leave is noise, and what no effect explains.
+    The error is that one step ahead, on the training data, in the weights of the final model. The
+    remaining share is noise and unexplained.
     """
     if search.final is None or search.told is None or not search.effects:
         return {}
@@ -159,7 +159,7 @@ def shares(searcher: Searcher, search: Search) -> dict[str, float]:
 
 
 def _won(searcher: Searcher, search: Search, final: Fit) -> dict[str, float]:
-    """Return by effect what it took when it was named."""
+    """Return each effect's gain when it was named."""
     chi2 = [_chi2(searcher, r.base) for r in search.rounds] + [_chi2(searcher, final)]
     return {
         r.trials[0].score.coordinate.name: chi2[i] - chi2[i + 1]
@@ -168,7 +168,7 @@ def _won(searcher: Searcher, search: Search, final: Fit) -> dict[str, float]:
 
 
 def _lost(searcher: Searcher, search: Search) -> dict[str, float]:
-    """Return by effect what the model would lose without it: some were named beside others."""
+    """Return each effect's loss if it is removed: some were named together with others."""
     fitter = searcher.fitter
     full = fitter.fit(search.free, search.at, 2)
     return {c.name: standing(fitter, search, full, c.name) for c in search.effects}
@@ -180,7 +180,7 @@ def _chi2(searcher: Searcher, fit: Fit) -> float:
 
 
 def judge(result: Result) -> None:
-    """Give a gap that was measured, and not searched, a verdict of its own; it adds nothing."""
+    """Set the verdict of a gap that was measured without a search."""
     result.added = None
     if result.search is not None and result.search.told is not None:
         result.final_at = result.search.told.at
@@ -195,5 +195,5 @@ def judge(result: Result) -> None:
         )
         return
     result.verdict = "disagrees"
-    told = "; ".join(str(d) for d in result.where[:2])
-    result.reason = f"{told} (`identify` searches for the effect)"
+    places = "; ".join(str(d) for d in result.where[:2])
+    result.reason = f"{places} (`identify` searches for the effect)"

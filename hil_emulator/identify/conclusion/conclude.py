@@ -34,21 +34,21 @@ from hil_emulator.identify.selection.rivals import MOST_TOLD, confirmed, near_ri
 from hil_emulator.identify.selection.search import Searcher
 
 LONGEST = 80
-"""Characters of what is still a clause of a headline (assumed)."""
+"""Largest number of characters of a clause of the headline (assumed)."""
 
 
 def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Result:
     """Turn a search into a result.
 
     Args:
-        searcher: that searched.
+        searcher: with data and predictor.
         search: finished, or interrupted.
-        thorough: False leaves out what takes long: rivals of laws that do not fit, and a forecast
-            of the next experiment.
+        thorough: False omits slow parts: rivals of laws that do not fit, and a forecast of the next
+            experiment.
 
     """
     if thorough:
-        _look_beside(searcher, search)
+        _find_near_rivals(searcher, search)
     findings = [_found(searcher, search, c) for c in search.effects]
     parts = account.shares(searcher, search)
     findings = [_with_share(f, parts.get(f.name, 0.0)) for f in findings]
@@ -90,17 +90,17 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
 
 
 def _advice(searcher: Searcher, finding: Finding) -> str:
-    """Say what to vary where no experiment can be forecast."""
+    """Return what to vary if no experiment can be forecast."""
     declared = {c.name: c.effect for c in searcher.candidates}
     one, *others = (declared.get(name) for name in (finding.name, *finding.group))
-    told = f"{finding.name} and {', '.join(finding.group)} look alike here; record"
+    advice = f"{finding.name} and {', '.join(finding.group)} look alike here; record"
     if one is None:
-        return f"{told} with larger and smaller motions"
-    return f"{told} {contrast(one, [other for other in others if other is not None])}"
+        return f"{advice} with larger and smaller motions"
+    return f"{advice} {contrast(one, [other for other in others if other is not None])}"
 
 
 def _conclude_values(result: Result, search: Search, far: FarOff) -> None:
-    """Tell of values that are other ones than configured, or what else may explain the data."""
+    """State values that differ from the configuration, or what else may explain the data."""
     said = wrong_values.in_words(far, result.parameters) or not_by_chance(_last_fit(search))
     result.hardly_believed = not_by_chance(_last_fit(search))
     if rivals := wrong_values.instead(search, far):
@@ -112,7 +112,7 @@ def _conclude_values(result: Result, search: Search, far: FarOff) -> None:
 
 
 def _explained(search: Search, parameters: Mapping[str, Refitted]) -> str:
-    """Say that nothing is missing, and what has to be believed for it."""
+    """Return the sentence that nothing is missing, with its implausible parameters."""
     reason = "the model explains the data within their noise"
     far = wrong_values.in_words(far_off(_last_fit(search), ONE_IN_TWENTY), parameters)
     if not far:
@@ -133,10 +133,10 @@ def _refitted(search: Search) -> dict[str, Refitted]:
     final = search.told
     if final is None:
         return {}
-    known = np.sqrt(np.diag(final.covariance()))
+    deviation = np.sqrt(np.diag(final.covariance()))
     if search.settled is not None:
-        known = np.array([search.settled.deviations[c.name] for c in final.coordinates])
-    deviations = np.hypot(known, discrepancy_uncertainty(search, final))
+        deviation = np.array([search.settled.deviations[c.name] for c in final.coordinates])
+    deviations = np.hypot(deviation, discrepancy_uncertainty(search, final))
     return {
         c.name: Refitted(
             c.neutral, float(c.value(float(a))), float(c.value(float(a - NORMAL_95 * d))),
@@ -153,9 +153,9 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     account.fill(searcher, search, result)
     if result.verdict == "nothing_missing" and result.repeats and result.repeats.unexplained:
         result.verdict, result.reason = "cannot_tell", str(result.repeats)
-    for found in search.rounds:
-        if found.accepted:
-            t = found.trials[0]
+    for searched in search.rounds:
+        if searched.accepted:
+            t = searched.trials[0]
             result.ladder.append(
                 {
                     "effect": t.score.coordinate.name,
@@ -166,26 +166,26 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
             )
 
 
-def _look_beside(searcher: Searcher, search: Search) -> None:
-    """Look for near rivals where a law does not fit, or was chosen beside one that was dropped."""
+def _find_near_rivals(searcher: Searcher, search: Search) -> None:
+    """Search near rivals of laws that do not fit, or that replaced a dropped one."""
     beside_dropped = False
-    for found in (r for r in search.rounds if r.accepted):
-        named = found.trials[0].score.coordinate
+    for searched in (r for r in search.rounds if r.accepted):
+        named = searched.trials[0].score.coordinate
         if named not in search.effects:
             beside_dropped = True
         elif beside_dropped or named.name in search.forms:
             searcher.tell(f"looking for near rivals of {named.name}")
-            found.near |= near_rivals(searcher.fitter, search, found)
+            searched.near |= near_rivals(searcher.fitter, search, searched)
 
 
 def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
     round_ = search.selected_in(coordinate.name)
     best = round_.trials[0]
-    final, told = search.final, search.told
+    final, reported = search.final, search.told
     assert final is not None
-    assert told is not None
-    at = float(told.at[[c.name for c in told.coordinates].index(coordinate.name)])
-    ends = sorted(coordinate.value(end) for end in interval(search, told, coordinate.name))
+    assert reported is not None
+    at = float(reported.at[[c.name for c in reported.coordinates].index(coordinate.name)])
+    ends = sorted(coordinate.value(end) for end in interval(search, reported, coordinate.name))
     alike = [weighed(round_, name) for name in round_.alike]
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []
@@ -206,7 +206,7 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
 
 
 def _wanted(search: Search, name: str) -> tuple[Wanted, ...]:
-    """Return what each experiment wants of an effect, if that is known."""
+    """Return each experiment's estimate of an effect, if there is one."""
     if search.settled is None or not search.settled.sizes[name].about:
         return ()
     sizes = search.settled.sizes[name]
@@ -216,7 +216,7 @@ def _wanted(search: Search, name: str) -> tuple[Wanted, ...]:
 
 
 def _in_words(coordinate: Coordinate) -> str:
-    """Return what an effect does, and at which sensor."""
+    """Return the effect in words, with its sensor."""
     named = coordinate.name.rpartition(".")[2].replace("_", " ")
     words = coordinate.effect.words if coordinate.effect else ""
     words = words if 0 < len(words) <= LONGEST else named

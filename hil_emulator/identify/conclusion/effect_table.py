@@ -1,7 +1,7 @@
-"""An unexplained term as an effect of the user's own: a table over its regressor.
+"""An unexplained term as an effect file: a table over its regressor.
 
-The file is Python like any user's effect file, so that people can read it, change it, and replace
-it by the law once they know it. Only balances with a place for such a term can take one.
+The file is Python like any effect file of a user, who can read it, change it, and replace the table
+by a law. Only some balances have a place for such a term.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _FILE = '''\
 """A term that identification found and no effect of the catalogue explains.
 
 {story}
-The curve is what a fit gives, not a law: replace it once you know better.
+The curve is a fit. Replace it once you know the law.
 """
 
 import math
@@ -72,8 +72,8 @@ class EffectTable:
         name: of the effect.
         stage: where it acts.
         text: of the file.
-        words: what the term looks like.
-        channel: the sensor that has it; "" for the plant.
+        words: description of the term.
+        channel: its sensor; "" for the plant.
 
     """
 
@@ -92,12 +92,12 @@ class EffectTable:
 def effect_table(
     term: Unexplained, taken: Sequence[str] = (), story: str = ""
 ) -> EffectTable | None:
-    """Return an unexplained term as an effect file; None where the model has no place for it.
+    """Return an unexplained term as an effect file; None if the model has no place for it.
 
     Args:
-        term: what was found.
-        taken: names that the effect may not have.
-        story: where it comes from, for the head of the file.
+        term: the unexplained term.
+        taken: names that are in use.
+        story: its origin, for the head of the file.
 
     """
     place = place_of(term)
@@ -120,7 +120,7 @@ def effect_table(
 
 
 def _name(term: Unexplained, taken: Sequence[str]) -> str:
-    """Return a name that is free."""
+    """Return an unused name."""
     balance = {PISTON.name: "friction", LOAD.name: "load"}.get(
         term.balance, term.balance.split()[0]
     )

@@ -1,4 +1,4 @@
-"""What a search has found: missing effects with their rivals, and terms that no effect explains."""
+"""Findings of a search: missing effects with their rivals, and unexplained terms."""
 
 import math
 from dataclasses import dataclass
@@ -10,17 +10,17 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.units import show
 
 UNEVEN = 0.1
-"""Distance of a value from the middle of its interval, over half its width, from which both ends
-are told (assumed)."""
+"""Asymmetry of an interval from which both ends are shown: distance of the value from the middle,
+over half the width (assumed)."""
 
 
 def rounded(value: float, unit: str, shown: str) -> str:
-    """Return a value for people, in as many digits as an estimate deserves."""
+    """Return a value as text, with the number of digits that suits an estimate."""
     return show(float(f"{value:.4g}"), unit, shown)
 
 
 TOLERANCE = 0.1
-"""Relative change from which an ordinary parameter is told to have moved (assumed: the tolerance of
+"""Relative change from which an ordinary parameter is reported as moved (assumed: the tolerance of
 a data sheet)."""
 
 
@@ -47,16 +47,16 @@ class Refitted:
 
     @property
     def change(self) -> float:
-        """How far it has moved, over what is configured; 0 where that is none."""
+        """Relative change from the configured value; 0 if that is zero."""
         return self.refitted / self.configured - 1.0 if self.configured else 0.0
 
     @property
     def moved(self) -> bool:
-        """Whether it has left its tolerance, and that not by chance."""
+        """Whether the change exceeds the tolerance, and not by chance."""
         return abs(self.change) > TOLERANCE and not self.low <= self.configured <= self.high
 
     def words(self, value: float) -> str:
-        """Return one of its values for people."""
+        """Return a value as text."""
         return rounded(value, self.unit, self.shown)
 
 
@@ -148,12 +148,12 @@ class Finding:
 
     @property
     def share(self) -> str:
-        """The share that it takes, for people: never "0 %"."""
+        """The explained share as text; never "0 %"."""
         return "less than 1 %" if self.explained < 0.01 else f"{100 * self.explained:.0f} %"
 
     @property
     def size(self) -> str:
-        """The value with its doubt: "6.8 +- 0.9 mm^2"; both ends where they lie unevenly."""
+        """Value and interval: "6.8 +- 0.9 mm^2"; both ends of an asymmetric interval."""
         low, high = self.interval
         half = 0.5 * (high - low)
         if not abs(0.5 * (low + high) - self.value) <= UNEVEN * half:
@@ -166,7 +166,7 @@ class Finding:
 
     @property
     def names(self) -> str:
-        """The effect and what it may be instead, in words."""
+        """The effect and those that are not distinguished from it, in words."""
         return " or ".join((self.name, *self.group))
 
 

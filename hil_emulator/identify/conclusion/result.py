@@ -1,4 +1,4 @@
-"""What identification found, as a person and as a program read it."""
+"""Result of an identification, for people and programs."""
 
 from dataclasses import dataclass, field, is_dataclass
 from typing import Any, Literal

@@ -24,20 +24,21 @@ from hil_emulator.model.stages import (
 )
 
 TURN = 1e-3
-"""Width over which a term that knows the direction of motion turns round [m/s] (assumed)."""
+"""Speed range in which a term that depends on the direction of motion changes its sign [m/s]
+(assumed)."""
 
 
 @dataclass(frozen=True)
 class TermPlace:
-    """Where a term goes into the model.
+    """Place of a term in the model.
 
     Attributes:
         stage: the place in the equations.
-        takes: arguments of the law, as Python writes them.
-        regressor: the regressor, as Python computes it from them.
-        value: what the law returns of the table's value `term`.
+        takes: arguments of the law, as Python code.
+        regressor: the regressor computed from them, as Python code.
+        value: result of the law, from the table's value `term`.
         equation: the law for a reader.
-        channel: the sensor that it is an error of; "" for a place in the plant.
+        channel: the sensor whose error it is; "" for a place in the plant.
 
     """
 
@@ -53,7 +54,7 @@ _SIGN = f"math.tanh(velocity / {TURN!r})"
 
 
 def _calibration(channel: str) -> TermPlace:
-    """Return the place of what a sensor is off by, over its own reading."""
+    """Return the place of a sensor's error over its own reading."""
     return TermPlace(transducer, ("reading",), "reading", "reading + term", "y = x + T(x)", channel)
 
 
@@ -87,8 +88,8 @@ PLACES = {
     (RULER.name, "measured position"): _calibration("position"),
     (CELL.name, "measured force"): _calibration("load_force"),
 }  # fmt: skip
-"""By balance and regressor. A stage offers its law few quantities: leakage does not know the
-position, a chamber's flow has no stage of its own, and time is no quantity of a law."""
+"""By balance and regressor. Other pairs have no place, because a stage offers few quantities:
+leakage without the position, no stage of a chamber's flow, and no time."""
 
 
 def place_of(term: Unexplained) -> TermPlace | None:

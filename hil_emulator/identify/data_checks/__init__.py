@@ -1,1 +1,1 @@
-"""What in measured data contradicts physics, units, or one clock, before anything is fitted."""
+"""Checks of measured data before a fit: physics, signs, units, clocks and repeated noise."""

@@ -1,8 +1,8 @@
-"""Channels from two loggers: a lag between quantities that physics ties together.
+"""Detection of channels that were logged by two clocks.
 
-Quantities move together, one after the other by a time that belongs to the machine: the rod follows
-the valve, the load cell follows the pressures less friction, the forces of the motion follow them,
-too. A lag that grows with time belongs to two clocks; so does one that no actuator has.
+The rod follows the valve, and the load cell and the forces of the motion follow the pressures. Each
+lag is a property of the machine. A lag that grows with time, or that is longer than an actuator's,
+comes from two clocks.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,103 +15,105 @@ from hil_emulator.identify.data_checks.lags import FARTHEST, cross, lags_of, pea
 from hil_emulator.identify.measured.experiment import Array, Experiment
 
 FEWEST_LAGS = 6
-"""Stretches from which a drift can be told."""
+"""Stretches needed to detect a drift."""
 
 FEWEST_STEADY_LAGS = 4
-"""Stretches from which a lag that stays can be told (assumed)."""
+"""Stretches needed to detect a constant lag (assumed)."""
 
 LAG_GROWTH = 12e-3
-"""Growth of the lag within an experiment that is no quick machine's [s] (assumed): the lag of a rod
-behind a healthy valve changes with the motion, by up to half of it in two seconds of steps."""
+"""Growth of the lag within an experiment above that of a fast machine [s] (assumed). With a healthy
+valve the lag of the rod changes with the motion, by up to half of this in two seconds of steps."""
 
 SIGNIFICANT_GROWTH = 6.0
-"""Standard errors by which the growth must stand out."""
+"""Growth in standard errors from which it is significant."""
 
 LAG = 0.05
-"""Lag of a rod or a force that no quick actuator has [s]; a servo valve's is a tenth (assumed)."""
+"""Lag of a rod or a force above that of a fast actuator [s]; servo valves have 5 ms (assumed)."""
 
 TURNED = 0.5
-"""Periods of a mass on its oil by which its speed is late at most: above the natural frequency it
-turns against what drives it, by half a period of something quicker."""
+"""Largest lag of the speed in periods of the mass on its oil: above the natural frequency the phase
+is reversed, which is half a period of a higher frequency."""
 
 SWUNG = 1.0
-"""Periods of a mass that swings on its oil by which forces and motion seem to be late: one swing
-resembles the next, and friction of a speed a quarter later the force of an acceleration."""
+"""Apparent lag between forces and motion in periods of a mass that swings on its oil: consecutive
+swings are similar, and so are friction and the inertial force a quarter of a period later."""
 
 MOTION_WINDOW = 0.02
 """Time over which velocity and acceleration are fitted to the position [s]."""
 
 DRY_FRICTION_SHARE = 0.1
-"""Part of the speed's deviation at which dry friction has its full size (assumed)."""
+"""Speed of full dry friction, over the standard deviation of the speed (assumed)."""
 
 
 @dataclass(frozen=True)
 class Following:
-    """Quantities that follow another one.
+    """A leading quantity, and the quantities that follow it with one lag.
 
     Attributes:
-        names: of what leads and of what follows.
-        leader: values of the one.
-        followers: values of the others; together, and with one lag, they account for it.
-        beside: what accounts for it without a lag.
-        machine: lag that may be the machine's own, besides a valve's [s].
+        names: of the leader and of the follower.
+        leader: values of the leader.
+        followers: regressors of the leader that share one lag.
+        instant: regressors of the leader without a lag.
+        machine: possible lag of the machine, in addition to the valve's [s].
 
     """
 
     names: tuple[str, str]
     leader: Array
     followers: tuple[Array, ...]
-    beside: tuple[Array, ...] = ()
+    instant: tuple[Array, ...] = ()
     machine: float = 0.0
 
 
 def two_clocks(
     experiments: Sequence[Experiment], force: Callable[[Experiment], Array], frequency: float
 ) -> list[str]:
-    """Return what tells that the channels of an experiment come from two clocks.
+    """Return a message for each pair of channels that two clocks have logged.
 
     Args:
         experiments: on their grids.
         force: returns the hydraulic force of an experiment [N].
-        frequency: natural frequency of the mass on its oil [Hz]; NaN where nobody has stated it, as
-            on benches that are no whole actuator: it is taken for a quick one.
+        frequency: natural frequency of the mass on its oil [Hz]; NaN if it is unknown, as on
+            benches that are not a complete actuator. The machine then counts as a fast one.
 
     """
-    found, swing = [], 1.0 / frequency if np.isfinite(frequency) else 0.0
+    messages, swing = [], 1.0 / frequency if np.isfinite(frequency) else 0.0
     for e in experiments:
         for following in _followings(e, force, swing):
-            said = _said(following, e.period)
-            if said:
+            lag = _lag_error(following, e.period)
+            if lag:
                 first, second = following.names
-                found.append(
-                    f"{e.name}: {second} follows {first} {said}; the channels come from two "
+                messages.append(
+                    f"{e.name}: {second} follows {first} {lag}; the channels come from two "
                     "clocks, so put them on one"
                 )
                 break
-    return found
+    return messages
 
 
 def _followings(
     e: Experiment, force: Callable[[Experiment], Array], swing: float
 ) -> list[Following]:
-    """Return what follows what, on a machine that swings with a period [s]."""
-    found = []
+    """Return the pairs of leader and followers, for a machine that swings with a period [s]."""
+    pairs = []
     pressures = {"pressure_a", "pressure_b"} <= set(e.readings)
     moving = "position" in e.readings
     if len(e.current) and moving:
-        speed, own = (motion(e, 1),), TURNED * swing
-        found.append(Following(("valve_current", "position"), e.current, speed, machine=own))
+        speed, machine_lag = (motion(e, 1),), TURNED * swing
+        pairs.append(
+            Following(("valve_current", "position"), e.current, speed, machine=machine_lag)
+        )
     if pressures and "load_force" in e.readings:
         cell = e.readings["load_force"]
-        found.append(Following(("pressure", "load_force"), force(e), (cell,), friction(e)))
+        pairs.append(Following(("pressure", "load_force"), force(e), (cell,), friction(e)))
     if pressures and moving:
-        forces, own = (motion(e, 2), *friction(e)), SWUNG * swing
-        found.append(Following(("pressure", "position"), force(e), forces, machine=own))
-    return found
+        forces, machine_lag = (motion(e, 2), *friction(e)), SWUNG * swing
+        pairs.append(Following(("pressure", "position"), force(e), forces, machine=machine_lag))
+    return pairs
 
 
 def friction(e: Experiment) -> tuple[Array, ...]:
-    """Return viscous and dry friction, each of any size; nothing without a position."""
+    """Return regressors of viscous and dry friction; an empty tuple without a position."""
     if "position" not in e.readings:
         return ()
     v = motion(e, 1)
@@ -131,9 +133,9 @@ def motion(e: Experiment, derivative: int) -> Array:
     return np.asarray(np.where(good, values, np.nan))
 
 
-def _said(f: Following, period: float) -> str:
-    """Return in words what is wrong with the lags, or ""."""
-    times, lags = lags_of(f.leader, f.followers, f.beside, period)
+def _lag_error(f: Following, period: float) -> str:
+    """Return the error of the lags in words; "" if there is no error."""
+    times, lags = lags_of(f.leader, f.followers, f.instant, period)
     if len(lags) < FEWEST_STEADY_LAGS:
         return ""
     typical, most = float(np.median(lags)), max(LAG, f.machine)

@@ -1,8 +1,8 @@
-"""How much later one signal shows what another does, beside what else acts at the same time.
+"""Lag between signals, estimated by a partial multiple correlation.
 
-A lag is told from the phase that damping turns: of all shifts, the one at which the shifted signals
-and those that act beside them explain most. Where another shift explains nearly as much, as with a
-single tone, a stretch tells no lag.
+The lag is the shift at which the shifted signals explain most of the leader, with signals that act
+without a lag projected out. A stretch in which another shift explains nearly as much, such as a
+single tone, gives no lag.
 """
 
 from collections.abc import Sequence
@@ -22,32 +22,32 @@ EXPLAINED_SHARE = 0.36
 """Part of the variance explained from which the lag of a stretch counts."""
 
 LAG_BAND = 6e-3
-"""Distance from the best lag at which others have to explain less [s] (assumed)."""
+"""Distance from the best lag at which other lags must explain less [s] (assumed)."""
 
 PEAK_SHARPNESS = 1.05
-"""How many times as much remains unexplained there (assumed)."""
+"""Ratio of the unexplained parts there and at the best lag (assumed)."""
 
 AT_ONCE = 32
-"""Stretches that are looked at together."""
+"""Stretches per batch, to limit memory."""
 
 _RIDGE = 1e-6  # of the shifted signals' Gram matrix, whose diagonal is 1 at most
 
 
 def lags_of(
-    leader: Array, followers: Sequence[Array], beside: Sequence[Array], period: float
+    leader: Array, followers: Sequence[Array], instant: Sequence[Array], period: float
 ) -> tuple[Array, Array]:
-    """Return times and lags [s] of the stretches that tell one.
+    """Return times and lags [s] of the stretches with a unique lag.
 
     Args:
-        leader: what is explained.
-        followers: what explains it, all of them with one lag behind it; the first one positively.
-        beside: what explains it without a lag.
+        leader: the explained signal.
+        followers: regressors that share one lag behind the leader; the first has a positive sign.
+        instant: regressors without a lag.
         period: sample period [s].
 
     """
     length = round(LAG_WINDOW / period)
     reach = min(round(FARTHEST / period), length // 2)
-    everything = np.column_stack([leader, *followers, *beside])
+    everything = np.column_stack([leader, *followers, *instant])
     starts = np.arange(0, len(leader) - length + 1, max(1, length // 2))
     parts = np.cumsum([1, len(followers)])
     times, lags = [], []
@@ -77,23 +77,23 @@ def _orthonormal(columns: Array) -> Array:
     return np.asarray(basis * signs[:, None])
 
 
-def _explained(leader: Array, moving: Array, beside: Array, reach: int) -> Array:
+def _explained(leader: Array, moving: Array, instant: Array, reach: int) -> Array:
     """Return the part of the leader's variance explained at each lag of -reach ... reach samples.
 
-    A partial multiple correlation: what acts beside is projected out of both sides.
+    A partial multiple correlation: regressors without a lag are projected out of both sides.
 
     Args:
         leader: of each stretch, shape (stretches, samples, 1).
-        moving: what explains it with a lag, shape (stretches, samples, columns), orthonormal.
-        beside: what explains it without one, the same.
+        moving: regressors with a lag, shape (stretches, samples, columns), orthonormal.
+        instant: regressors without a lag, the same shape.
         reach: longest lag in samples.
 
     Returns:
         Shape (stretches, lags).
 
     """
-    rest = leader - beside @ (beside.swapaxes(1, 2) @ leader)
-    products = cross(np.concatenate([rest, beside], axis=2), moving, reach)
+    rest = leader - instant @ (instant.swapaxes(1, 2) @ leader)
+    products = cross(np.concatenate([rest, instant], axis=2), moving, reach)
     along, shared = products[:, :, 0], products[:, :, 1:]
     gram = np.eye(moving.shape[2]) * (1.0 + _RIDGE) - shared.swapaxes(2, 3) @ shared
     sizes = np.linalg.solve(gram, along[..., None])[..., 0]
@@ -102,7 +102,7 @@ def _explained(leader: Array, moving: Array, beside: Array, reach: int) -> Array
 
 
 def cross(leaders: Array, others: Array, reach: int) -> Array:
-    """Return the products of each leader with each of the others, taken later.
+    """Return the products of each leader with each of the others at every lag.
 
     Args:
         leaders: shape (stretches, samples, leaders).
@@ -131,7 +131,7 @@ def peak(values: Array) -> tuple[float, float]:
 
 
 def _sharp(explained: Array, band: int) -> bool:
-    """Tell whether no lag outside a band around the best one explains nearly as much."""
+    """Return whether all lags outside a band around the best one explain clearly less."""
     best = int(np.argmax(explained))
     elsewhere = explained[np.abs(np.arange(len(explained)) - best) >= band]
     return bool(1.0 - elsewhere.max(initial=0.0) > PEAK_SHARPNESS * (1.0 - explained[best]))

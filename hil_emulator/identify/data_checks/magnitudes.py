@@ -1,6 +1,6 @@
-"""Readings that no such actuator can give: a wrong unit, or another quantity in the column.
+"""Readings that are impossible for the configured actuator: wrong units or exchanged columns.
 
-Every limit is a factor of eight or more, which separates bar from MPa, and no effect reaches.
+Every limit is a factor of at least eight, which separates bar from MPa and exceeds any effect.
 """
 
 import math
@@ -31,25 +31,25 @@ CHAMBER_SUM_RATIO = 6.0
 (assumed: a valve's two edges share the supply's pressure between them)."""
 
 SLOWEST_RATIO = 200.0
-"""How many times slower than the valve allows a rod may be at its fastest (assumed)."""
+"""Largest ratio of the speed that the valve allows and the fastest measured speed (assumed)."""
 
 VACUUM = -10e5
-"""Pressure that no fluid has, an error of the sensor included [Pa] (assumed)."""
+"""Pressure below that of any fluid, an error of the sensor included [Pa] (assumed)."""
 
 NEGATIVE = 0.1
-"""Part of the readings that may fall below it all the same: a ringing line swings (assumed)."""
+"""Part of the readings that may be below it, because a line rings (assumed)."""
 
 HIGHEST_PRESSURE = 1000e5
-"""Pressure that no cylinder stands [Pa] (assumed: presses are built for up to 700 bar)."""
+"""Pressure above that of any cylinder [Pa] (assumed: presses are built for up to 700 bar)."""
 
 HARDEST_DRIVE = 1e3
-"""Acceleration that no drive of an axis gives its load [m/s^2] (assumed)."""
+"""Acceleration above that of any driven axis [m/s^2] (assumed)."""
 
 CREEP = 2e-3
-"""Change of speed that leakage or a load may cause with the valve closed [m/s] (assumed)."""
+"""Change of speed that leakage or a load can cause with the valve closed [m/s] (assumed)."""
 
 NOISE_SHARE = 0.2
-"""Noise over the whole change of a position from which it shows no motion (assumed)."""
+"""Ratio of noise and range of a position from which it shows no motion (assumed)."""
 
 _SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {
     **{f: (UNITS[f], "l/min") for f in FLOWS},
@@ -59,17 +59,17 @@ _PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 
 
 def impossible(experiments: Sequence[Experiment], plant: Mapping[str, float]) -> list[str]:
-    """Return what no actuator of this configuration can have given."""
+    """Return a message for each reading that is impossible for the configured actuator."""
     return [f"{e.name}: {text}" for e in experiments for text in _of_one(e, plant)]
 
 
 def _of_one(e: Experiment, plant: Mapping[str, float]) -> list[str]:
-    found = [_position(e, plant), _supply(e, plant), _chambers(e, plant)]
-    if not any(found):
-        found += [_far(name, values, plant) for name, values in e.readings.items()]
-    found += [_pressure(name, e.readings[name]) for name in _PRESSURES if name in e.readings]
-    said = [text for text in found if text]
-    return said or [text for text in (_speed(e, plant),) if text]
+    messages = [_position(e, plant), _supply(e, plant), _chambers(e, plant)]
+    if not any(messages):
+        messages += [_far(name, values, plant) for name, values in e.readings.items()]
+    messages += [_pressure(name, e.readings[name]) for name in _PRESSURES if name in e.readings]
+    texts = [text for text in messages if text]
+    return texts or [text for text in (_speed(e, plant),) if text]
 
 
 def _far(name: str, values: Array, plant: Mapping[str, float]) -> str:
@@ -82,7 +82,7 @@ def _far(name: str, values: Array, plant: Mapping[str, float]) -> str:
 
 
 def _reach(name: str, plant: Mapping[str, float]) -> float:
-    """Return how far a machine of this size may reach; infinite where its size is not known."""
+    """Return the largest plausible value for a machine of this size; infinite if unknown."""
     if name == "position":
         stroke = plant["cylinder_stroke"]
         return math.inf if math.isnan(stroke) else 2.0 * stroke
@@ -125,7 +125,7 @@ def _supply(e: Experiment, plant: Mapping[str, float]) -> str:
     configured = plant["supply_pressure"]
     if not configured / WRONG_UNIT_RATIO < measured < configured * WRONG_UNIT_RATIO:
         return (
-            f"supply_pressure is about {show(measured, 'Pa', 'bar')}, and the configuration says "
+            f"supply_pressure is about {show(measured, 'Pa', 'bar')}, and the configuration has "
             f"{show(configured, 'Pa', 'bar')}{likely('Pa', measured / configured)}; is its unit "
             "right?"
         )
@@ -162,7 +162,7 @@ def _chambers(e: Experiment, plant: Mapping[str, float]) -> str:
 
 
 def _speed(e: Experiment, plant: Mapping[str, float]) -> str:
-    """Compare the rod's fastest motion with what its largest set point allows."""
+    """Compare the fastest motion of the rod with the speed that the largest set point allows."""
     if not len(e.current) or "position" not in e.readings:
         return ""
     p = plant
@@ -172,7 +172,9 @@ def _speed(e: Experiment, plant: Mapping[str, float]) -> str:
     able = p["valve_gain"] * np.sqrt(edge) / p["cylinder_piston_area"]
     velocity = motion(e, 1)
     speed, swing = float(np.nanquantile(np.abs(velocity), 0.99)), float(np.nanstd(velocity))
-    if swing > WRONG_UNIT_RATIO * able * float(np.std(e.current)) + CREEP:  # whatever its null is
+    if (
+        swing > WRONG_UNIT_RATIO * able * float(np.std(e.current)) + CREEP
+    ):  # independent of the null of the valve
         return (
             f"the rod moves at {speed:.3g} m/s, {speed / (able * top):.0f} times as fast as "
             f"{show(top, 'A', 'mA')} can drive it; is the unit of valve_current or position right?"

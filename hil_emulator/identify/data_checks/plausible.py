@@ -1,4 +1,4 @@
-"""Signs that contradict the physics: reported, and reversed only where nothing else is possible."""
+"""Signs of channels that contradict physics: reported, and reversed if only that is possible."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,26 +12,26 @@ from hil_emulator.identify.measured.experiment import Array, Experiment, Mask, n
 from hil_emulator.model.resonance import on_oil
 
 CONTRARY = -0.3
-"""Correlation below which two channels have opposite senses (assumed)."""
+"""Correlation below which two channels have opposite signs (assumed)."""
 
 UNRELATED = 0.25
-"""Correlation below which channels have nothing to do with each other (assumed; recordings of the
-reference machine with large effects hidden in it had 0.5 and more)."""
+"""Correlation below which channels are unrelated (assumed; recordings of the reference machine with
+large hidden effects had 0.5 and more)."""
 
 RELATED = 0.7
-"""Correlation from which the ratio of two forces means something (assumed)."""
+"""Correlation needed to compare the sizes of two forces (assumed)."""
 
 BETTER = 0.2
-"""Gain in correlation that tells that two channels have changed places (assumed)."""
+"""Gain in correlation from which two channels count as exchanged (assumed)."""
 
 CLEAR = 5.0
-"""Deviation over noise from which a channel shows something (assumed)."""
+"""Standard deviation over noise from which a channel has a signal (assumed)."""
 
 AT_STOP = 0.005
 """Part of the stroke from either end at which the rod may rest against its stop (assumed)."""
 
 FEWEST = 20
-"""Samples from which a correlation means something (assumed)."""
+"""Samples needed for a correlation (assumed)."""
 
 
 def speed(experiment: Experiment, smoothing: float = 0.15) -> Array:
@@ -62,20 +62,20 @@ def _correlation(a: Array, b: Array) -> float:
 
 
 def contradictions(experiments: Sequence[Experiment], plant: Mapping[str, float]) -> list[str]:
-    """Return what in experiments contradicts units, signs, one clock, or any relation at all."""
-    found = magnitudes.impossible(experiments, plant)
-    if found:
+    """Return messages on wrong units, signs and clocks, and on unrelated channels."""
+    messages = magnitudes.impossible(experiments, plant)
+    if messages:
         likely = {e.name: unit_mistakes.balance(e, plant) for e in experiments}
-        return found + [f"{name}: {text}" for name, text in likely.items() if text]
+        return messages + [f"{name}: {text}" for name, text in likely.items() if text]
     for e in experiments:
-        found += [f"{e.name}: {text}" for text in (_driven(e), _loaded(e, plant)) if text]
-    return found or clocks.two_clocks(
+        messages += [f"{e.name}: {text}" for text in (_driven(e), _loaded(e, plant)) if text]
+    return messages or clocks.two_clocks(
         experiments, lambda e: hydraulic_force(e, plant), on_oil(plant)
     )
 
 
 def _driven(e: Experiment) -> str:
-    """Return what is wrong between the valve current and the rod."""
+    """Return the contradiction between valve current and rod; "" if there is none."""
     if not len(e.current) or "position" not in e.readings:
         return ""
     velocity = clocks.motion(e, 1)
@@ -96,7 +96,7 @@ def _driven(e: Experiment) -> str:
 
 
 def _loaded(e: Experiment, plant: Mapping[str, float]) -> str:
-    """Return what is wrong between the pressures and the load cell."""
+    """Return the contradiction between pressures and load cell; "" if there is none."""
     if "pressure_a" not in e.readings:
         return ""
     if "load_force" not in e.readings:
@@ -127,14 +127,14 @@ def _loaded(e: Experiment, plant: Mapping[str, float]) -> str:
 
 
 def _at_stop(e: Experiment, plant: Mapping[str, float]) -> Mask:
-    """Return where the rod may rest against an end of its stroke, which takes the pressures."""
+    """Return where an end of the stroke may carry the pressure force."""
     stroke = plant.get("cylinder_stroke", np.inf)
     place = e.readings.get("position", np.full(e.samples, np.nan)) / stroke
     return np.asarray((place < AT_STOP) | (place > 1.0 - AT_STOP))
 
 
 def _exchanged(e: Experiment, plant: Mapping[str, float]) -> str:
-    """Return what tells that the two chambers have changed places."""
+    """Return a message if the two chambers' channels are exchanged; else ""."""
     if not {"pressure_b", "position"} <= set(e.readings) or not len(e.current):
         return ""
     columns = [clocks.motion(e, 2), e.readings["position"]]
@@ -150,9 +150,9 @@ def _exchanged(e: Experiment, plant: Mapping[str, float]) -> str:
 
 
 def _accounted(force: Array, columns: Sequence[Array]) -> float:
-    """Return how far other forces, whatever their size, account for the hydraulic one.
+    """Return the correlation of the hydraulic force with a sum of other forces of any size.
 
-    A correlation; none may enter with the wrong sign: friction takes energy.
+    No force may enter with the wrong sign, because friction takes energy.
     """
     good = np.isfinite(force) & np.all([np.isfinite(c) for c in columns], axis=0)
     if good.sum() < FEWEST:
@@ -166,7 +166,7 @@ def _accounted(force: Array, columns: Sequence[Array]) -> float:
 
 
 def _scale(force: Array, measured: Array) -> str:
-    """Return what is wrong with the unit of forces that go together."""
+    """Return a message if two proportional forces differ by a unit; else ""."""
     good = np.isfinite(force) & np.isfinite(measured)
     ratio = float(np.std(measured[good]) / np.std(force[good]))
     if 1.0 / magnitudes.WRONG_UNIT_RATIO < ratio < magnitudes.WRONG_UNIT_RATIO:
@@ -182,9 +182,9 @@ def dissipative(
 ) -> list[Experiment]:
     """Return force-balance experiments in which friction takes energy.
 
-    A test machine may count its position the other way round; friction would then drive the rod,
-    which is impossible, so the position is reversed and a note says so. The force of a drive acts
-    along the motion, what a rod passes on against it.
+    A test machine may count its position in the other direction. Friction would then drive the rod,
+    which is impossible, so the position is reversed, with a note. The force of a drive acts along
+    the motion; the force that a rod passes on acts against it.
     """
     work = 0.0
     for e in experiments:

@@ -1,4 +1,4 @@
-"""Which unit was probably taken for which, where a channel is off by a known factor."""
+"""Probable mistakes of units, by the factor by which a channel is off."""
 
 from collections.abc import Mapping
 from itertools import permutations
@@ -14,50 +14,50 @@ UNITS_IN_USE = {
     "m": ("mm", "m", "cm", "inch", "um"),
     "A": ("mA", "A"),
 }
-"""Units of each quantity as benches write them, the usual ones first."""
+"""Units of each quantity that loggers write, the usual ones first."""
 
 TOLERANCE = 1.3
-"""Ratio to a known factor up to which a channel is off by that factor (assumed)."""
+"""Largest ratio between a channel's factor and that of a mistake (assumed)."""
 
 CLOSED = 0.15
-"""Remainder of a balance of forces over their size at which it closes (assumed)."""
+"""Ratio of remainders up to which two explanations are equally good (assumed)."""
 
 CLOSED_BETTER = 3.0
-"""How many times smaller the remainder has to become by another unit (assumed)."""
+"""Factor by which another unit must reduce the remainder (assumed)."""
 
 FILLED = 0.3
-"""Part of the stroke that a position of the right unit reaches at least (assumed)."""
+"""Least part of the stroke that a position in the right unit covers (assumed)."""
 
 AS_GOOD = 1.3
-"""Remainder over the smallest one at which another explanation is as good (assumed)."""
+"""Ratio of remainders up to which two explanations are equally good (assumed)."""
 
 
 def mistakes(quantity: str) -> dict[float, str]:
-    """Return, by the factor that a wrong unit makes, which one was read as which.
+    """Return the mistake of units in words, by the factor that it causes.
 
     Args:
         quantity: its SI unit.
 
     """
-    found: dict[float, str] = {}
+    texts: dict[float, str] = {}
     for written, taken in permutations(UNITS_IN_USE.get(quantity, ()), 2):
         ratio = factor(quantity, taken) / factor(quantity, written)
-        found.setdefault(float(f"{ratio:.4g}"), f"as if {written} had been read as {taken}")
-    return found
+        texts.setdefault(float(f"{ratio:.4g}"), f"as if {written} had been read as {taken}")
+    return texts
 
 
 def likely(quantity: str, ratio: float) -> str:
-    """Return in words the mistake that makes readings `ratio` times too large, or ""."""
-    known = mistakes(quantity)
-    if ratio <= 0.0 or not known:
+    """Return the mistake in words that makes readings `ratio` times too large, or ""."""
+    texts = mistakes(quantity)
+    if ratio <= 0.0 or not texts:
         return ""
-    near = min(known, key=lambda f: abs(np.log(ratio / f)))
+    near = min(texts, key=lambda f: abs(np.log(ratio / f)))
     fits = abs(np.log(ratio / near)) < np.log(TOLERANCE)
-    return f", {known[near]}" if fits else ""
+    return f", {texts[near]}" if fits else ""
 
 
 def of_position(values: Array, stroke: float) -> str:
-    """Return in words the only mistake that keeps a position within the stroke, or ""."""
+    """Return the only mistake in words that keeps a position within the stroke, or ""."""
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     inside = [
         words for f, words in mistakes("m").items()
@@ -67,10 +67,10 @@ def of_position(values: Array, stroke: float) -> str:
 
 
 def balance(e: Experiment, plant: Mapping[str, float]) -> str:
-    """Return which wrong unit would explain that pressures and load force do not balance, or "".
+    """Return the wrong unit that explains why pressures and load force do not balance, or "".
 
-    Each channel, and both pressures together, is tried in every unit that it may have been taken
-    for. Nothing is said where no unit closes the balance.
+    Each channel, and both pressures together, is tried in every unit. The result is "" if no unit
+    closes the balance.
     """
     parts = _forces(e, plant)
     if len(parts) < 2:
@@ -78,7 +78,7 @@ def balance(e: Experiment, plant: Mapping[str, float]) -> str:
     tried = {("nothing", ""): _remainder(parts)}
     pressures = tuple(n for n in parts if n != "load_force")
     groups: set[tuple[str, ...]] = {(n,) for n in parts}
-    if not len(e.current):  # behind a valve they share the supply's pressure: that is looked at
+    if not len(e.current):  # behind a valve they share the supply pressure, see `magnitudes`
         groups.add(pressures)
     for names in sorted(groups):
         for ratio, words in mistakes("N" if names == ("load_force",) else "Pa").items():
@@ -98,15 +98,15 @@ def balance(e: Experiment, plant: Mapping[str, float]) -> str:
 
 
 def _forces(e: Experiment, plant: Mapping[str, float]) -> dict[str, Array]:
-    """Return the forces that balance but for friction and inertia [N], by channel."""
+    """Return the forces by channel [N], which balance except for friction and inertia."""
     area = plant["cylinder_piston_area"]
     sizes = {"pressure_a": area, "pressure_b": -area * plant["cylinder_area_ratio"],
              "load_force": -1.0}  # fmt: skip
     if "load_force" not in e.readings or "pressure_a" not in e.readings:
         return {}
-    found = {n: s * e.readings[n] for n, s in sizes.items() if n in e.readings}
-    good = np.all([np.isfinite(v) for v in found.values()], axis=0)
-    return {n: v[good] for n, v in found.items()} if good.any() else {}
+    forces = {n: s * e.readings[n] for n, s in sizes.items() if n in e.readings}
+    good = np.all([np.isfinite(v) for v in forces.values()], axis=0)
+    return {n: v[good] for n, v in forces.items()} if good.any() else {}
 
 
 def _remainder(parts: Mapping[str, Array]) -> float:

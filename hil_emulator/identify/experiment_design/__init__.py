@@ -1,1 +1,1 @@
-"""Experiments: a library of them, which one to run next, and hidden effects to practise on."""
+"""Experiments: a library, the choice of the next one, and hidden effects for practice."""

@@ -1,7 +1,7 @@
-"""A machine on a bench, simulated: the model in a position loop, in a world that is not ideal.
+"""Simulation of a machine on a bench: the model in a position loop, with disturbances.
 
-The valve's null drifts, the supply ripples, and instruments are noisy; the controller sees what the
-instruments say. What comes out is what a log of a real bench would hold.
+The null of the valve drifts, the supply ripples, and instruments are noisy; the controller uses the
+readings. The result has the content of a real bench's log.
 """
 
 import math
@@ -18,7 +18,7 @@ from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
 
 BANDWIDTH = 45.0
-"""Bandwidth of the position loop, where the oil spring allows it [rad/s] (assumed)."""
+"""Bandwidth of the position loop if the oil spring permits it [rad/s] (assumed)."""
 
 DAMPED = 0.12
 """Largest bandwidth over the natural frequency of piston and oil (assumed: the gain margin of a
@@ -28,15 +28,15 @@ CURRENT_SHARE = 0.7
 """Part of the largest valve current that the controller uses (assumed)."""
 
 FEED_FORWARD = 0.9
-"""Part of the current for the target's speed that the controller adds beforehand (assumed)."""
+"""Part of the current for the target's speed that the controller adds as feed-forward (assumed)."""
 
 HOLD_TIME = 0.3
 """Time for which the rod is held before anything is recorded [s] (assumed)."""
 
 
 @dataclass(frozen=True)
-class World:
-    """What no configuration states.
+class Disturbances:
+    """Disturbances, which no configuration states.
 
     Attributes:
         null_drift: standard deviation of the valve's null [A].
@@ -59,7 +59,7 @@ class World:
 
 
 CORRELATION = 0.95
-"""Of coloured noise from a sample to the next (assumed)."""
+"""Correlation of coloured noise from sample to sample (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class SimulatedBench:
         model: the compiled model.
         par: parameters of the plant.
         chan: parameters of the transducers.
-        world: what else goes on.
+        world: disturbances.
         instruments: the channels that are recorded.
         step: largest integration step [s].
 
@@ -79,7 +79,7 @@ class SimulatedBench:
     model: PlantModel
     par: Array
     chan: Array
-    world: World
+    world: Disturbances
     instruments: tuple[str, ...]
     step: float
 
@@ -100,7 +100,7 @@ class SimulatedBench:
         table, current = np.empty((count, len(self.model.names))), np.empty(count)
         read = list(self.model.signal_names).index("supply_pressure")
         for k in range(count):
-            # the ripple goes on within a sample: half a sample later its mean acts
+            # the mean ripple of a sample is its value half a sample later
             plant.signal_vector[read] += supply[2 * k] - plant.parameter_vector[self.model.supply]
             sensors.sample(plant.signal_vector, plant.path)
             table[k] = self._rounded(sensors.reading + noise[k])
@@ -112,7 +112,7 @@ class SimulatedBench:
         return Experiment(name or target.stimulus.name, period, current[begin:].copy(), channels)
 
     def _asked(self, target: Target, period: float) -> tuple[Array, Array, int]:
-        """Return target and feed-forward current with a rest before them, and its length."""
+        """Return target and feed-forward current after a rest, and the length of the rest."""
         begin = round(HOLD_TIME / period)
         wanted = np.concatenate([np.full(begin, target.position[0]), target.position])
         feed = np.gradient(wanted, period) * FEED_FORWARD / velocity_gain(self.model.plant_values)

@@ -1,7 +1,7 @@
-"""What to vary so that effects which look alike part: what one law looks at and the other does not.
+"""Quantities to vary so that similar effects can be distinguished.
 
-Where an experiment can be forecast, `next_experiment` says which; this is for benches of which the
-model drives nothing: friction rigs, test machines, valve benches.
+A law that depends on a quantity parts from a law that does not. This serves benches that the model
+cannot drive: friction rigs, test machines, valve benches. Otherwise see `next_experiment`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,17 +21,17 @@ VARIED: dict[str, tuple[str, ...]] = {
     "with the neighbouring channel moving": ("neighbour",),
     "at another oil temperature": ("oil_temperature",),
 }
-"""How a record is made that shows what a law looks at, and the arguments that say so."""
+"""Instruction for a record, with the arguments of laws that it varies."""
 
 LAST_RESORT: dict[str, tuple[str, ...]] = {"at another oil temperature": ("viscosity",)}
-"""The same, where nothing else tells effects apart."""
+"""The same, if no other quantity distinguishes the effects."""
 
 
 def contrast(one: Effect, others: Sequence[Effect]) -> str:
-    """Return how to record so that an effect parts from others, in words."""
-    for known in (VARIED, LAST_RESORT):
-        mine = _looked_at(one, known)
-        theirs = [_looked_at(other, known) for other in others]
+    """Return an instruction for a record that distinguishes an effect from others."""
+    for varied in (VARIED, LAST_RESORT):
+        mine = _looked_at(one, varied)
+        theirs = [_looked_at(other, varied) for other in others]
         ways = [
             way for other in theirs for way in (*mine, *other) if (way in mine) != (way in other)
         ]
@@ -41,7 +41,7 @@ def contrast(one: Effect, others: Sequence[Effect]) -> str:
     return "with larger and smaller, quicker and slower motions"
 
 
-def _looked_at(effect: Effect, known: Mapping[str, tuple[str, ...]]) -> list[str]:
-    """Return how to vary what the laws of an effect look at."""
+def _looked_at(effect: Effect, varied: Mapping[str, tuple[str, ...]]) -> list[str]:
+    """Return how to vary the quantities that the laws of an effect depend on."""
     arguments = {a for law in effect.laws for a in law.arguments if isinstance(a, str)}
-    return [way for way, names in known.items() if arguments.intersection(names)]
+    return [way for way, names in varied.items() if arguments.intersection(names)]

@@ -1,15 +1,16 @@
-"""What an experiment that nobody has recorded yet would tell about two explanations.
+"""Forecast of how well an experiment would distinguish two explanations.
 
-The machine is simulated in closed loop as one explanation says it is, and seen through the
-predictor that would see the real recording. What the other explanation predicts differently, δ, and
-what its free parameters can make good of that, J, are the columns of one matrix A per experiment.
-The information adds up over experiments, F = Σ AᵀA, priors included; what remains of δ with
-everything free projected out is the separability
+The machine is simulated in closed loop according to one explanation, and predicted by the predictor
+of real recordings. The columns of a matrix A per experiment are the deviation δ of the other
+explanation's prediction, and its derivatives J by free parameters. The information adds up over
+experiments, F = Σ AᵀA, priors included. The part of δ that free parameters cannot explain is the
+separability
 
     D = F_δδ - F_δJ F_JJ⁻¹ F_Jδ,
 
-the expected difference in chi-square after a joint refit. Laws bend: the rival's parameters are
-moved there and δ is computed once more, the old data staying what F says of them.
+the expected difference in chi-square after a joint refit. Laws are nonlinear: the rival's
+parameters are moved to that minimum and δ is computed once more, with the old data represented by
+F.
 """
 
 import math
@@ -20,7 +21,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.fit import prior_rows
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.experiment_design.closed_loop import SimulatedBench, World
+from hil_emulator.identify.experiment_design.closed_loop import Disturbances, SimulatedBench
 from hil_emulator.identify.experiment_design.library import Target
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.observer.observer import Observer
@@ -33,7 +34,7 @@ COST_CONVERGED = 0.03
 """Relative gain of a step below which parameters are at their minimum (assumed)."""
 
 MOST_STEPS = 5
-"""Steps of the parameters in a forecast, halved ones included."""
+"""Largest number of parameter steps in a forecast, halved steps included."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,10 @@ class Explanation:
     """A model that explains the data.
 
     Attributes:
-        name: the effect that it is about.
-        coordinates: what is free in it, the effect's knob last.
-        at: where the fit to the data ended.
-        chi2: of that fit.
+        name: its effect.
+        coordinates: its free coordinates, the effect's knob last.
+        at: the estimate.
+        chi2: of the estimate.
 
     """
 
@@ -55,12 +56,12 @@ class Explanation:
 
 
 class Forecaster:
-    """Forecasts experiments from what is known now.
+    """Forecasts experiments from the present fit.
 
     Args:
         fitter: with the recorded experiments, its gains frozen at the fitted model.
         observer: the fitter's predictor.
-        explanations: the ones to tell apart, with the same free parameters but their own.
+        explanations: the ones to distinguish, with the same free parameters except their own.
 
     Attributes:
         fitter: as given.
@@ -80,20 +81,20 @@ class Forecaster:
             jacobian = fitter.jacobian(rival.coordinates, rival.at, expected[rival.name])
             for truth in self.explanations:
                 columns = np.column_stack([expected[rival.name] - expected[truth.name], jacobian])
-                known = columns.T @ columns + priors(truth, rival)
-                self._now[truth.name, rival.name] = np.asarray(known)
+                information = columns.T @ columns + priors(truth, rival)
+                self._now[truth.name, rival.name] = np.asarray(information)
 
     @property
     def now(self) -> float:
-        """Smallest separability with the data that there are."""
+        """Smallest separability with the present data."""
         return min(separability(f) for (truth, rival), f in self._now.items() if truth != rival)
 
     def separability(self, target: Target, seed: int = 0) -> float:
-        """Return the smallest separability with one more experiment; 0 where it cannot be run."""
+        """Return the smallest separability with one more experiment; 0 if it cannot be run."""
         return min(self.separability_of(truth, target, seed) for truth in self.explanations)
 
     def separability_of(self, truth: Explanation, target: Target, seed: int = 0) -> float:
-        """Return the same where one explanation is known to be the truth."""
+        """Return the same if one explanation is the truth."""
         fitter = seen(self._observer, self.simulated(truth, target, seed), truth)
         expected = fitter.residual(truth.coordinates, truth.at)
         rivals = [r for r in self.explanations if r is not truth]
@@ -102,19 +103,19 @@ class Forecaster:
     def realised(self, target: Target, truth: Explanation, seed: int) -> float:
         """Return the difference in chi-square of the best rival after refits to a new recording.
 
-        The old data take part as what is known of them around each explanation's fit.
+        The old data are represented by their information around each explanation's fit.
         """
         more = seen(self._observer, self.simulated(truth, target, seed), truth)
         left = {}
         for e in self.explanations:
-            known = self._now[e.name, e.name].copy()
-            known[0, :], known[:, 0] = 0.0, 0.0
-            left[e.name] = e.chi2 + bent(known, more, e, 0.0)
+            information = self._now[e.name, e.name].copy()
+            information[0, :], information[:, 0] = 0.0, 0.0
+            left[e.name] = e.chi2 + bent(information, more, e, 0.0)
         right = left.pop(truth.name)
         return min(left.values()) - right
 
     def simulated(self, truth: Explanation, target: Target, seed: int) -> Experiment:
-        """Return a recording of the machine as an explanation says it is."""
+        """Return a recording of the machine according to an explanation."""
         par, chan = self._observer.model.memory(truth.coordinates, truth.at)
         machine = SimulatedBench(
             self._observer.model, par, chan, self._world(), self._observer.channels,
@@ -122,8 +123,8 @@ class Forecaster:
         )  # fmt: skip
         return machine.record(target, seed)
 
-    def _world(self) -> World:
-        """Return the disturbances that the recorded data show."""
+    def _world(self) -> Disturbances:
+        """Return the disturbances in the recorded data."""
         data = self.fitter.experiments
         names = self._observer.channels
         noise = np.median([noise_levels(e, names) for e in data], axis=0)
@@ -133,11 +134,13 @@ class Forecaster:
             spread = [float(np.nanvar(e.readings["supply_pressure"])) for e in data]
             beyond = float(np.median(spread)) - noise[names.index("supply_pressure")] ** 2
             ripple = float(np.sqrt(2.0 * max(beyond, 0.0)))
-        return World(NULL_DRIFT * top, ripple=ripple, noise=dict(zip(names, noise, strict=True)))
+        return Disturbances(
+            NULL_DRIFT * top, ripple=ripple, noise=dict(zip(names, noise, strict=True))
+        )
 
 
 def seen(observer: Observer, experiment: Experiment, truth: Explanation) -> Fitter:
-    """Return a fitter with one recording, its gains and weights at a truth."""
+    """Return a fitter with one recording, its gains and weights at the true explanation."""
     fitter = Fitter(observer, [experiment])
     fitter.freeze(truth.coordinates, truth.at)
     return fitter
@@ -159,13 +162,13 @@ def separability(information: Array) -> float:
 
 
 def bent(now: Array, fitter: Fitter, explanation: Explanation, aim: Array | float) -> float:
-    """Return what an explanation leaves of old and new data, its parameters at the minimum.
+    """Return the misfit of an explanation to old and new data, its parameters at the minimum.
 
     Args:
-        now: information of the old data; the first row and column belong to what it leaves there.
+        now: information of the old data; the first row and column belong to the misfit there.
         fitter: with the new data.
         explanation: whose parameters move.
-        aim: residual of the new data that would be perfect.
+        aim: residual of the new data of a perfect model.
 
     """
     low, high = np.array([c.bounds for c in explanation.coordinates]).T
@@ -190,12 +193,12 @@ def bent(now: Array, fitter: Fitter, explanation: Explanation, aim: Array | floa
 
 
 def _old(now: Array, shift: Array) -> float:
-    """Return what the old data lose when parameters move."""
+    """Return the increase of the old data's chi-square by a shift of parameters."""
     return float(now[0, 0] + 2.0 * now[0, 1:] @ shift + shift @ now[1:, 1:] @ shift)
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    """Solve a positive semidefinite system, its unknowns of very different sizes."""
+    """Solve a positive semidefinite system whose unknowns have very different sizes."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-30))
     inverse = np.linalg.pinv(matrix * np.outer(scale, scale), rcond=1e-9, hermitian=True)
     return np.asarray(scale * (inverse @ (scale * right)))

@@ -1,4 +1,4 @@
-"""The library of experiments: where a rod is asked to be over time.
+"""The library of experiments: position targets over time.
 
 A bench is driven in closed loop, so an experiment is a position target. Each shape is a function of
 time without a unit, between -1 and 1, zero at the start. An experiment scales it by its amplitude
@@ -21,12 +21,12 @@ CLEARANCE = 0.05
 """Part of the stroke that stays free at both stops (assumed)."""
 
 SPEED_SHARE = 0.5
-"""Part of the no-load speed at full current that a smooth target may ask for (assumed)."""
+"""Largest speed of a smooth target over the no-load speed at full current (assumed)."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a machine allows.
+    """Limits of a machine.
 
     Attributes:
         start: position at rest [m].
@@ -52,11 +52,11 @@ class Stimulus:
     """An entry of the library.
 
     Attributes:
-        name: what the command line calls it.
-        summary: what the rod does.
-        shows: what it shows well.
+        name: on the command line.
+        summary: the motion.
+        shows: effects that it shows well.
         shape: deviation over time, between -1 and 1.
-        share: usual amplitude over the room there is.
+        share: usual amplitude over the distance to the nearer limit.
         duration: usual duration [s].
         jumps: whether the target jumps, so that the valve and not the target limits the speed.
         central: whether it moves around the middle of the stroke instead of the start.
@@ -92,7 +92,7 @@ class Target:
 
 
 def limits(plant: Mapping[str, float]) -> Limits:
-    """Return what a configured plant allows."""
+    """Return the limits of a configured plant."""
     stroke = plant["cylinder_stroke"]
     low, high = CLEARANCE * stroke, (1.0 - CLEARANCE) * stroke
     start = min(max(plant.get("initial_position", 0.5 * stroke), low), high)
@@ -123,14 +123,14 @@ LIBRARY: tuple[Stimulus, ...] = (
              "friction at low speed, dead band, threshold; little else",
              shapes.micro_motion, 0.015),
 )  # fmt: skip
-"""Every experiment, in the order in which people would record them."""
+"""Every experiment, in the recommended order."""
 
 
 def stimulus(name: str) -> Stimulus:
     """Return an entry of the library.
 
     Raises:
-        UserError: if there is none of that name.
+        UserError: if no experiment has that name.
 
     """
     for entry in LIBRARY:
@@ -146,9 +146,9 @@ def target(
     """Return an experiment for a machine.
 
     Args:
-        entry: which one.
-        allowed: what the machine allows.
-        amplitude: largest deviation from the centre [m]; the usual one, or what fits, without it.
+        entry: of the library.
+        allowed: limits of the machine.
+        amplitude: largest deviation from the centre [m]; by default the usual one, or what fits.
         duration: [s]; the usual one without it.
         seed: of levels and phases.
         period: time between two targets [s].

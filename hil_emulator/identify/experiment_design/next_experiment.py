@@ -1,7 +1,7 @@
-"""Which experiment would separate effects that the data cannot tell apart.
+"""Choice of the experiment that would separate effects which the data do not distinguish.
 
-Every experiment of the library is forecast at a few amplitudes; the most promising are verified by
-simulating their recordings, with noise, and refitting every explanation to old and new data.
+Every experiment of the library is forecast at a few amplitudes. The best ones are verified: their
+recordings are simulated with noise, and every explanation is refitted to old and new data.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,19 +20,19 @@ from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.units import show
 
 AMPLITUDES = (0.5, 1.0, 2.0)
-"""Amplitudes that are tried, over the usual one."""
+"""Amplitudes of a forecast, over the usual one."""
 
 BOTH_WAYS = 8
-"""Candidates that are also forecast with each rival as the truth."""
+"""Number of candidates that are also forecast with each rival as the truth."""
 
 VERIFIED = 3
-"""Candidates that are verified."""
+"""Number of candidates that are verified."""
 
 SEEDS = (11, 12)
-"""Of the noise in verified recordings; those of the forecasts are others."""
+"""Seeds of the noise in verified recordings; forecasts use others."""
 
 MEMBERS = 3
-"""Largest number of explanations that are told apart: the nearest ones."""
+"""Largest number of explanations to distinguish: the nearest ones."""
 
 SEPARATED = 25.0
 """Difference in chi-square that separates two effects beyond doubt (assumed)."""
@@ -48,7 +48,7 @@ class Candidate:
         duration: how long it lasts [s].
         predicted: smallest separability of two of them with this experiment and the present data.
         verified: median difference in chi-square between the named effect and the best rival after
-            refits to simulated recordings; null where that was not tried.
+            refits to simulated recordings; null if that was not tried.
 
     """
 
@@ -60,16 +60,16 @@ class Candidate:
 
     @property
     def merit(self) -> float:
-        """What it can be trusted to separate."""
+        """The verified separability, or the predicted one."""
         return self.predicted if self.verified is None else self.verified
 
 
 @dataclass(frozen=True)
 class NextExperiment:
-    """What to record next.
+    """The next experiment to record.
 
     Attributes:
-        members: the effects that look alike, the named one first.
+        members: the effects that are not distinguished, the named one first.
         now: smallest separability of two of them with the present data.
         best: the experiment to record.
         others: further experiments of the library, the better ones first.
@@ -112,12 +112,12 @@ def recommend(
         searcher: with the data and the predictor.
         search: finished, its model fitted.
         named: the effect.
-        group: what looks like it, the nearest first.
+        group: the effects that are not distinguished from it, the nearest first.
         tell: takes progress in words.
 
     Returns:
-        None where nothing can be forecast: no valve drives a rod, no fit is there, or the user
-        does not wait for it.
+        None without a forecast: no valve drives the rod, there is no fit, or the user interrupts
+            it.
 
     """
     predictor, final = searcher.fitter.predictor, search.final
@@ -165,15 +165,15 @@ def command(chosen: Candidate, configs: Sequence[str]) -> str:
 
 def possible(plant: Mapping[str, float], period: float) -> list[Target]:
     """Return every experiment of the library, at the amplitudes that fit."""
-    allowed, found = limits(plant), []
+    allowed, targets = limits(plant), []
     for entry in LIBRARY:
         usual = target(entry, allowed, period=period)
         for factor in AMPLITUDES:
             try:
-                found.append(target(entry, allowed, factor * usual.amplitude, period=period))
+                targets.append(target(entry, allowed, factor * usual.amplitude, period=period))
             except UserError:
                 continue
-    return found
+    return targets
 
 
 def explanations(
@@ -182,11 +182,11 @@ def explanations(
     """Return the fitted model, and with each rival in the place of the named effect."""
     final = search.final
     assert final is not None
-    own = [i for i, c in enumerate(final.coordinates) if c.belongs_to(named)]
-    stays = [i for i in range(len(final.at)) if i not in own]
+    knobs = [i for i, c in enumerate(final.coordinates) if c.belongs_to(named)]
+    stays = [i for i in range(len(final.at)) if i not in knobs]
     shared = [final.coordinates[i] for i in stays]
-    at, values = final.at[stays], final.at[own]
-    mine = [*shared, *(final.coordinates[i] for i in own)]
+    at, values = final.at[stays], final.at[knobs]
+    mine = [*shared, *(final.coordinates[i] for i in knobs)]
     fits = {named: fitter.fit(mine, np.concatenate([at, values]), 2)}
     for name in group[: MEMBERS - 1]:
         brought, start = weighed(search.selected_in(named), name)
@@ -197,12 +197,12 @@ def explanations(
 def _ranked(forecaster: Forecaster, targets: Sequence[Target]) -> list[tuple[Candidate, Target]]:
     """Return every experiment with its forecast, the better ones first."""
     named, *rivals = forecaster.explanations
-    found = [(forecaster.separability_of(named, t), t) for t in targets]
-    found.sort(key=lambda f: -f[0])
-    for i, (d, t) in enumerate(found[:BOTH_WAYS]):
-        found[i] = min(d, *(forecaster.separability_of(r, t) for r in rivals)), t
-    found[:BOTH_WAYS] = sorted(found[:BOTH_WAYS], key=lambda f: -f[0])
-    return [(_candidate(t, d), t) for d, t in found]
+    forecasts = [(forecaster.separability_of(named, t), t) for t in targets]
+    forecasts.sort(key=lambda f: -f[0])
+    for i, (d, t) in enumerate(forecasts[:BOTH_WAYS]):
+        forecasts[i] = min(d, *(forecaster.separability_of(r, t) for r in rivals)), t
+    forecasts[:BOTH_WAYS] = sorted(forecasts[:BOTH_WAYS], key=lambda f: -f[0])
+    return [(_candidate(t, d), t) for d, t in forecasts]
 
 
 def _candidate(played: Target, predicted: float) -> Candidate:

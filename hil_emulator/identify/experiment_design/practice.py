@@ -1,8 +1,8 @@
-"""The practice ground: experiments that look measured, from a machine with effects hidden in it.
+"""Practice: experiments from a simulated machine with hidden effects.
 
 The machine is the emulator's own model. Its ordinary parameters deviate from the configuration as
-those of real machines do, its valve drifts, its supply ripples, its instruments have white and
-coloured noise: whoever finds the hidden effects here has not been helped by a clean world.
+those of real machines do, the valve's null drifts, the supply ripples, and instruments have white
+and coloured noise.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ import numpy as np
 
 from hil_emulator.errors import UserError
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.experiment_design.closed_loop import SimulatedBench, World
+from hil_emulator.identify.experiment_design.closed_loop import Disturbances, SimulatedBench
 from hil_emulator.identify.experiment_design.library import (
     Target,
     limits,
@@ -30,7 +30,7 @@ from hil_emulator.identify.selection.scan import scan
 from hil_emulator.units import show, to_si
 
 INSTRUMENTS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
-"""What a usual bench measures: neither velocity nor the spool."""
+"""Channels of a usual bench, without velocity and spool."""
 
 SIZES = {"small": 0.35, "medium": 1.0, "large": 2.5}
 """Sizes of an effect over its typical value."""
@@ -39,17 +39,16 @@ TRAINING = ("multisine", "steps", "triangles", "chirp")
 VALIDATION = ("fast_multisine", "pseudo_random", "ramp_and_hold")
 
 PARAMETER_DEVIATION = 1.0
-"""Largest deviation of an ordinary parameter, in standard deviations of what identification takes
-for usual."""
+"""Largest deviation of an ordinary parameter, in standard deviations of its prior."""
 
 COLOURED = 0.3
 """Part of the noise's power that is correlated in time (assumed)."""
 
 FAIR_DELTA_CHI2 = 50.0
-"""Gain in chi-square at the hidden size above which a surprise is fair."""
+"""Least gain in chi-square of an effect that is drawn at random."""
 
 TRUTH_STEP = 2e-5
-"""Integration step [s]: far below the one that identification takes."""
+"""Integration step [s], far below that of the identification."""
 
 
 @dataclass(frozen=True)
@@ -66,13 +65,13 @@ class Hidden:
 
 @dataclass(frozen=True)
 class Ground:
-    """A machine with something hidden in it.
+    """A machine with hidden effects.
 
     Attributes:
         model: the plain configuration.
-        hidden: what is hidden.
+        hidden: the effects.
         ordinary: deviation of each ordinary parameter, in standard deviations, by name.
-        seed: of everything that is drawn.
+        seed: of all random numbers.
 
     """
 
@@ -91,7 +90,7 @@ class Ground:
         for h in self.hidden:
             sensor, i = model.index(h.coordinate)
             (chan if sensor else par)[i] = h.value
-        world = World(
+        world = Disturbances(
             NULL_DRIFT * largest_current(model.plant_values), coloured=COLOURED,
             noise=_stated(model, "noise"), resolution=_stated(model, "resolution"),
         )  # fmt: skip
@@ -108,14 +107,14 @@ def knob_of(coordinate: Coordinate) -> str:
 
 
 def _stated(model: PlantModel, name: str) -> dict[str, float]:
-    """Return the knob of a transducer effect by channel, where the configuration states it."""
+    """Return the knob of a transducer effect by channel, if the configuration states it."""
     effect = next(e for e in model.effects if e.name == name)
     field = effect.field_of(effect.knob)
     return {c: v[field] for c, v in model.config.sensors.items() if field in v}
 
 
 def hideable(model: PlantModel) -> dict[str, Coordinate]:
-    """Return what can be hidden, by name: whatever identification could name."""
+    """Return the effects that can be hidden, by name: all that an identification can name."""
     return {c.name: c for c in parameters.candidates(model, INSTRUMENTS)}
 
 
@@ -128,15 +127,17 @@ def hide(model: PlantModel, name: str, size: str) -> Hidden:
         size: small, medium or large, or the knob's value with its unit.
 
     Raises:
-        UserError: if there is no such effect, or it is not of that size.
+        UserError: if there is no such effect, or the size is outside its bounds.
 
     """
-    known = hideable(model)
-    if name not in known:
-        near = sorted(n for n in known if n.rpartition(".")[2] == name)
-        hint = f"; did you mean {' or '.join(near)}" if near else f"; there are {', '.join(known)}"
+    available = hideable(model)
+    if name not in available:
+        near = sorted(n for n in available if n.rpartition(".")[2] == name)
+        hint = (
+            f"; did you mean {' or '.join(near)}" if near else f"; there are {', '.join(available)}"
+        )
         raise UserError(f"{name}: cannot be hidden in this configuration{hint}")
-    c = known[name]
+    c = available[name]
     value = c.value(SIZES[size]) if size in SIZES else _value(c, size)
     if not c.low <= value <= c.high:
         low, high = (show(v, c.unit, c.shown) for v in (c.low, c.high))
@@ -150,7 +151,7 @@ def _value(c: Coordinate, size: str) -> float:
     except ValueError:
         usual = show(c.value(1.0), c.unit, c.shown)
         raise UserError(
-            f'{c.name}: "{size}" is no size; take small, medium or large, or a {knob_of(c)} such '
+            f'{c.name}: unknown size "{size}"; take small, medium or large, or a {knob_of(c)} such '
             f'as "{usual}"'
         ) from None
 
@@ -174,10 +175,10 @@ def campaign(
 
 
 def surprise(model: PlantModel, size: str, seed: int) -> Hidden:
-    """Draw an effect that experiments of the library show.
+    """Draw an effect that the experiments of the library show.
 
-    A healthy machine is recorded and every effect scored on it with the ordinary parameters
-    projected out: what they could explain would not be fair to ask.
+    A healthy machine is recorded and every effect is scored on it with the ordinary parameters
+    projected out. Effects that these parameters could explain are not drawn.
     """
     healthy = ground(model, (), seed)
     fitter = Fitter(Observer(model, INSTRUMENTS), campaign(healthy, TRAINING))

@@ -1,4 +1,4 @@
-"""The truth of a practice ground in a file that cannot be read by accident."""
+"""The hidden effects of a practice folder in a file that is not readable by accident."""
 
 import base64
 import json
@@ -18,11 +18,11 @@ from hil_emulator.input_files import MIB
 from hil_emulator.units import show
 
 NAME = "truth.sealed"
-_HEAD = "# What is hidden here. To look: hil-emulator hide --open FOLDER\n"
+_HEAD = "# The hidden effects. To open: hil-emulator hide --open FOLDER\n"
 
 
 def seal(ground: Ground) -> str:
-    """Return the text of the file that holds the truth."""
+    """Return the text of the sealed file."""
     truth = {
         "configuration": ground.model.config.digest,
         "seed": ground.seed,
@@ -38,10 +38,10 @@ def seal(ground: Ground) -> str:
 
 
 def unseal(folder: Path) -> dict[str, Any]:
-    """Return the truth.
+    """Return the hidden effects.
 
     Raises:
-        UserError: if it is not there or broken.
+        UserError: if the file is missing or broken.
 
     """
     file = folder / NAME
@@ -59,10 +59,10 @@ def unseal(folder: Path) -> dict[str, Any]:
 
 
 def _checked(truth: Any) -> dict[str, Any]:
-    """Return a truth with all that is read of it.
+    """Return the content of a sealed file after a check of every entry.
 
     Raises:
-        ValueError, TypeError, KeyError, AttributeError, OverflowError: something is not.
+        ValueError, TypeError, KeyError, AttributeError, OverflowError: an entry is wrong.
 
     """
     for effect in truth["effects"]:
@@ -74,7 +74,7 @@ def _checked(truth: Any) -> dict[str, Any]:
 
 
 def restored(model: PlantModel, truth: Mapping[str, Any]) -> Ground:
-    """Return the practice ground of a truth.
+    """Return the machine with hidden effects from a sealed file.
 
     Raises:
         UserError: if it belongs to another configuration, or does not fit this version.
@@ -82,16 +82,16 @@ def restored(model: PlantModel, truth: Mapping[str, Any]) -> Ground:
     """
     if truth.get("configuration") != model.config.digest:
         raise UserError("the configuration has changed since the effects were hidden in it")
-    known = hideable(model)
-    unknown = {e["name"] for e in truth["effects"]} - known.keys()
+    available = hideable(model)
+    unknown = {e["name"] for e in truth["effects"]} - available.keys()
     if unknown or {c.name for c in parameters.ordinary(model)} - truth["ordinary"].keys():
         raise UserError("what is hidden is damaged, or of another version; hide the effects again")
-    hidden = tuple(Hidden(known[e["name"]], float(e["value"])) for e in truth["effects"])
+    hidden = tuple(Hidden(available[e["name"]], float(e["value"])) for e in truth["effects"])
     return Ground(model, hidden, dict(truth["ordinary"]), int(truth["seed"]))
 
 
 def compared(truth: Mapping[str, Any], result: Mapping[str, Any]) -> list[str]:
-    """Return, line by line, how an identification did."""
+    """Return a comparison of hidden and named effects, line by line."""
     named = {e["name"]: e for e in result["effects"]}
     lines, used = [], set()
     for hidden in truth["effects"]:
@@ -111,12 +111,12 @@ def compared(truth: Mapping[str, Any], result: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _value(hidden: Mapping[str, Any], found: Mapping[str, Any]) -> str:
-    low, high = found["interval"]
+def _value(hidden: Mapping[str, Any], named: Mapping[str, Any]) -> str:
+    low, high = named["interval"]
     value, unit = hidden["value"], hidden["unit"]
     inside = "inside" if low <= value <= high else "outside"
-    off = abs(found["value"] / value - 1.0) if value else math.inf
+    off = abs(named["value"] / value - 1.0) if value else math.inf
     return (
-        f"{show(found['value'], unit)}, {100.0 * off:.1f} % off; the truth is {inside} its 95 % "
+        f"{show(named['value'], unit)}, {100.0 * off:.1f} % off; the truth is {inside} its 95 % "
         f"interval {show(low, unit)} ... {show(high, unit)}"
     )

@@ -8,7 +8,7 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Array
 
 ENTRY = 0.4
-"""Time in which a target leaves the starting point [s]: nothing begins with a jump."""
+"""Time in which a target leaves its start [s], so that it begins without a jump."""
 
 Shape = Callable[[Array, np.random.Generator], Array]
 
@@ -47,7 +47,7 @@ def pseudo_random(time: Array, random: np.random.Generator) -> Array:
 
 
 def _held(time: Array, hold: float, draw: Callable[[int], Array]) -> Array:
-    """Return levels that are held, after a first one of zero."""
+    """Return held levels after a first level of zero."""
     at = (time / hold).astype(int)
     levels = np.concatenate([[0.0], draw(int(at[-1]) + 1)])
     return np.asarray(levels[at] / max(float(np.max(np.abs(levels[at]))), 1e-9))
@@ -78,7 +78,7 @@ def chirp(time: Array, random: np.random.Generator) -> Array:
 
 
 def micro_motion(time: Array, random: np.random.Generator) -> Array:
-    """Return slow sines within less than a millimetre: the rod hardly leaves its place."""
+    """Return slow sines within one millimetre."""
     return _sines(np.array([0.7, 1.9, 3.1]), time, random)
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from hil_emulator.identify.data_checks import plausible
-from hil_emulator.identify.data_checks.sound import DRIVEN, travel
+from hil_emulator.identify.data_checks.consistency import DRIVEN, travel
 from hil_emulator.identify.measured.experiment import FLOW, REFERENCE, Experiment
 from hil_emulator.identify.prediction.benches import force_balance
 from hil_emulator.identify.prediction.benches.flow_bench import FlowBench, flow_bench

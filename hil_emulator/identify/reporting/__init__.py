@@ -1,1 +1,1 @@
-"""What a person or the next run gets: page, pictures, tables, layer of configuration."""
+"""Output of a result: page, pictures, tables, and a layer of configuration."""

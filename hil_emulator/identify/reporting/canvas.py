@@ -1,4 +1,4 @@
-"""What all pictures share: size, colours, and the way into a file."""
+"""Size, colours and file format of all pictures."""
 
 from typing import Any
 

@@ -18,7 +18,7 @@ from hil_emulator.identify.reporting.canvas import (
 from hil_emulator.identify.selection.levels import NORMAL_95
 
 LEAST_KNOWN = 0.5
-"""Standard deviation of a size, over what is told, up to which a picture makes room for it."""
+"""Relative standard deviation of a size up to which a picture scales to it."""
 
 RANKED = 12
 """Candidates that a ranking shows."""
@@ -61,15 +61,15 @@ def _held_out(parts: Mapping[str, Mapping[str, float]]) -> Mapping[str, float]:
 
 
 def ranking(result: Result) -> bytes:
-    """Draw what the likeliest effects gain in the first round."""
+    """Draw the gains of the likeliest effects in the first round."""
     scores = result.search.rounds[0].scores[:RANKED][::-1] if result.search else []
-    found = {f.name for f in result.effects}
+    named = {f.name for f in result.effects}
     drawn, axes = figure(0.9 + 0.22 * len(scores))
     names = [s.coordinate.name for s in scores]
     gains = [max(s.statistic, 0.0) for s in scores]
-    bars = axes.barh(names, gains, color=[AFTER if n in found else FLOOR for n in names],
+    bars = axes.barh(names, gains, color=[AFTER if n in named else FLOOR for n in names],
                      height=0.7)  # fmt: skip
-    # bars from zero show a factor as one; what is too short to be seen is read
+    # bars start at zero, so lengths show ratios; short bars have their value as text
     axes.bar_label(bars, [f"{gain:.1f}" for gain in gains], padding=3, fontsize=8)
     axes.margins(x=0.1)
     axes.set_xlabel("gain in chi-square, ordinary parameters projected out (blue: named)",
@@ -77,28 +77,28 @@ def ranking(result: Result) -> bytes:
     return png(drawn)
 
 
-def _ends(result: Result, found: Finding) -> list[float]:
-    """Return the sizes at the ends of an interval, over the one that is told."""
+def _ends(result: Result, finding: Finding) -> list[float]:
+    """Return the ends of an interval relative to the reported size."""
     named = result.search.effects if result.search else []
-    knob = next(c for c in named if c.name == found.name)
+    knob = next(c for c in named if c.name == finding.name)
     if knob.inverse:
-        return sorted(found.value / end for end in found.interval)
-    return sorted((end - knob.neutral) / (found.value - knob.neutral) for end in found.interval)
+        return sorted(finding.value / end for end in finding.interval)
+    return sorted((end - knob.neutral) / (finding.value - knob.neutral) for end in finding.interval)
 
 
 def sizes(result: Result) -> bytes:
-    """Draw what each experiment wants of each effect, with 95 % intervals, over what is told."""
-    found = [f for f in result.effects if f.by_experiment][::-1]
-    rows = [(f, w) for f in found for w in f.by_experiment[::-1]]
-    drawn, axes = figure(0.9 + 0.2 * len(rows) + 0.25 * len(found))
-    ticks, begin, seen = [], 0.0, [1.0]
-    for f in found:
+    """Draw each experiment's estimate relative to the reported size, with 95 % intervals."""
+    findings = [f for f in result.effects if f.by_experiment][::-1]
+    rows = [(f, w) for f in findings for w in f.by_experiment[::-1]]
+    drawn, axes = figure(0.9 + 0.2 * len(rows) + 0.25 * len(findings))
+    ticks, begin, extent = [], 0.0, [1.0]
+    for f in findings:
         of_it = f.by_experiment[::-1]
         places = begin + np.arange(len(of_it))
         ticks += places.tolist()
         ends = _ends(result, f)
-        # who hardly knows a size may reach beyond the picture
-        seen += [*ends, *(w.size for w in of_it if w.deviation < LEAST_KNOWN)]
+        # an experiment with a wide interval may exceed the picture
+        extent += [*ends, *(w.size for w in of_it if w.deviation < LEAST_KNOWN)]
         axes.fill_betweenx([begin - 0.6, places[-1] + 0.6], *ends, color=FLOOR, alpha=0.25, lw=0)
         for place, w in zip(places, of_it, strict=True):
             later = w.experiment in result.held_out
@@ -110,15 +110,15 @@ def sizes(result: Result) -> bytes:
     axes.axvline(1.0, color=FLOOR, lw=0.8)
     axes.set_yticks(ticks, [w.experiment for _, w in rows], fontsize=8)
     axes.set_ylim(-0.8, begin - 1.0)
-    room = 0.1 * (max(seen) - min(seen)) + 0.01
-    axes.set_xlim(min(seen) - room, max(seen) + room)
-    axes.set_xlabel("size that an experiment wants, over the one that is told; grey: its interval; "
+    room = 0.1 * (max(extent) - min(extent)) + 0.01
+    axes.set_xlim(min(extent) - room, max(extent) + room)
+    axes.set_xlabel("estimate of an experiment, relative to the reported size; grey: its interval; "
                     "squares: held out", fontsize=9)  # fmt: skip
     return png(drawn)
 
 
 def ladder(result: Result) -> bytes:
-    """Draw what every accepted effect gained, on training and on held-out data."""
+    """Draw the gain of every accepted effect, on training and on held-out data."""
     steps = result.ladder[::-1]
     drawn, axes = figure(1.1 + 0.42 * len(steps))
     place = np.arange(len(steps))

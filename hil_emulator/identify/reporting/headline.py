@@ -1,4 +1,4 @@
-"""What was found, in the words of a workshop: the effect, how far the error fell, what remains."""
+"""Headline of a result: the effect, the fall of the error, and the rest."""
 
 from collections.abc import Mapping
 
@@ -12,49 +12,46 @@ def headline(result: Result) -> list[str]:
     if not result.effects:
         end = "" if result.reason.endswith("?") else "."
         return [f"{result.reason}{end}", *_left(result)]
-    found = "; ".join(f"{f.words}: {f.size}" for f in result.effects)
-    doubts = [f"These data cannot tell {f.name} from {' or '.join(f.group)}."
+    named = "; ".join(f"{f.words}: {f.size}" for f in result.effects)
+    doubts = [f"These data do not distinguish {f.name} from {' or '.join(f.group)}."
               for f in result.effects if f.group]  # fmt: skip
-    cut = ["The search was interrupted: this is what it knew."] if result.interrupted else []
-    return [f"{found[:1].upper()}{found[1:]}.", *cut, *_left(result), *doubts, *_too_far(result)]
+    cut = ["The search was interrupted before its end."] if result.interrupted else []
+    return [f"{named[:1].upper()}{named[1:]}.", *cut, *_left(result), *doubts, *_too_far(result)]
 
 
 def _too_far(result: Result) -> list[str]:
-    """Return what speaks for something else beside the effects that were named."""
+    """Return the evidence of another missing effect, in addition to those named."""
     if not result.hardly_believed:
         return []
-    far = f"{' and '.join(result.hardly_believed)}, which hardly any machine has"
-    return [f"Beside that {far}: something else is missing as well, or stands in for it."]
+    far = " and ".join(result.hardly_believed)
+    return [f"Implausible: {far}. Another effect is missing as well, or is the true one."]
 
 
 def _left(result: Result) -> list[str]:
-    """Return how the error fell where it was widest, and what remains of it."""
+    """Return the fall of the error of the widest channel, and the rest."""
     channel, kind = widest(result)
     if not channel:
         return []
     parts = result.gap[channel]
     values = parts.get("validation") or parts["training"]
-    data = "on data that took no part" if "validation" in parts else "on the data of the fit"
-    named = channel.replace("_", " ")
-    run = f"{named} in free runs of 0.5 s" if kind else named
+    data = "logs not used for the fit" if "validation" in parts else "the logs of the fit"
+    error = f"the error of the {channel.replace('_', ' ')}"
+    run = f"Predicting 0.5 s ahead on {data}, {error}" if kind else f"On {data}, {error}"
     before, after = (_amount(result, values, f"{kind}{when}") for when in ("before", "after"))
-    if result.effects:
-        told = f"The error of the {run} falls from {before} to {after} {data}"
-    else:
-        told = f"The error of the {run} is {after} {data}"
-    return [f"{told}{_beside(values, kind)}.", *_unexplained(result)]
+    course = f"falls from {before} to" if result.effects else "is"
+    return [f"{run} {course} {after}.{_compared(values, kind)}", *_unexplained(result)]
 
 
 def widest(result: Result) -> tuple[str, str]:
-    """Return the channel whose error fell most, and the prefix of the error that tells it."""
-    best, found = 0.0, ("", "")
+    """Return the channel whose error fell most, and the prefix of this error."""
+    best, chosen = 0.0, ("", "")
     for channel, parts in result.gap.items():
         values = parts.get("validation") or parts["training"]
         kind = "free_" if "free_before" in values else ""
         fell = values[f"{kind}before"] / max(values[f"{kind}after"], 1e-300)
         if fell > best:
-            best, found = fell, (channel, kind)
-    return found
+            best, chosen = fell, (channel, kind)
+    return chosen
 
 
 def _amount(result: Result, values: Errors, name: str) -> str:
@@ -63,11 +60,11 @@ def _amount(result: Result, values: Errors, name: str) -> str:
     return f"{values[name]:.3g} {result.measure}"
 
 
-def _beside(values: Errors, kind: str) -> str:
-    """Return what else the error that remains can be compared with."""
+def _compared(values: Errors, kind: str) -> str:
+    """Return the errors of a perfect model and of plain least squares, as sentences."""
     floor, plain = values.get(f"{kind}floor"), values.get(f"{kind}least_squares")
-    told = f"; noise and usual disturbances alone leave {floor:.3g}" if floor else ""
-    return told + (f"; plain least squares leaves {plain:.3g}" if plain else "")
+    perfect = f" A perfect model would reach {floor:.3g}." if floor else ""
+    return perfect + (f" Plain least squares reaches {plain:.3g}." if plain else "")
 
 
 def _unexplained(result: Result) -> list[str]:
@@ -75,4 +72,4 @@ def _unexplained(result: Result) -> list[str]:
         return []
     u = result.unknown[0]
     where = f"on the {u.balance} over {u.regressor}"
-    return [f"Part of what remains no effect explains: {where}, {u.shape}."]
+    return [f"No effect explains a part of the rest: {where}, {u.shape}."]

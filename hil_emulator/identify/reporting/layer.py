@@ -11,16 +11,16 @@ from hil_emulator.identify.selection.progress import Search
 from hil_emulator.model import quantities
 
 EFFECT_FILE = "unexplained.py"
-"""File of an unexplained term, beside the layer that refers to it."""
+"""File of an unexplained term, next to the layer that refers to it."""
 
 
 def layer(result: Result, files: Sequence[Path], date: str) -> str:
     """Return TOML with the missing effects and the refitted ordinary parameters.
 
     Args:
-        result: what was found.
-        files: the configuration it was compared with.
-        date: when, for the provenance.
+        result: of the identification.
+        files: the configuration that the data were compared with.
+        date: of the identification.
 
     """
     lines = [f"# Identified on {date} against {', '.join(f.name for f in files)}."]
@@ -40,8 +40,8 @@ def layer(result: Result, files: Sequence[Path], date: str) -> str:
             row = _effect(result.search, coordinate, finding)
             tables.setdefault(_table(coordinate), []).append(row)
         for coordinate, value in _refitted(result):
-            known = None if result.added else result.parameters[coordinate.name]
-            entry = _ordinary(coordinate, value, known)
+            refitted = None if result.added else result.parameters[coordinate.name]
+            entry = _ordinary(coordinate, value, refitted)
             tables.setdefault(_table(coordinate), []).append(entry)
     for table, rows in tables.items():
         lines += ["", f"[{table}]", *rows]
@@ -57,8 +57,8 @@ def _gaps(result: Result) -> list[str]:
     lines = [f"# gap, root mean square in {result.measure}: {kinds}"]
     for channel, parts in result.gap.items():
         for part, values in parts.items():
-            found = [_gap(values, k) for k in ("", "free_") if f"{k}before" in values]
-            lines.append(f"# gap {channel}, {part}: {'; '.join(found)}")
+            gaps = [_gap(values, k) for k in ("", "free_") if f"{k}before" in values]
+            lines.append(f"# gap {channel}, {part}: {'; '.join(gaps)}")
     return lines
 
 
@@ -103,10 +103,10 @@ def _refitted(result: Result) -> list[tuple[Coordinate, float]]:
     return [(c, float(c.value(float(a)))) for c, a in pairs if abs(float(a)) > 1e-3]
 
 
-def _ordinary(coordinate: Coordinate, value: float, known: Refitted | None) -> str:
+def _ordinary(coordinate: Coordinate, value: float, refitted: Refitted | None) -> str:
     text = f"   # ordinary parameter, configured {coordinate.neutral:.6g} {coordinate.unit}"
-    if known is not None:
-        text += f", 95 %: {known.low:.5g} ... {known.high:.5g}"
+    if refitted is not None:
+        text += f", 95 %: {refitted.low:.5g} ... {refitted.high:.5g}"
     if coordinate.effect is not None:
         name = coordinate.field.removeprefix(f"{coordinate.effect.name}_")
         return f"{coordinate.effect.name}.{name} = {quoted(value, coordinate.unit)}{text}"

@@ -1,4 +1,4 @@
-"""Pictures of where the gap is: traces and what the balances lack."""
+"""Pictures of the gap: traces, and residuals of the balances."""
 
 import textwrap
 from typing import Any
@@ -24,16 +24,16 @@ SHOWN_SAMPLES = 2000
 
 
 READABLE = 10
-"""Most crossings of its mean in a stretch that one can follow by eye (assumed)."""
+"""Largest number of crossings of the mean in a readable stretch (assumed)."""
 
 TELLING = 0.1
-"""Least squared error of a readable stretch, over the greatest one's (assumed)."""
+"""Least squared error of a readable stretch, relative to the largest (assumed)."""
 
 
 def widest_trace(result: Result) -> str:
     """Return the trace whose disagreement shrank by the largest factor, or else the widest one.
 
-    One that moves slowly enough to be read somewhere goes before all that do not.
+    Traces with a stretch that is slow enough to read come first.
     """
 
     def worth(name: str) -> tuple[bool, float]:
@@ -69,7 +69,7 @@ def trace(result: Result, name: str) -> bytes:
     )
     models = [("configured model", old, BEFORE, "--")]
     if both:
-        models.append(("with what was found", new, AFTER, "-"))
+        models.append(("completed model", new, AFTER, "-"))
     for label, error, colour, line in models:
         top.plot(t["time"][here], factor * (t["measured"] - error)[here], line, color=colour,
                  lw=1.1, label=label)  # fmt: skip
@@ -94,7 +94,7 @@ def _stretch(trace: dict[str, Array], error: Array) -> Any:
 
 
 def _readable(trace: dict[str, Array], error: Array) -> Any:
-    """Tell which stretches move slowly, and disagree enough to show it; by their first sample."""
+    """Return which stretches are slow and have a visible error, by their first sample."""
     measured = np.nan_to_num(trace["measured"] - np.nanmean(trace["measured"]))
     crossings = np.diff(np.signbit(measured), append=measured[-1] < 0.0).astype(float)
     within = _within(np.nan_to_num(error) ** 2)
@@ -105,18 +105,18 @@ def _within(values: Array) -> Array:
     """Return the sum of values in each stretch, by its first sample."""
     count = min(len(values), SHOWN_SAMPLES)
     total = np.concatenate([[0.0], np.cumsum(values)])
-    found: Array = total[count:] - total[:-count]
-    return found
+    sums: Array = total[count:] - total[:-count]
+    return sums
 
 
 def balance(drawn_map: Map, both: bool) -> bytes:
-    """Draw what a balance lacks over its regressor, before and after, and over frequency."""
+    """Draw the residual of a balance over its regressor, before and after, and over frequency."""
     wide = len(drawn_map.frequency) > 0
     widths = [1.0, 1.0, 0.9] if both else [1.2, 1.0]
     drawn, axes = figure(2.9, columns=len(widths), width_ratios=widths)
     panels = [("configured model", drawn_map.before, BEFORE)]
     if both:
-        panels.append(("with what was found", drawn_map.after, AFTER))
+        panels.append(("completed model", drawn_map.after, AFTER))
     for one, (label, binned, colour) in zip(axes, panels, strict=False):
         _band(one, drawn_map, binned, colour)
         one.set_title(label, fontsize=9, loc="left", color=colour)

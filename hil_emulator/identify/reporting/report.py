@@ -24,9 +24,9 @@ def report(result: Result, title: str, made: str = "") -> str:
     """Return the page.
 
     Args:
-        result: what was found.
+        result: of the identification.
         title: of the page.
-        made: when and by what, for the provenance.
+        made: date and command, for the provenance.
 
     """
     return render(
@@ -58,13 +58,13 @@ def _where(result: Result) -> dict[str, Any]:
     }
 
 
-def _places(found: Sequence[Disagreement]) -> list[tuple[str, tuple[Region, ...]]]:
-    """Return the place and the regions of each."""
-    return [(d.place, d.regions) for d in found]
+def _places(gaps: Sequence[Disagreement]) -> list[tuple[str, tuple[Region, ...]]]:
+    """Return the balance and the regions of each gap."""
+    return [(d.place, d.regions) for d in gaps]
 
 
 def _found(result: Result) -> dict[str, Any]:
-    """Return what is missing; of what is unexplained, the strongest term first."""
+    """Return the missing effects, and the strongest unexplained term."""
     searched = result.verdict not in ("agrees", "disagrees")
     unknown = sorted(result.unknown, key=lambda u: -u.statistic) if searched else []
     return {
@@ -86,7 +86,7 @@ def _size(result: Result) -> dict[str, Any]:
 
 
 def _reasons(result: Result) -> dict[str, Any]:
-    """Return ranking, rivals and ladder, where effects have been weighed."""
+    """Return ranking, rivals and ladder, if effects were compared."""
     search = result.search
     if search is None or not search.rounds or not search.rounds[0].scores:
         return {"ranking_chart": b""}
@@ -98,7 +98,7 @@ def _reasons(result: Result) -> dict[str, Any]:
 
 
 def _model(result: Result) -> dict[str, Any]:
-    """Return the ordinary parameters, and how all that was fitted hangs together."""
+    """Return the ordinary parameters, and the correlations of all fitted parameters."""
     final = result.search.told if result.search else None
     several = result.parameters and final is not None and len(final.coordinates) > 1
     return {

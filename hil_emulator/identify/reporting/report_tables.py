@@ -8,7 +8,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.pages.render import Table
 
 GAINS = ("better fit", "held out")
-"""What an effect gains in chi-square, on training and on held-out data."""
+"""Columns of an effect's gain in chi-square, on training and on held-out data."""
 
 TIMES = ("before", "after", "least_squares", "floor")
 
@@ -31,8 +31,8 @@ def effects(result: Result) -> Table:
 def gap(result: Result) -> Table:
     """Return the gap by channel and part of the data."""
     free = any("free_before" in v for parts in result.gap.values() for v in parts.values())
-    known = {k for parts in result.gap.values() for v in parts.values() for k in v}
-    times = tuple(t for t in TIMES if t in known and (t != "after" or result.effects))
+    keys = {k for parts in result.gap.values() for v in parts.values() for k in v}
+    times = tuple(t for t in TIMES if t in keys and (t != "after" or result.effects))
     kinds = ("", "free_") if free else ("",)
     rows: list[tuple[object, ...]] = [
         (channel.replace("_", " "), _PARTS[part],
@@ -71,19 +71,19 @@ def motion(result: Result) -> Table:
 
 
 def ranking(result: Result) -> Table:
-    """Return what was weighed in every round, and why it was named or not."""
+    """Return the candidates of every round, and the reason for or against each."""
     assert result.search is not None
     rows: list[tuple[object, ...]] = []
     named = {f.name for f in result.effects}
-    for i, found in enumerate(result.search.rounds):
-        best = found.trials[0].score.coordinate.name if found.trials else ""
-        for t in found.trials:
+    for i, searched in enumerate(result.search.rounds):
+        best = searched.trials[0].score.coordinate.name if searched.trials else ""
+        for t in searched.trials:
             name, e = t.score.coordinate.name, t.evidence
-            if found.accepted and name == best:
+            if searched.accepted and name == best:
                 why = "named" if name in named else result.search.dropped.get(name, "")
             else:
                 why = "; ".join(e.objections) or f"explains less than {best}"
-                if name == best and not found.accepted:
+                if name == best and not searched.accepted:
                     why = "; ".join(e.objections) or "a term of no catalogued form explains more"
             held = None if e.held_out != e.held_out else e.held_out
             clear = f"{math.sqrt(max(e.wald, 0.0)):.1f}"
@@ -99,8 +99,8 @@ def parameters(result: Result) -> Table:
         change = f"{100 * p.change:+.1f} %" if p.configured else ""
         interval = f"{p.words(p.low)} ... {p.words(p.high)}"
         way = "more" if p.change > 0.0 else "less"
-        told = f"{way} than a tolerance of {TOLERANCE:.0%} explains: check it" if p.moved else ""
-        rows.append((name, p.words(p.configured), p.words(p.refitted), interval, change, told))
+        caution = f"{way} than a tolerance of {TOLERANCE:.0%} explains: check it" if p.moved else ""
+        rows.append((name, p.words(p.configured), p.words(p.refitted), interval, change, caution))
     head = ("parameter", "configured", "refitted", "95 % interval", "change", "caution")
     if not any(p.moved for p in result.parameters.values()):
         return Table(head[:-1], [row[:-1] for row in rows])
@@ -108,7 +108,7 @@ def parameters(result: Result) -> Table:
 
 
 def below_floor(result: Result) -> list[str]:
-    """Return the channels whose error is less than what noise and disturbances should leave."""
+    """Return the channels whose error is below that of noise and disturbances."""
     return [
         channel.replace("_", " ")
         for channel, parts in result.gap.items()

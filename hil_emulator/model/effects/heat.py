@@ -47,9 +47,9 @@ def _warming(
     source="energy balance of an incompressible oil that mixes at once: what valve, gaps, pump and "
            "relief valve turn into heat (S1 3.2); sizes assumed",
     signature="damping, leakage and laminar flow drift over minutes with the work that is done",
-    not_modelled="oil of different temperature along the circuit, heat of the metal, friction of "
-                 "the seals; a cooler that switches; one tank for several actuators: each warms "
-                 "its own, and takes all losses of a pump that they share",
+    not_modelled="different temperatures along the circuit; heat of the metal; friction of the "
+                 "seals; a cooler that switches; a shared tank. Each actuator warms its own oil, "
+                 "with all losses of a shared pump",
     also=((heat, _warming),),
 )  # fmt: skip
 def oil_heating(temperature: float, rise: float) -> float:

@@ -113,10 +113,9 @@ def _pressure_b(chamber: float, excess_b: float) -> float:
            "Blasius",
     signature="the chamber follows the valve's flow late, and the valve's port rings: 309 Hz for "
               "1 m",
-    not_modelled="higher modes, so that a sudden stop surges by pi/2 of Joukowsky's rho c v; "
-                 "friction that grows with frequency; vapour in the line; lines of different "
-                 "length; what the first mode leaves of a line's oil, 1 - 4/pi², belongs into the "
-                 "dead volume",
+    not_modelled="higher modes: a sudden stop surges by pi/2 of Joukowsky's rho c v; friction that "
+                 "grows with frequency; vapour in the line; lines of different length. The first "
+                 "mode leaves 1 - 4/pi² of a line's oil, which belongs into the dead volume",
     also=((line_b, _pressure_b), (line_flow_a, _flow_a), (line_flow_b, _flow_b),
           (cylinder_line_rates, _line_rates)),
 )  # fmt: skip

@@ -133,7 +133,7 @@ function states({ nodes = [], faults = [], failures = [], timing, slipped, error
     }, `node ${id} ${state.replace("_", "-")}`)),
     faults.length ? make("span", { class: "chip bad" }, `${faults.length} fault${faults.length > 1 ? "s" : ""}`) : "");
   if (error) byId("health").textContent = error;
-  else if (timing) byId("health").textContent = `${timing.late} late, ${digits(slipped ?? 0, 3)} s behind the wall`;
+  else if (timing) byId("health").textContent = `${timing.late} late, ${digits(slipped ?? 0, 3)} s behind real time`;
 }
 
 function theme(chosen) {

@@ -10,22 +10,22 @@ from hil_emulator.recording.streaming import frames, header_of
 
 
 def write(source: Path, file: Path) -> None:
-    """Write the frames, and what they mean."""
-    # cantools takes half a second, and a run only asks whether its files can be written
+    """Write the frames, and their meaning."""
+    # imported late: cantools takes half a second, and a run only checks its files
     from hil_emulator.export.can_database import dbc
 
     header = header_of(source)
     remarks = [f"{key}: {value}" for key, value in header["provenance"].items()]
     frame_log.write(file, frames(source), remarks)
-    known = messages.from_json([*header["messages"], *header.get("services", [])])
-    database = dbc(known, header["sync_ms"])
+    meanings = messages.from_json([*header["messages"], *header.get("services", [])])
+    database = dbc(meanings, header["sync_ms"])
     _database(file).write_text(database, encoding="latin-1", newline="\r\n")
     for origin in _origin(file):
         origin.write_text(json.dumps(header["provenance"], indent=2), encoding="utf-8")
 
 
 def companions(file: Path) -> tuple[Path, ...]:
-    """Return the files that are written besides."""
+    """Return the further files."""
     return (_database(file), *_origin(file))
 
 
@@ -34,7 +34,7 @@ def _database(file: Path) -> Path:
 
 
 def _origin(file: Path) -> tuple[Path, ...]:
-    """Return the file of the remarks for which candump's format has no room."""
+    """Return the file for remarks, which candump's format cannot hold."""
     return (file.with_name(file.name + ".json"),) if file.suffix == ".log" else ()
 
 

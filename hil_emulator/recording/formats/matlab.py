@@ -1,6 +1,6 @@
 """MAT, level 5: a column per signal, and structures of units and origin; for MATLAB and Octave.
 
-What no sensor sees is in the structure `model`, and in `units.model`: `plot(time, model.position)`.
+True values are in the structure `model`, and in `units.model`: `plot(time, model.position)`.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from hil_emulator.recording.format import Format
 
 def write(source: Path, file: Path) -> None:
     """Write the signals bit for bit."""
-    from scipy.io import savemat  # takes a while: only who writes such a file waits for it
+    from scipy.io import savemat  # imported late, because it takes a while
 
     recording = journal.read(source)
     origin = {name.replace("-", "_"): text for name, text in recording.provenance.items()}

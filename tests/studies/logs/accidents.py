@@ -10,9 +10,9 @@ from collections import Counter
 from pathlib import Path
 
 from hil_emulator.errors import UserError
-from hil_emulator.identify.data_checks.copies import counted
+from hil_emulator.identify.data_checks.consistency import DRIVEN, travel, without_contradictions
 from hil_emulator.identify.data_checks.plausible import contradictions
-from hil_emulator.identify.data_checks.sound import DRIVEN, travel, without_contradictions
+from hil_emulator.identify.data_checks.shared_noise import counted
 from hil_emulator.identify.measured.data import load_experiments
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, knee, knee_model

@@ -9,7 +9,7 @@ import argparse
 from dataclasses import replace
 from unittest.mock import patch
 
-from hil_emulator.identify.conclusion import doubts
+from hil_emulator.identify.conclusion import record_limits
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, knee, recorded
@@ -37,7 +37,7 @@ def main() -> None:
         wrong = []
         for kind in KINDS:
             for seed in range(given.seeds):
-                with patch.object(doubts, "SHORTEST", 0.0):
+                with patch.object(record_limits, "SHORTEST", 0.0):
                     result = identify(knee(), [short(kind, seed, seconds)], cache=CACHE)
                 if result.verdict in ("missing_effects", "unknown_effect"):
                     wrong.append(f"{kind} {seed}: {result.reason[:90]}")
