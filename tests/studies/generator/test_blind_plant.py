@@ -30,7 +30,7 @@ CURRENT = 1e-3 * np.repeat([0.0, 1.0, -2.5, 2.5, 0.15, -0.15, -1.0, 3.0, -3.0], 
 
 
 CONFIGURED = {bench.name: load([bench.config]) for bench in BENCHES.values()}
-ON_ALL = pytest.mark.parametrize("bench", (FIRST, AXIS, CRANE), ids=["knee", "axis", "crane"])
+ON_ALL = pytest.mark.parametrize("bench", [FIRST, AXIS, CRANE], ids=["knee", "axis", "crane"])
 
 
 def blind(effects: dict[str, float], foreign: bool, bench: Bench = FIRST) -> np.ndarray:
