@@ -1,6 +1,6 @@
 """How sure a configuration is of its numbers: `mass = { value = "50 kg", tolerance = "10 %" }`.
 
-A tolerance is a relative standard deviation. It may stand beside a value, or once in a table for
+A tolerance is a relative standard deviation. It may stand with a value, or once in a table for
 all that the table states. The simulation takes the value; `identify` takes the tolerance as well.
 """
 
@@ -19,7 +19,7 @@ Where = tuple[str, ...]
 KEY = "tolerance"
 
 LARGEST = 10.0
-"""Relative: a factor of eleven says as little as no value."""
+"""Relative: a factor of eleven means as little as no value."""
 
 DERIVED: dict[Where, tuple[str, float]] = {
     ("valve", "nominal_flow"): ("valve_gain", 1.0),
@@ -46,30 +46,30 @@ class Stated:
 
 
 def taken_out(layer: Mapping[str, Any], file: Path) -> tuple[dict[str, Any], dict[Where, Stated]]:
-    """Return a file's tables with plain values, and the tolerances that stood beside them.
+    """Return a file's tables with plain values, and their tolerances.
 
     Raises:
-        UserError: if a tolerance is none.
+        UserError: if a tolerance is not a number in range.
 
     """
-    found: dict[Where, Stated] = {}
-    plain = {table: _plain(content, (table,), file, found) if table in PARAMS else content
+    sizes: dict[Where, Stated] = {}
+    plain = {table: _plain(content, (table,), file, sizes) if table in PARAMS else content
              for table, content in layer.items()}  # fmt: skip
-    return plain, found
+    return plain, sizes
 
 
-def _plain(content: Any, where: Where, file: Path, found: dict[Where, Stated]) -> Any:
-    """Return a table or a value without its tolerance, which goes to `found`."""
+def _plain(content: Any, where: Where, file: Path, sizes: dict[Where, Stated]) -> Any:
+    """Return a table or a value without its tolerance, which goes to `sizes`."""
     if not isinstance(content, dict):
         return content
     if content.keys() == {"value", KEY}:
-        found[where] = Stated(_size(content[KEY], where, file), file)
+        sizes[where] = Stated(_size(content[KEY], where, file), file)
         return content["value"]
-    inner = {key: _plain(value, (*where, key), file, found)
+    inner = {key: _plain(value, (*where, key), file, sizes)
              for key, value in content.items() if key != KEY}  # fmt: skip
     if KEY in content:
         of_all = Stated(_size(content[KEY], where, file), file)
-        found |= {(*where, key): of_all for key in inner if (*where, key) not in found}
+        sizes |= {(*where, key): of_all for key in inner if (*where, key) not in sizes}
     return inner
 
 
@@ -98,11 +98,11 @@ def by_field(
         knobs: name of the parameter that is an effect's strength, by table and effect.
 
     """
-    found: dict[str, float] = {}
+    sizes: dict[str, float] = {}
     for where, stated in tolerances.items():
         place = (*where, knobs[where]) if where in knobs else where
         if origin.get(place) != stated.file:
             continue
         name, power = DERIVED.get(place, ("_".join(place[-2:]), 1.0))
-        found[name] = math.hypot(found.get(name, 0.0), power * stated.size)
-    return found
+        sizes[name] = math.hypot(sizes.get(name, 0.0), power * stated.size)
+    return sizes

@@ -79,7 +79,7 @@ def _table(name: str, comment: str, entries: Sequence[Assignment]) -> str:
 
 
 def _with_tolerance(table: str, entry: Assignment) -> Assignment:
-    """Return a line that says how sure its number is, where nobody has measured it."""
+    """Return a line with the tolerance of its number, unless it was given or printed."""
     settings = {p.name for p in PARAMS.get(table, ()) if p.spread is SETTING}
     wide = next((size for word, size in TOLERANCES.items() if word in entry.why), "")
     if not wide or table not in PARAMS or entry.key in settings:

@@ -86,7 +86,7 @@ def within(size: float) -> Spread:
 
 SETTING = Spread(0.0)
 """Of a number that is chosen rather than measured, such as the flow at which a sheet states a drop:
-where nobody states it, it is the default."""
+where no file states it, it is the default."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How sure a configuration is of its numbers, beside them or for a whole table."""
+"""How sure a configuration is of its numbers, one by one or for a whole table."""
 
 import math
 from pathlib import Path
@@ -27,7 +27,7 @@ def test_a_tolerance_leaves_the_value_as_it_is(tmp_path: Path) -> None:
 
 
 def test_an_effect_has_one_as_well(tmp_path: Path) -> None:
-    """Beside the short form of its strength, or beside one of its parameters."""
+    """With the short form of its strength, or with one of its parameters."""
     text = (
         '[friction]\ncoulomb_friction = { value = "80 N", tolerance = 0.5 }\n'
         'stribeck_friction = { excess = "20 N", '
@@ -43,7 +43,7 @@ def test_an_effect_has_one_as_well(tmp_path: Path) -> None:
 
 
 def test_one_of_a_table_is_of_all_that_it_states(tmp_path: Path) -> None:
-    """Except of what has its own; what another file states is none of it."""
+    """Except of what has its own; not of what another file states."""
     text = (
         '[cylinder]\ntolerance = "30 %"\ndead_volume_a = "2 ml"\n'
         'dead_volume_b = { value = "2 ml", tolerance = "5 %" }\n'
@@ -65,7 +65,7 @@ def test_the_sheet_of_a_valve_is_as_sure_as_its_least_sure_number(tmp_path: Path
 
 
 def test_a_value_that_is_stated_anew_does_not_inherit_a_tolerance(tmp_path: Path) -> None:
-    """It says nothing of another value."""
+    """It holds for one value only."""
     first = '[load]\nmass = { value = "60 kg", tolerance = "10 %" }\n'
     assert not laid_over(tmp_path, first, '[load]\nmass = "61 kg"\n').tolerances
 
@@ -82,6 +82,6 @@ def test_what_a_file_states_is_known_from_a_default(tmp_path: Path) -> None:
 @pytest.mark.parametrize("size", ['"-1 %"', '"2000 %"', '"3 mm"', '"much"', "nan", "{}"])
 def test_what_is_no_tolerance_is_one_message(tmp_path: Path, size: str) -> None:
     """It names the place, and what to write."""
-    with pytest.raises(UserError, match=r"load\.mass\.tolerance") as said:
+    with pytest.raises(UserError, match=r"load\.mass\.tolerance") as error:
         laid_over(tmp_path, f'[load]\nmass = {{ value = "60 kg", tolerance = {size} }}\n')
-    assert "%" in str(said.value)
+    assert "%" in str(error.value)

@@ -70,7 +70,7 @@ def without_spread() -> list[str]:
 
 
 def test_every_default_says_how_far_machines_lie_from_it() -> None:
-    """A number that nobody states is not exact because a default stands in for it."""
+    """A number that no file states is not exact because a default stands in for it."""
     assert without_spread() == []
 
 
@@ -85,10 +85,10 @@ def test_what_a_factor_spreads_is_positive() -> None:
 
 def test_what_a_file_states_is_open_by_its_tolerance() -> None:
     """The reference machine's mass by 2 %; its viscosity, which it does not state, twofold."""
-    known = {c.name: c for c in ordinary(knee_model())}
-    assert known["load_mass"].value(1.0) == pytest.approx(51.0)
-    assert known["load_mass"].stated
-    assert not known["oil_kinematic_viscosity"].stated
+    open_ones = {c.name: c for c in ordinary(knee_model())}
+    assert open_ones["load_mass"].value(1.0) == pytest.approx(51.0)
+    assert open_ones["load_mass"].stated
+    assert not open_ones["oil_kinematic_viscosity"].stated
     wider = replace(knee_model().config, tolerances={"load_mass": 0.3})
     model = knee_model()
     before, model.config = model.config, wider

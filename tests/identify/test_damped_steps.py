@@ -38,7 +38,7 @@ def test_the_first_step_is_the_minimum_of_the_linear_model() -> None:
 
 
 def test_a_step_that_meets_a_bound_is_the_minimum_within_it() -> None:
-    """The other coordinate goes where it is best beside one that is held (scipy's bounded fit)."""
+    """The other coordinate is best for the one that is held (scipy's bounded fit)."""
     jacobian = np.array([[1.0, 1.0], [0.0, 0.3], [0.5, 0.0]])
     residual = np.array([3.0, 0.5, -1.0])
     bounds = np.array([-0.2, -9.0]), np.array([9.0, 9.0])

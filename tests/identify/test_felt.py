@@ -1,4 +1,4 @@
-"""Numbers that nobody states are fitted where the data feel them, products as one."""
+"""Numbers that no file states are fitted where the data feel them, products as one."""
 
 import pytest
 
@@ -13,7 +13,7 @@ EDGE = {
     "valve_critical_reynolds_number", "valve_slot_per_ampere", "oil_kinematic_viscosity",
     "oil_density",
 }  # fmt: skip
-"""What tells at which opening an edge turns turbulent: Re_c nu sqrt(rho/2)/(2 s C_d)."""
+"""What decides at which opening an edge turns turbulent: Re_c nu sqrt(rho/2)/(2 s C_d)."""
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def test_what_moves_nothing_is_not_fitted(free: list[Coordinate]) -> None:
     ids=lambda n: next(iter(n)),
 )
 def test_a_healthy_machine_with_another_default_is_healthy(number: dict[str, float]) -> None:
-    """Nobody has stated the number, so nothing is missing where it is another one."""
+    """No file states the number, so nothing is missing where it is another one."""
     learn = [recorded(number, kind, i) for i, kind in enumerate(("multisine", "steps"))]
     check = [recorded(number, "triangles", 9)]
     result = identify(knee(), learn, check, cache=CACHE)

@@ -101,14 +101,14 @@ def _advice(searcher: Searcher, finding: Finding) -> str:
 
 def _conclude_values(result: Result, search: Search, far: FarOff) -> None:
     """State values that differ from the configuration, or what else may explain the data."""
-    said = wrong_values.in_words(far, result.parameters) or not_by_chance(_last_fit(search))
+    values = wrong_values.in_words(far, result.parameters) or not_by_chance(_last_fit(search))
     result.hardly_believed = not_by_chance(_last_fit(search))
     if rivals := wrong_values.instead(search, far):
         result.verdict = "cannot_tell"
-        result.reason = f"either {' and '.join(said)}; {wrong_values.advice(far, rivals)}"
+        result.reason = f"either {' and '.join(values)}; {wrong_values.advice(far, rivals)}"
         return
     result.verdict = "wrong_value"
-    result.reason = f"the data are explained, with another value: {'; '.join(said)}"
+    result.reason = f"the data are explained, with another value: {'; '.join(values)}"
 
 
 def _explained(search: Search, parameters: Mapping[str, Refitted]) -> str:

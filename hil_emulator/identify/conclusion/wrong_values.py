@@ -25,17 +25,17 @@ def _words(c: Coordinate, value: Refitted) -> str:
 
 
 def instead(search: Search, far: FarOff) -> list[str]:
-    """Return the effects beside which a value that is far off would be far less so.
+    """Return the effects with which a value that is far off would be much nearer.
 
     Each of them was refitted with all parameters free.
     """
-    found = []
+    rivals = []
     for trial in search.rounds[-1].trials:
         there = {c.name: float(at) for c, at in
                  zip(trial.fit.coordinates, trial.fit.at, strict=True)}  # fmt: skip
         if any(abs(there.get(c.name, at)) < GREATER_PART * abs(at) for c, at in far):
-            found.append(trial.score.coordinate.name)
-    return found
+            rivals.append(trial.score.coordinate.name)
+    return rivals
 
 
 def advice(far: FarOff, rivals: Sequence[str]) -> str:

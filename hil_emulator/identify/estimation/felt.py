@@ -22,7 +22,7 @@ FELT = 0.1
 three off then costs half a nat, as chance does in a single number."""
 
 ONE_PRODUCT = 0.999
-"""Cosine between the derivatives by two numbers that nobody states, from which they are one: what
+"""Cosine between the derivatives by two unstated numbers, from which they are one: what
 sets them apart is less than a twentieth of either."""
 
 
@@ -30,7 +30,7 @@ def felt(
     predictor: Predictor, experiments: Sequence[Experiment], free: Sequence[Coordinate],
     jobs: int = 1,
 ) -> list[Coordinate]:  # fmt: skip
-    """Return the parameters that data tell of, those of one product as one coordinate.
+    """Return the parameters that change the residual, those of one product as one coordinate.
 
     A number that is stated is felt as itself. Of those that are not, the one that moves the data
     the most stands for the product; it is as uncertain as all of them together.
@@ -56,19 +56,19 @@ def felt(
 
 
 def _told(free: Sequence[Coordinate], slopes: Array) -> list[Coordinate]:
-    """Return the coordinates whose slopes, shape (residuals, coordinates), say something."""
+    """Return the coordinates whose slopes, shape (residuals, coordinates), are large enough."""
     power = np.sum(slopes**2, axis=0)
     units = slopes / np.sqrt(np.maximum(power, 1e-300))
-    found: dict[int, Coordinate] = {}
+    kept: dict[int, Coordinate] = {}
     for i in np.argsort(-power, kind="stable"):
         if power[i] < FELT:
             break
-        alike = [] if free[i].stated else [j for j in found if not free[j].stated
+        alike = [] if free[i].stated else [j for j in kept if not free[j].stated
                  and abs(units[:, i] @ units[:, j]) > ONE_PRODUCT]  # fmt: skip
         if not alike:
-            found[i] = free[i]
+            kept[i] = free[i]
             continue
-        one, more = found[alike[0]], math.sqrt(power[i] / power[alike[0]])
+        one, more = kept[alike[0]], math.sqrt(power[i] / power[alike[0]])
         also = (*one.also, free[i].field)
-        found[alike[0]] = replace(one, prior=math.hypot(one.prior, more), also=also)
-    return [found[i] for i in sorted(found)]
+        kept[alike[0]] = replace(one, prior=math.hypot(one.prior, more), also=also)
+    return [kept[i] for i in sorted(kept)]

@@ -37,7 +37,7 @@ def steps(
 ) -> Iterator[Array]:  # fmt: skip
     """Yield steps with prior rows, damped more and more (Levenberg 1944, Marquardt 1963).
 
-    Each is tried when the one before has failed; they end where none promises anything. A
+    Each is tried when the one before has failed; they end where no step promises anything. A
     coordinate that would leave its bounds goes to them, and the others know.
 
     Args:

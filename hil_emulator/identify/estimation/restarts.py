@@ -11,7 +11,7 @@ NUDGES = (0.7, 1.4)
 """Factors of an effect's size at which a refit is begun once more (assumed)."""
 
 MOST_OF_THE_WAY = 0.5
-"""Part of the way to none from which a fit is begun there as well."""
+"""Part of the way to zero from which a fit is begun there as well."""
 
 NEARLY_NONE = 0.99
 """Part of the way at which it begins: at the very end, some influences have no derivative."""
@@ -52,9 +52,9 @@ def nudged(fitter: Fitter, fit: Fit, i: int, enough: float = LEAST_GAIN) -> Fit:
 
 
 def without_it(fitter: Fitter, fit: Fit) -> Fit:
-    """Begin once more without what has gone most of the way to none.
+    """Begin once more without what has gone most of the way to zero.
 
-    Near none its influence grows with a power: a fit that comes from afar may stop before it.
+    Near zero its influence grows with a power: a fit that comes from afar may stop before it.
 
     Returns:
         a better fit, or the same.

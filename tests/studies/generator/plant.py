@@ -37,7 +37,7 @@ PUMP_DROOP = 10e5
 class Machine(NamedTuple):
     """Parameters of one real machine, SI; from `null_bias` on they are effects, zero without.
 
-    The last seven say by which forms its base laws go, and the numbers that no data sheet states.
+    The last seven are the forms of its base laws, and numbers that no data sheet states.
     `since` is the time for which it has been running when an experiment begins [s]: a wander does
     not begin with it.
     """

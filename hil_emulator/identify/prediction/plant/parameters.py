@@ -42,7 +42,7 @@ def ordinary(
 
     """
     usual = {**tolerances, **model.config.tolerances}
-    found = [_parameter(model, f"{table}_{param.name}", param, usual)
+    chosen = [_parameter(model, f"{table}_{param.name}", param, usual)
              for table, params in quantities.PARAMS.items() for param in params]  # fmt: skip
     for effect in model.effects:
         if effect.stage in SAMPLED or math.isinf(effect.off):
@@ -51,15 +51,15 @@ def ordinary(
         value = model.plant_values.get(field, effect.off)
         if is_on(effect, value):
             knob = _knob(effect, value, usual.get(field, KNOB_TOLERANCE))
-            found += [knob, *_shapes(model, knob, usual)]
-    open_ones = [c for c in found if c is not None and c.scale]
+            chosen += [knob, *_shapes(model, knob, usual)]
+    open_ones = [c for c in chosen if c is not None and c.scale]
     return sorted(open_ones, key=lambda c: not c.stated)
 
 
 def _shapes(
     model: PlantModel, knob: Coordinate, tolerances: Mapping[str, float]
 ) -> Iterator[Coordinate]:
-    """Yield what the law of a stated effect holds beside its knob, unless exactly stated."""
+    """Yield the open shape parameters of a stated effect."""
     for shape in model.shapes(knob):
         if not shape.stated:
             yield shape

@@ -26,7 +26,7 @@ from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED
 
 USUAL_SPREAD = factor(1.5)
-"""Spread of what a user's own effect holds beside its knob, if that says none (assumed)."""
+"""Spread of a shape parameter of a user's effect that states no spread (assumed)."""
 
 DIVISION = {"PIECES": 4, "VELOCITY_DOUBT": 3e-5}
 """How a step is divided in which something hits. A prediction reaches one sample ahead and readings
