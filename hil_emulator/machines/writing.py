@@ -59,8 +59,8 @@ def configuration(answers: Answers, eds: str, schema: str, step: float) -> str:
     head = (
         f"#:schema ./{schema}",
         f"# {answers['name']}",
-        "# Written by `hil-emulator init`: what it assumed is yours to measure, what it had from",
-        "# memory yours to look up. docs/how_to/machine.md lists the numbers that matter most.",
+        "# Written by `hil-emulator init`. Measure the assumed values, and look up those from memory.",
+        "# docs/how_to/machine.md lists the numbers that matter most.",
     )
     tables = [_table(*table) for table in _tables(answers, eds, step)]
     return "\n".join([*head, "", "\n\n".join(tables), ""])
@@ -78,7 +78,7 @@ def _tables(answers: Answers, eds: str, step: float) -> Iterator[Table]:
         [
             Assignment("tick", '"1 ms"', "period of the loop and of the sensors"),
             Assignment(
-                "step", f'"{step * 1e6:.6g} us"', "integration step; `check` says what is too wide"
+                "step", f'"{step * 1e6:.6g} us"', "integration step; `check` reports one that is too long"
             ),
             Assignment("seed", "1"),
         ],
@@ -253,7 +253,7 @@ def _answer(answers: Answers, name: str) -> str:
 def _asked(answers: Answers, name: str, key: str) -> Assignment:
     """Return the line of an answer: one that is the usual one may never have been thought about."""
     usual = _question(name).usual(answers) == answers[name]
-    return Assignment(key, _answer(answers, name), "the usual answer" if usual else GIVEN)
+    return Assignment(key, _answer(answers, name), "default" if usual else GIVEN)
 
 
 def _printed(sheet: ValveSheet, name: str) -> str:
