@@ -59,7 +59,7 @@ def configuration(answers: Answers, eds: str, schema: str, step: float) -> str:
     head = (
         f"#:schema ./{schema}",
         f"# {answers['name']}",
-        "# Written by `hil-emulator init`. Measure the assumed values, and look up those from memory.",
+        "# Written by `hil-emulator init`. Measure assumed values, and look up those from memory.",
         "# docs/how_to/machine.md lists the numbers that matter most.",
     )
     tables = [_table(*table) for table in _tables(answers, eds, step)]
@@ -78,7 +78,7 @@ def _tables(answers: Answers, eds: str, step: float) -> Iterator[Table]:
         [
             Assignment("tick", '"1 ms"', "period of the loop and of the sensors"),
             Assignment(
-                "step", f'"{step * 1e6:.6g} us"', "integration step; `check` reports one that is too long"
+                "step", f'"{step * 1e6:.6g} us"', "integration step; `check` tests its length"
             ),
             Assignment("seed", "1"),
         ],
