@@ -105,7 +105,7 @@ def _usual(question: Inquiry, answers: Answers) -> Answer:
     try:
         return question.read(question.written(question.usual(answers)), answers)
     except ValueError as error:
-        raise UserError(f"{question.option}: the usual answer does not fit: {error}") from None
+        raise UserError(f"{question.option}: the default does not fit: {error}") from None
 
 
 def _step(file: Path) -> float:

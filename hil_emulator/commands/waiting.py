@@ -108,7 +108,7 @@ class Progress:
 def left(passed: float, usual: float | None) -> str:
     """Return the time so far and the time left [s] in words."""
     if usual is None:
-        return f"{passed:.0f} s, time left unknown: not done here before"
+        return f"{passed:.0f} s, time left unknown: first time on this machine"
     if usual <= passed:
         return f"{passed:.0f} s, longer than the {usual:.0f} s of last time"
     return f"{passed:.0f} s, some {usual - passed:.0f} s left"

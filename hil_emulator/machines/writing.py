@@ -64,8 +64,8 @@ def configuration(answers: Answers, eds: str, schema: str, step: float) -> str:
     head = (
         f"#:schema ./{schema}",
         f"# {answers['name']}",
-        "# Written by `hil-emulator init`: what it assumed is yours to measure, what it had from",
-        "# memory yours to look up; `identify` believes both within their tolerance only.",
+        "# Written by `hil-emulator init`. Measure assumed values, and look up those from memory.",
+        "# `identify` fits both within the tolerance that is written with them.",
         "# docs/how_to/machine.md lists the numbers that matter most.",
     )
     tables = [_table(*table) for table in _tables(answers, eds, step)]
@@ -94,7 +94,7 @@ def _tables(answers: Answers, eds: str, step: float) -> Iterator[Table]:
         [
             Assignment("tick", '"1 ms"', "period of the loop and of the sensors"),
             Assignment(
-                "step", f'"{step * 1e6:.6g} us"', "integration step; `check` says what is too wide"
+                "step", f'"{step * 1e6:.6g} us"', "integration step; `check` tests its length"
             ),
             Assignment("seed", "1"),
         ],
@@ -269,7 +269,7 @@ def _answer(answers: Answers, name: str) -> str:
 def _asked(answers: Answers, name: str, key: str) -> Assignment:
     """Return the line of an answer: one that is the usual one may never have been thought about."""
     usual = _question(name).usual(answers) == answers[name]
-    return Assignment(key, _answer(answers, name), "the usual answer" if usual else GIVEN)
+    return Assignment(key, _answer(answers, name), "default" if usual else GIVEN)
 
 
 def _printed(sheet: ValveSheet, name: str) -> str:

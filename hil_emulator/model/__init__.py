@@ -1,7 +1,7 @@
 """The physics: servo valve, cylinder, oil, friction, load and sensors.
 
-Knows neither CAN nor configuration, files or clocks. What it computes follows from its
-arguments alone; random numbers are handed in.
+The model imports neither CAN nor configuration, files or clocks. Its results depend on its
+arguments only; random numbers are arguments too.
 """
 
 from hil_emulator.platform.supported_numba import require_supported_numba

@@ -1,10 +1,9 @@
-"""The integration of a model in which only some effects act.
+"""Machine code of the integration in which only some effects act.
 
-Code that knows the whole catalogue asks of every effect whether it is on, at every stage of a step,
-and computes nothing two at a time across such a question. The same intermediate code, told on its
-own stack that the others are off, loses all that belongs to them, and the signals that no sensor
-sees: a step takes two thirds of the time. Both compute the same to the last bit, on the same
-memory.
+Code for the whole catalogue checks for every effect whether it is on, at every stage of a step, and
+these branches prevent vector instructions. Here the compiler knows that the others are off, and
+omits their code and the signals that no sensor reads. A step then takes two thirds of the time.
+Both compute the same to the last bit, on the same memory.
 """
 
 import hashlib
@@ -61,7 +60,7 @@ def _lines(lines: Iterable[str]) -> str:
 
 
 def _off_lines(whole: Kernel, acting: Iterable[Effect]) -> Iterable[str]:
-    """Yield what turns off all other effects."""
+    """Yield the lines that turn off all other effects."""
     for effect in whole.effects:
         if effect.stage not in SAMPLED and effect not in acting:
             off = "math.inf" if math.isinf(effect.off) else repr(effect.off)
@@ -69,7 +68,7 @@ def _off_lines(whole: Kernel, acting: Iterable[Effect]) -> Iterable[str]:
 
 
 def acting_source(whole: Kernel, acting: Iterable[Effect]) -> str:
-    """Return the text of such an integration, beside the module of the whole model."""
+    """Return the text of such an integration, for use with the module of the whole model."""
     known = list(acting)
     seen = sorted({name for c in CHANNELS for name in (c.signal, c.neighbour)})
     return _SOURCE.format(
@@ -81,7 +80,7 @@ def acting_source(whole: Kernel, acting: Iterable[Effect]) -> str:
 
 
 def has_parts(whole: Kernel) -> bool:
-    """Tell whether this process has compiled what such integrations are made of."""
+    """Return whether this process has compiled the parts of such integrations."""
     return bool(whole.parts["sum_slopes"].signatures)
 
 
@@ -90,17 +89,17 @@ def build_acting(
 ) -> Callable[..., bool]:
     """Return `Kernel.tick` for a plant in which no other effects act.
 
-    Of the state that it reaches, it leaves those signals that sensors see, see `sensors.wiring`.
+    Of the reached state it stores only the signals that sensors read, see `sensors.wiring`.
 
     Args:
         whole: the compiled model.
         acting: those of its effects that may be on.
-        cache: folder that keeps the machine code for the next start.
+        cache: folder of machine code.
 
     """
     source = acting_source(whole, acting)
     file = keep(source, cache / sources_digest(whole.effects)) if cache else None
-    # numba finds the function again through a module of this name
+    # numba finds the function through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_acting")
     sys.modules[module.__name__] = module
     module.__dict__.update(whole.parts)

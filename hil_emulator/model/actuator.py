@@ -1,6 +1,6 @@
 """The balances of a valve-controlled asymmetric cylinder (S1 3.4, 3.6-3.19).
 
-Sign convention, said once for the whole project (S1): x = 0 at the cap end, extension positive;
+Sign convention of the whole project (S1): x = 0 at the cap end, extension positive;
 chamber a on the cap side, b on the rod side; q_a > 0 into a; q_b > 0 *out of* b; a positive spool
 position connects s-a and b-t; f > 0 pushes the load. Pressures are absolute.
 
@@ -8,10 +8,10 @@ position connects s-a and b-t; f > 0 pushes the load. Pressures are absolute.
 called here by its name. In every function:
 
     par   parameters, constant
-    held  inputs and what follows from parameters, constant during a call of the integrator
+    held  inputs and values derived from parameters, constant during a call of the integrator
     x     state
     dx    its rates, filled
-    y     signals, filled from top to bottom: what stands above may be read below
+    y     signals, filled from top to bottom: earlier ones may be read later
 """
 
 from typing import Any
@@ -46,7 +46,7 @@ __all__ = ["BALANCES", "HELD", "INPUTS", "PARAMS", "SIGNALS", "STATES"]
 
 
 def prepare_step(x: Any, par: Any, inputs: Any, held: Any) -> None:
-    """Fill what stays constant during a call of the integrator."""
+    """Fill the values that are constant during a call of the integrator."""
     held.valve_current = inputs.valve_current
     held.external_force = inputs.external_force
     held.transverse_force = inputs.transverse_force
@@ -89,9 +89,9 @@ def move(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
 def supply_balance(
     x: Any, dx: Any, par: Any, held: Any, y: Any, drawn: float, returned: float
 ) -> None:
-    """Continuity at the pump, the rates of the lines, and what warms the oil.
+    """Continuity at the pump, the rates of the lines, and the heat of the oil.
 
-    What the valves on them draw and return [m³/s] is that of all actuators on one supply.
+    The flows [m³/s] from and to the lines are those of all actuators on one supply.
     """
     p_pump = y.pump_pressure
     line_rates(par, x, dx, p_pump, drawn, held.viscosity)
@@ -102,7 +102,7 @@ def supply_balance(
         y.pump_flow = source(par, x, dx, p_pump)
         y.relief_flow = relief(par, x, dx, p_pump)
         compliance = par.supply_volume / par.oil_bulk_modulus + capacity(par, x, dx, p_pump)
-        # the check valve at the outlet closes where the pump leaks all that it displaces
+        # the check valve at the outlet closes if the pump leaks all of its flow
         leakage = min(leakage, y.pump_flow)
         dx.pump_pressure = (y.pump_flow - leakage - y.relief_flow - leaving) / compliance
     else:

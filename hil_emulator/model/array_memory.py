@@ -25,7 +25,7 @@ _arrays: Any = arrayobj
 _tools: Any = cgutils
 _types: Any = types
 _sharing: Any = imputils.impl_ret_borrowed
-"""Numba has no types for what creates arrays and types, and shares the memory of an argument."""
+"""Numba has no types for constructors of arrays and types, or for shared memory of arguments."""
 
 _Compiled = tuple[Any, Callable[..., Any]]
 
@@ -109,7 +109,7 @@ def array_at_address(_: Any, address: Any, shape: Any, layout: Any) -> _Compiled
 def _array(
     context: Any, builder: Any, kind: Any, data: Any, shape: Any, strides: Any, meminfo: Any
 ) -> Any:
-    """Return the value of an array type: its memory, the owner of that, shape and strides."""
+    """Return the value of an array type: its memory, its owner, shape and strides."""
     array = _arrays.make_array(kind)(context, builder)
     _arrays.populate_array(
         array, data=builder.bitcast(data, array.data.type), shape=shape, strides=strides,

@@ -14,7 +14,7 @@ import numba
 def bound(
     function: Any, *held: Any, left: Sequence[Any] = (), kept_alive: Sequence[Any] = ()
 ) -> Callable[..., Any]:
-    """Return a function of the arguments that are left.
+    """Return a function of the remaining arguments.
 
     Args:
         function: a compiled function, or a plain one.

@@ -1,4 +1,4 @@
-"""The chambers of the cylinder: what flows into them and out, and how their pressures follow.
+"""The chambers of the cylinder: their flows and pressures.
 
 Signs and the arguments of every function as in `actuator`.
 """
@@ -97,7 +97,7 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     beta_a = oil(par, x, dx, modulus, p_a, v_a, temperature, change_a, expansion_a)
     beta_b = oil(par, x, dx, modulus, p_b, v_b, temperature, change_b, expansion_b)
     y.bulk_modulus_a, y.bulk_modulus_b = beta_a, beta_b
-    # what is known last is added last, here and below
+    # the value that is computed last is added last, here and below
     into_a = y.flow_a - (q_ab + q_ea + area_a * x.velocity + q_r + q_ta - q_ca)
     into_b = q_ab - q_eb + area_b * x.velocity + q_r - q_tb + q_cb - y.flow_b
     y.pressure_rate_a = beta_a * (v_b * per_volumes) * into_a

@@ -1,9 +1,8 @@
-"""Machine code in files, which is loaded only if it is what was written.
+"""Machine code in files with a checksum, which is compared before loading.
 
-A loss of power leaves files empty or in part, and a single wrong bit in machine code ends the
-process. So a checksum of the files is compared before any of them is read; files that do not match
-are deleted, and the function is compiled again. Numba writes each file under another name first and
-then renames it; the checksum is written last, in the same way.
+A loss of power leaves incomplete files, and a wrong bit in machine code ends the process. Files
+that do not match their checksum are deleted, and the function is compiled again. Numba writes each
+file under another name first and then renames it; the checksum is written last, in the same way.
 """
 
 import glob
@@ -38,14 +37,14 @@ class CheckedCache(_Cache):  # type: ignore[misc]
 
     @classmethod
     def of(cls, function: Callable[..., Any]) -> Self | None:
-        """Return the cache of a function; None where there is no folder for it."""
+        """Return the cache of a function; None if no folder is writable."""
         try:
             return cls(function)
         except (OSError, RuntimeError):  # numba raises the latter if it can write in no folder
             return None
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the machine code for a signature; None where it has to be compiled."""
+        """Return the machine code for a signature; None if it has to be compiled."""
         try:
             if self._checksum.read_text() == self._digest():
                 return super().load_overload(sig, target_context)
@@ -55,7 +54,7 @@ class CheckedCache(_Cache):  # type: ignore[misc]
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the machine code for a signature; where that is not possible, keep nothing."""
+        """Store the machine code for a signature, if that is possible."""
         try:
             super().save_overload(sig, data)
             write_whole(self._checksum, self._digest())
@@ -83,10 +82,10 @@ class CheckedCache(_Cache):  # type: ignore[misc]
 
 
 def write_whole(file: Path, text: str) -> None:
-    """Write a file such that it is never seen in part.
+    """Write a file so that no other process reads a part of it.
 
     Raises:
-        OSError: if it cannot be written; no file is left then, or the former one.
+        OSError: if it cannot be written; then there is no file, or the former one.
 
     """
     with tempfile.NamedTemporaryFile("w", dir=file.parent, delete=False) as part:

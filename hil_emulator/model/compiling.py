@@ -1,4 +1,4 @@
-"""Functions as machine code, kept for the next start.
+"""Compilation of functions to machine code, stored for later processes.
 
 Functions that Python calls are entry points; all that they call is compiled into them.
 """
@@ -61,7 +61,7 @@ def merged() -> Decorator:
 
 
 def noinline() -> Decorator:
-    """Return a decorator for functions that are called, and keep registers of their own."""
+    """Return a decorator for functions that are called and have registers of their own."""
     decorator: Decorator = numba.njit(**ARITHMETIC, **_CALLED_WITHIN)
     return decorator
 
@@ -105,7 +105,7 @@ def address(compiled: Any, signature: Any) -> int:
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Pause Python's garbage collection: a compiler creates much, and little of it is garbage."""
+    """Pause Python's garbage collection: a compiler creates many objects and little garbage."""
     collecting = gc.isenabled()
     gc.disable()
     try:

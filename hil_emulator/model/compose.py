@@ -1,4 +1,4 @@
-"""The text of the module that is compiled: stages composed of their effects, then the balances."""
+"""The text of the compiled module: stages composed of their effects, then the balances."""
 
 import inspect
 import math
@@ -16,7 +16,7 @@ BALANCES = (
 )  # fmt: skip
 
 SINGLE_CALLER = (integrator.integrate, set_points.pass_set_points)
-"""Those of them that only one other function calls, see `compiling.merged`."""
+"""Functions with a single caller, see `compiling.merged`."""
 
 _HEADER = '''"""Stages, balances and sensor chain, composed by hil_emulator.model.compose."""
 
@@ -189,7 +189,7 @@ def record_name(effect: Effect, record: type) -> str:
 
 
 def _argument(name: Argument, effect: Effect, law: Law, base: frozenset[str]) -> str:
-    """Say where the generated code finds an argument of a law."""
+    """Return where the generated code reads an argument of a law."""
     if not isinstance(name, str):
         fields = ", ".join(_argument(field, effect, law, base) for field in name.__annotations__)
         return f"{record_name(effect, name)}({fields})"
@@ -206,7 +206,7 @@ def _argument(name: Argument, effect: Effect, law: Law, base: frozenset[str]) ->
         return f"par.{name}"
     own = ", ".join(q.name for q in (*effect.params, *effect.states))
     raise DeclarationError(
-        f"effect '{effect.name}' asks for '{name}': stage '{law.stage.name}' offers "
+        f"effect '{effect.name}' needs '{name}': stage '{law.stage.name}' offers "
         f"{', '.join(takes) or 'nothing'}; its own are {own}"
     )
 
@@ -250,7 +250,8 @@ def stage_sources(
 ) -> list[str]:
     """Return the text of the stages' functions.
 
-    Stages without an effect that take as much are one function: each takes numba as long as a law.
+    Stages without an effect and with the same number of arguments share one function: each takes
+    numba as long as a law.
     """
     acting = {law.stage for effect in effects for law in effect.laws}
     idle: dict[object, str] = {}
@@ -265,7 +266,7 @@ def stage_sources(
 
 
 def acts_source(stage: Stage, effects: Iterable[Effect]) -> str:
-    """Return the text of the question whether any effect of a stage is on."""
+    """Return the text of the function that returns whether any effect of a stage is on."""
     asked = [_is_on(e) for e in effects if any(law.stage == stage for law in e.laws)]
     return f"def {stage.name}_acts(par):\n    return {' or '.join(asked) or 'False'}\n"
 
@@ -283,7 +284,7 @@ def _check_names(effects: Sequence[Effect], stages: Sequence[Stage]) -> None:
     taken = {s.name for s in stages} | {f.__name__ for f in BALANCES}
     for effect in effects:
         if effect.name in taken:
-            raise DeclarationError(f"effect '{effect.name}' bears the name of a stage or balance")
+            raise DeclarationError(f"effect '{effect.name}' has the name of a stage or balance")
         for law in effect.laws:
             if law.stage not in stages:
                 raise DeclarationError(f"effect '{effect.name}': no stage '{law.stage.name}'")
@@ -293,11 +294,11 @@ def module_source(effects: Sequence[Effect], constants: Mapping[str, float] | No
     """Return the text of the whole module.
 
     Args:
-        effects: the effects to know, in the order in which they act.
-        constants: what takes the place of constants of `model.constants`.
+        effects: of the model, in the order in which they act.
+        constants: values that replace constants of `model.constants`.
 
     Raises:
-        DeclarationError: if an effect asks for something its stage does not offer.
+        DeclarationError: if an effect needs a quantity that its stage does not offer.
 
     """
     stages = (*TICKED, *CONTINUOUS, *SAMPLED)

@@ -1,4 +1,4 @@
-"""Physical constants and the few numbers that several parts of the model share."""
+"""Physical constants and numbers that several parts of the model share."""
 
 ATMOSPHERE = 101_325.0
 """Standard atmosphere [Pa] (ISO 2533)."""
@@ -18,33 +18,34 @@ LEAST_OPENING = 1e-10
 whose fourth power single precision still holds."""
 
 GAS_REACH = 0.18
-"""Change of a pressure, over it, up to which the expansion of gas is followed in one go."""
+"""Relative change of a pressure up to which the expansion of gas is followed in one step."""
 
 GAS_STRIDE = 1.4
-"""Ratio of pressures in whose powers it is followed further: one more, or one less, leads from
-beyond the reach to within it."""
+"""Ratio of pressures of further steps: one step more or less leads into the reach."""
 
 LEAST_GAS_PRESSURE = 1e-9
 """Pressure that keeps logarithms finite [Pa] (assumed); p > 0 wherever there is air."""
 
 LIGHTEST_ROD = 0.1
-"""Smallest mass ahead of an elastic load cell [kg] (assumed): without any it has no dynamics."""
+"""Smallest mass of the rod with an elastic load cell [kg] (assumed): without mass it has no
+dynamics."""
 
 FASTEST_SLIP = 5e4
-"""Largest rate at which dry friction, bristles or magnetisation change sides [1/s] (assumed).
+"""Largest rate at which dry friction, bristles or magnetisation change their sign [1/s] (assumed).
 
-A step of 20 us is exact to 1e-4 at this rate. Where a light mass or a high speed would be faster,
-the change takes a wider way instead; nothing else about it differs."""
+A step of 20 us is exact to 1e-4 at this rate. If a light mass or a high speed would be faster, the
+change is spread over a longer distance."""
 
 SLIDING_BEND = 3.0
 """Bend of sliding seals over the presliding distance (assumed): they carry tanh 3, 99.5 %, of dry
 friction there, and are springs up to one less, tanh 2 or 96 % of it."""
 
 PIECES = 8
-"""Number of pieces into which the integrator divides a step in which something hits (assumed)."""
+"""Number of pieces into which the integrator divides a step with an impact (assumed)."""
 
 VELOCITY_DOUBT = 1e-5
-"""What a bend of the acceleration may do to a velocity in one undivided step [m/s] (assumed)."""
+"""Largest change of a velocity by curvature of the acceleration in an undivided step [m/s]
+(assumed)."""
 
 ACTUATORS = 1
-"""Number of actuators on one supply: the module that `kernel` makes of a model has its own."""
+"""Number of actuators on one supply; the module that `kernel` makes has its own value."""

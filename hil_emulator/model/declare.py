@@ -1,8 +1,7 @@
-"""What a parameter, a state, a signal, a stage and an effect *are*.
+"""Declarations: parameter, state, signal, stage and effect.
 
-A declaration is the single place where a quantity or an effect is defined. The compiled
-simulator, the configuration's schema, the printed catalogue and the parametrised tests are all
-derived from it.
+A declaration is the single place where a quantity or an effect is defined. The compiled simulator,
+the configuration's schema, the printed catalogue and the parametrised tests are derived from it.
 
     stage    a place in the equations where physics composes, such as the friction force
     effect   one physical law at one stage: a knob (its strength), shape parameters, states
@@ -20,7 +19,7 @@ import numpy as np
 Compose = Literal["sum", "chain", "rates"]
 
 ROUNDING = 1e-12
-"""Relative error that converting units may leave: some thousand roundings of a float64."""
+"""Relative error of unit conversion: some thousand roundings of a float64."""
 
 # Attribute access on a record would find numpy's member instead of the field.
 _RESERVED = frozenset(dir(np.record))
@@ -36,7 +35,7 @@ def _check_name(name: str) -> None:
 
 
 PARTS = ("lines",)
-"""Tables of what is a part that a machine has or has not, and no effect that hides in one."""
+"""Tables of parts that a machine obviously has or lacks, so that none is a hidden effect."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +43,10 @@ class Quantity:
     """A named value of the model.
 
     Attributes:
-        name: what the equations call it.
+        name: in the equations.
         unit: SI unit.
-        meaning: one line for the reader of a table.
-        length: how many values a sampled effect remembers under this name, newest first.
+        meaning: one line for tables.
+        length: number of values that a sampled effect stores under this name, newest first.
 
     """
 
@@ -94,12 +93,12 @@ class Param(Quantity):
     """A quantity that stays constant during a run.
 
     Attributes:
-        typical: the value of a usual machine, in `unit`.
+        typical: value of a usual machine, in `unit`.
         low: smallest allowed value, in `unit`.
         high: largest allowed value, in `unit`.
-        shown: the unit engineers write it in, where that is not `unit`.
-        default: value when the configuration says nothing; None makes it required.
-        source: where the number comes from.
+        shown: the unit that engineers write, if that is not `unit`.
+        default: value without an entry in the configuration; None makes it required.
+        source: origin of the number.
         off: of a knob, the value at which its effect vanishes exactly.
         along_stroke: whether it is a place along the stroke, which in another cylinder is usual in
             proportion; `typical` and `default` are those of the reference machine's.
@@ -132,13 +131,13 @@ class Param(Quantity):
 
     @property
     def display_unit(self) -> str:
-        """The unit for people."""
+        """The unit in reports."""
         return self.shown or self.unit
 
     def allows(self, value: float) -> bool:
-        """Tell whether a value is within the bounds; NaN is not.
+        """Return whether a value is within the bounds; NaN is not.
 
-        A value on a bound may be beyond it by what converting units has rounded.
+        A value may exceed a bound by the rounding of unit conversion.
         """
         slack = ROUNDING * abs(self.low), ROUNDING * abs(self.high)
         return self.low - slack[0] <= value <= self.high + slack[1]
@@ -155,15 +154,15 @@ class Stage:
         name: name of the generated function.
         table: the configuration table in which its effects are set.
         takes: names of the arguments that its effects may use.
-        gives: what it computes.
-        unit: SI unit of what it computes.
-        compose: "sum" adds the effects up from zero; "chain" hands the first of `takes` through
-            them one after the other; "rates" computes no value, only the rates of states whose
-            values another stage has handed out before.
-        repeated: whether the balances call it several times at one state, as for each chamber:
-            no place for states.
-        balances: names of those in which a term may be what its effects do; none for a stage that
-            only reads, or reaches them only through other stages.
+        gives: the computed quantity.
+        unit: SI unit of the computed quantity.
+        compose: "sum" adds the effects up from zero; "chain" passes the first of `takes` through
+            them one after the other; "rates" computes only rates of states whose values another
+            stage returns before.
+        repeated: whether the balances call it several times at one state, as for each chamber;
+            its effects cannot have states.
+        balances: names of the balances on which its effects act; empty for a stage that only
+            reads, or acts on them only through other stages.
 
     """
 
@@ -177,18 +176,18 @@ class Stage:
     balances: tuple[str, ...] = field(kw_only=True)
 
     def __call__(self, par: Any, x: Any, dx: Any, *takes: float) -> float:
-        """Stand for the compiled stage where the balances call it."""
+        """Stand in for the compiled stage in the balances."""
         raise TypeError(f"stage '{self.name}' runs only in the module that kernel.build makes")
 
 
 @dataclass(frozen=True)
 class Acts:
-    """The question whether any effect of a stage is on: `source_acts(par)` for stage `source`."""
+    """`source_acts(par)` for stage `source`: whether any effect of the stage is on."""
 
     stage: Stage
 
     def __call__(self, par: Any) -> bool:
-        """Stand for the compiled question where the balances ask it."""
+        """Stand in for the compiled function in the balances."""
         raise TypeError(f"'{self.stage.name}_acts' runs only in the module that kernel.build makes")
 
 
@@ -226,19 +225,19 @@ class Law:
 
 @dataclass(frozen=True)
 class Effect:
-    """One physical law, at one stage or, where it must, at several.
+    """One physical law, at one stage or, if necessary, at several.
 
     Attributes:
         name: name of the law.
         stage: where it acts.
         knob: its strength; the first parameter.
         shape: further parameters, without meaning while the knob is off.
-        states: what it integrates (or, in a sampled stage, remembers).
+        states: its integrated states (or, in a sampled stage, stored values).
         law: the function; its arguments are resolved by name among the stage's `takes`, its own
             parameters and states, and the base parameters of the model.
-        source: where the equation comes from.
-        signature: which channel shows it, and where in the state space.
-        not_modelled: where its validity ends.
+        source: origin of the equation.
+        signature: the channel that shows it, and where in the state space.
+        not_modelled: limits of its validity.
         also: functions of the same effect at further stages.
 
     """
@@ -277,7 +276,7 @@ class Effect:
 
     @property
     def named(self) -> bool:
-        """Whether identification may name it: everyone knows which parts a machine has."""
+        """Whether identification may name it: no part that a machine obviously has or lacks."""
         return self.stage.table not in PARTS
 
     @property
@@ -307,7 +306,7 @@ class Effect:
 
     @property
     def words(self) -> str:
-        """What the machine does, as a workshop says it: second paragraph of the docstring."""
+        """The effect in a workshop's words: second paragraph of the docstring."""
         _, _, further = (inspect.getdoc(self.law) or "").partition("\n\n")
         words = " ".join(further.partition("\n\n")[0].split()).rstrip(".")
         return words[:1].lower() + words[1:]

@@ -1,19 +1,19 @@
-"""What a digital instrument makes of its readings: whole numbers of digits, packed into bytes."""
+"""Readings as whole numbers of digits, packed into bytes as a digital instrument does."""
 
 from typing import Any
 
 COUNT, TIME = -1, -2
-"""In place of a channel: the number of the sample, and its time."""
+"""Instead of a channel: the number of the sample, and its time."""
 
 WORD_LENGTH = 6
-"""Numbers that say what a word of a record is, see `pack`."""
+"""Numbers that describe a word of a record, see `pack`."""
 
 NOT_FINITE = 1 << 40
-"""In place of a range code: there was nothing to sample. No number of channels has such a code."""
+"""Instead of a range code: there was no sample. No number of channels has such a code."""
 
 
 def digitise(value: float, low: float, high: float) -> int:
-    """Return a number of digits, halves to even, within bounds; what is no number is the lowest."""
+    """Return a number of digits, halves to even, within bounds; NaN becomes the lowest."""
     if low <= value <= high:
         return round(value)
     return int(high if value > high else low)

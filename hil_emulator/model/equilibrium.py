@@ -1,8 +1,8 @@
-"""The compiled model as a function, and the states in which it rests or moves steadily.
+"""The compiled model as a function, and its equilibria.
 
 An equilibrium is a steady motion: everything but the position rests at a given spool position.
-Beyond its validity: effects that make the balances depend strongly on the position (end stops, a
-stiff load spring) know no steady motion but rest; a force that oscillates knows none at all.
+Effects that make the balances depend strongly on the position (end stops, a stiff load spring)
+permit no steady motion but rest. A force that oscillates permits no equilibrium.
 """
 
 import math
@@ -27,21 +27,26 @@ own widths (1e5 Pa laminar width, 1e-3 m/s friction transition, 2.8e-5 A underla
 _FIRST_STEP, _GROWTH, _APPROACH_STEPS = 1e-4, 1.5, 40  # [s]; the last step is 700 s wide
 _NEWTON_STEPS = 50
 _HALVINGS = 12
-_RATE_OF_REST = 1e-3  # largest rate that counts as none [scales per second]
+_RATE_OF_REST = 1e-3  # largest rate that counts as zero [scales per second]
 
 
 class NoEquilibriumError(ValueError):
-    """The model does not come to rest or to a steady motion at the point asked for."""
+    """The model has no rest or steady motion at this point."""
 
 
 def units_of_states(kernel: Kernel) -> dict[str, str]:
     """Return the unit of every state by field name."""
-    own = {effect.field_of(q): q.unit for effect in kernel.effects for q in effect.states}
-    return {q.name: q.unit for q in quantities.ALL_STATES} | own
+    own_units = {effect.field_of(q): q.unit for effect in kernel.effects for q in effect.states}
+    return {q.name: q.unit for q in quantities.ALL_STATES} | own_units
 
 
 class Model:
-    """The compiled model as a function of its active states and the valve current."""
+    """The compiled model as a function, and its equilibria.
+
+    An equilibrium is a steady motion: everything but the position rests at a given spool position.
+    Effects that make the balances depend strongly on the position (end stops, a stiff load spring)
+    permit no steady motion but rest. A force that oscillates permits no equilibrium.
+    """
 
     def __init__(self, kernel: Kernel, values: Mapping[str, float]) -> None:
         plant = Plant(kernel, values, step=1e-5)
@@ -105,8 +110,8 @@ class Model:
 def approach(model: Model) -> None:
     """Follow the motion towards its steady state with linearly implicit Euler steps.
 
-    The position is held and the step grows, so the last ones are those of Newton's method. Slower
-    than that method from the start, but it finds the way around corners that it gets caught in.
+    The position is held and the step grows, so the last steps are those of Newton's method. It is
+    slower than that method but does not get stuck at corners.
     """
     moving = [i for i, name in enumerate(model.names) if name != "position"]
     places = [model.active[i] for i in moving]

@@ -1,10 +1,10 @@
 """Actuators on one supply: each moves by itself, then the supply delivers the sum of their flows.
 
-Where the load of one carries that of the next, both are the joints of a leg, see `leg`.
+If the load of one carries that of the next, both are the joints of a leg, see `leg`.
 
-Every actuator carries the equations and states of pump, accumulator and lines. Those on one supply
-have equal parameters of it and are handed the same flows, so their copies of its states agree to
-the last bit; one actuator alone is the sum of one.
+Every actuator has the equations and states of pump, accumulator and lines. Those on one supply have
+equal parameters of it and get the same flows, so their copies of its states agree to the last bit.
+A single actuator is the sum of one.
 """
 
 from typing import Any

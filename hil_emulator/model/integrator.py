@@ -1,7 +1,7 @@
-"""Steps in time: classical Runge-Kutta, divided where something hits.
+"""Integration: classical Runge-Kutta steps, divided at impacts.
 
-Everything between two ticks lies in memory of the integrator's own, which nothing else knows of:
-the compiler keeps it in registers, and computes no signal of a trial state that nobody asks for.
+The memory of the integration is private: the compiler keeps it in registers, and omits unused
+signals of a trial state.
 """
 
 from typing import Any, NamedTuple
@@ -12,21 +12,21 @@ from hil_emulator.model.sensors import observe
 from hil_emulator.model.stages import spool_reach
 
 STATE_LENGTH = 0
-"""How many numbers a state holds: the module that `kernel` makes of a model has its own value."""
+"""Length of a state; the module that `kernel` makes of a model has its own value."""
 
 ELEMENTS = 1
-"""How many effects are sensing elements; without any, nobody looks at what lies between samples."""
+"""Number of sensing elements; without any, values between samples are not stored."""
 
 
 class Work(NamedTuple):
-    """What an integration works on: state records of all actuators in each.
+    """Memory of an integration: state records of all actuators in each.
 
     Attributes:
-        states: they are given and moved.
+        states: given, and moved.
         trial: states at which the balances are evaluated.
         slopes: the rates there; given as zero, which those of effects that are off remain.
-        mean: sum of a step's four slopes, each with its weight.
-        bend: sum of them that vanishes where they are a straight line in time.
+        mean: weighted sum of a step's four slopes.
+        bend: sum of them that vanishes if they are a straight line in time.
 
     """
 
@@ -38,7 +38,7 @@ class Work(NamedTuple):
 
 
 def as_floats(records: Any) -> Any:
-    """Stand for the compiled function that shows the memory of records, see `array_memory`."""
+    """Stand in for the compiled function, see `array_memory`."""
     raise TypeError("'as_floats' runs only in the module that kernel.build makes")
 
 
@@ -47,16 +47,17 @@ def sum_slopes(
 ) -> None:  # fmt: skip
     """Sum the four slopes of a classical Runge-Kutta step.
 
-    The first is that of the states: there the sensors' elements meet what the last step came to.
+    The first slope is that of the states; there the sensing elements get the result of the last
+    step.
 
     Args:
         work: memory of the integration, with the states.
         par: as of `integrate`.
         held: as of `integrate`.
         y: as of `integrate`.
-        path: takes what they meet.
-        done: number of steps that have been taken; 0 in the midst of one, and of a call's first.
-        step: width of this one [s].
+        path: takes the quantities of the sensing elements.
+        done: number of finished steps; 0 within a step, and in the first one of a call.
+        step: width of this step [s].
 
     """
     state, trial, slope = as_floats(work.states), as_floats(work.trial), as_floats(work.slopes)
@@ -87,7 +88,7 @@ def advance(work: Work, step: float) -> None:
 
 
 def arrest(x: Any, dx: Any, par: Any) -> None:
-    """Leave each spool at rest where its housing stops it."""
+    """Stop each spool at its housing."""
     for i in range(ACTUATORS):
         reach = spool_reach(par[i], x[i], dx[i], x[i].spool_position)
         if reach != x[i].spool_position:
@@ -96,10 +97,10 @@ def arrest(x: Any, dx: Any, par: Any) -> None:
 
 
 def unsure(bends: Any, step: float) -> bool:
-    """Tell whether an acceleration bends more within a step than a smooth motion lets it.
+    """Return whether an acceleration bends more within a step than in a smooth motion.
 
-    It does where something hits: an end stop, a wall, the flanks of a backlash, a light rod on a
-    stiff load cell.
+    Causes are impacts: an end stop, a wall, the flanks of a backlash, a light rod on a stiff load
+    cell.
     """
     doubt = False
     for i in range(ACTUATORS):
@@ -117,13 +118,13 @@ def integrate(
     every stage of every step together: what they exchange is as exact as everything else.
 
     Args:
-        work: the states, and memory of the integration's own.
+        work: the states, and private memory of the integration.
         par: parameters of each actuator.
-        held: inputs and what follows from parameters, constant over the call, of each.
+        held: inputs and values derived from parameters, constant over the call, of each.
         y: signals of each; they belong to the states reached.
-        path: what the sensors' elements meet after each step, channels of all actuators one after
-            the other, shape (steps, actuators * channels); overwritten, without elements only the
-            last of them.
+        path: quantities of the sensing elements after each step, channels of all actuators one
+            after the other, shape (steps, actuators * channels); overwritten, without elements
+            only in the last row.
         first: row of `path` that the first step fills.
         step: step width [s].
         steps: number of steps.
@@ -133,8 +134,8 @@ def integrate(
     pieces = 0
     while done < steps:
         width = step if pieces == 0 else step / PIECES
-        seen = first + done if pieces == 0 and done > 0 else 0
-        sum_slopes(work, par, held, y, path, seen, width)
+        row = first + done if pieces == 0 and done > 0 else 0
+        sum_slopes(work, par, held, y, path, row, width)
         if pieces == 0 and unsure(work.bend, step):
             pieces = PIECES
             continue
@@ -151,7 +152,7 @@ def integrate(
 
 
 def finite(memory: Any) -> bool:
-    """Tell whether every number of the states is finite: zero times any other is NaN."""
+    """Return whether every number of the states is finite: zero times any other is NaN."""
     remainder = 0.0
     for i in range(STATE_LENGTH * ACTUATORS):
         remainder += 0.0 * memory[i]

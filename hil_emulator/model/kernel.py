@@ -1,8 +1,8 @@
-"""From declarations to machine code, kept for the next start.
+"""Compilation of the declared model to machine code, stored for later processes.
 
-`build` compiles the one module that `compose` writes. The module is kept in a folder named by a
-digest of the model's sources: numba's own cache looks at the age of one file only and would go on
-computing the old physics after an edit elsewhere.
+`build` compiles the module that `compose` writes. Its folder is named by a digest of the model's
+sources: numba's own cache compares the age of one file only, and would compute the old physics
+after a change elsewhere.
 """
 
 import hashlib
@@ -59,19 +59,19 @@ class Kernel:
             `record`, are given as `array_memory.addresses`. There is no report, and 0 is returned,
             where `row` is negative, and none where a state is not finite: `digits.NOT_FINITE`.
         parameters: the plant's parameters.
-        state: what the plant integrates.
-        past: what the plant remembers from tick to tick.
+        state: integrated states of the plant.
+        past: stored values of the plant from tick to tick.
         inputs: commands and disturbances.
-        held: what stays constant during a call.
-        signals: what an evaluation computes.
+        held: constants during a call.
+        signals: results of an evaluation.
         channel: the transducer parameters of one channel.
-        memory: numbers that one channel remembers.
-        channel_past: samples that one channel remembers.
-        effects: the effects that its memory has room for.
-        constants: what took the place of which constant of `model.constants`.
-        actuators: how many are on the supply.
+        memory: stored numbers of one channel.
+        channel_past: stored samples of one channel.
+        effects: the effects of the model.
+        constants: values that replace constants of `model.constants`.
+        actuators: number of actuators on the supply.
         source: text of the module.
-        parts: what the module holds, by name.
+        parts: objects of the module, by name.
 
     """
 
@@ -101,7 +101,7 @@ def sources_digest(effects: Iterable[Effect]) -> str:
     digest = hashlib.sha256(f"{numba.__version__} {np.__version__}".encode())
     files = {Path(inspect.getfile(law.function)) for e in effects for law in e.laws}
     files |= set(Path(__file__).parent.rglob("*.py"))
-    # machine code knows the modules it was made of by name
+    # machine code refers to its source modules by name
     for name in sorted({str(law.function.__module__) for e in effects for law in e.laws}):
         digest.update(name.encode())
     # the same wherever the files are
@@ -111,7 +111,7 @@ def sources_digest(effects: Iterable[Effect]) -> str:
 
 
 def keep(source: str, folder: Path, stem: str = "hil_emulator_kernel") -> Path | None:
-    """Write a module into the cache; None where that is not possible."""
+    """Write a module into the cache; return None if that is not possible."""
     file = folder / f"{stem}_{hashlib.sha256(source.encode()).hexdigest()[:8]}.py"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -132,15 +132,15 @@ def _as_floats(records: np.ndarray[Any, Any]) -> Vector:
 
 @cache
 def _compiled_law(function: Callable[..., Any]) -> Any:
-    """Return a law for all models that know it: each would compile it anew.
+    """Return a compiled law for all models with it, each of which would compile it anew.
 
-    One of a user's own may look into a table, for which numba makes arrays.
+    An effect of the user may use a table, for which numba makes arrays.
     """
     return allocating()(function)
 
 
 def _compilers(compiled: bool, file: Path | None) -> dict[str, Callable[..., Any]]:
-    """Return the decorators of inner and entry functions, and what makes records of memory."""
+    """Return the decorators of inner and entry functions, and the functions that create records."""
     if not compiled:
         return {
             "compiled": _unchanged,
@@ -173,21 +173,20 @@ def build(
     """Compose and compile the model.
 
     Args:
-        effects: the effects to know, in the order in which they act.
-        cache: folder that keeps the machine code for the next start.
+        effects: of the model, in the order in which they act.
+        cache: folder of machine code.
         compiled: False runs the same module as plain Python, some hundred times slower.
-        constants: what takes the place of constants of `model.constants`.
-        actuators: how many are on the supply; their number is known to the machine code, so that a
-            single one costs no more than it must.
+        constants: values that replace constants of `model.constants`.
+        actuators: number of actuators on the supply, a constant of the machine code.
 
     Raises:
-        DeclarationError: if an effect asks for something its stage does not offer.
+        DeclarationError: if an effect needs a quantity that its stage does not offer.
 
     """
     counted = {} if actuators == 1 else {"ACTUATORS": actuators}
     source = module_source(effects, {**(constants or {}), **counted})
     file = keep(source, cache / sources_digest(effects)) if cache and compiled else None
-    # numba finds the functions again through a module of this name
+    # numba finds the functions through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_kernel")
     sys.modules[module.__name__] = module
     decorators = _compilers(compiled, file)

@@ -12,7 +12,7 @@ from hil_emulator.model.stages import CONTINUOUS, SAMPLED, TICKED, pilot_flow, v
 Vector = np.ndarray[Any, np.dtype[np.float64]]
 
 _NOTHING = ("nothing", 1)
-"""Stands in a record that would have no field, and so no type."""
+"""Field of a record that would otherwise be empty and have no type."""
 
 
 def record_type(fields: Sequence[tuple[str, int]]) -> np.dtype[Any]:
@@ -50,10 +50,10 @@ def base_fields() -> list[str]:
 
 
 def supply_params(effects: Iterable[Effect]) -> dict[str, Param]:
-    """Return the parameters that actuators on one supply have in common, by record field.
+    """Return the common parameters of actuators on one supply, by record field.
 
-    They are those of pump, accumulator, lines and the oil in them; oil that leaks through a pilot
-    stage, and what is dissolved in a chamber's oil, are each actuator's own.
+    They are those of pump, accumulator, lines and their oil. The leakage of a pilot stage and the
+    air in a chamber's oil belong to each actuator.
     """
     tables = ("supply", "tank", "oil")
     common = {f"{t}_{p.name}": p for t in tables for p in quantities.PARAMS[t]}
@@ -82,12 +82,12 @@ def _arrays(fields: Iterable[tuple[str, int]]) -> list[tuple[str, int]]:
 
 
 def length(layout: np.dtype[Any]) -> int:
-    """Return how many numbers a record holds."""
+    """Return the length of a record in numbers."""
     return layout.itemsize // 8
 
 
 def layouts(effects: Sequence[Effect]) -> dict[str, np.dtype[Any]]:
-    """Return the record types of a model that knows these effects, by name."""
+    """Return the record types of a model with these effects, by name."""
     base = [(name, 1) for name in base_fields()]
     remembered = _own(effects, SAMPLED, "states")
     fields = {
@@ -105,22 +105,22 @@ def layouts(effects: Sequence[Effect]) -> dict[str, np.dtype[Any]]:
 
 
 def fill(layout: np.dtype[Any], effects: Iterable[Effect], values: Mapping[str, float]) -> Vector:
-    """Return a parameter vector: `values` by field, each effect off where nothing is said.
+    """Return a parameter vector: `values` by field, each effect without a value off.
 
     Raises:
         KeyError: if a value names no field, or a field has neither value nor default.
 
     """
     tables = quantities.PARAMS.items()
-    known = {f"{table}_{p.name}": p.default for table, params in tables for p in params}
+    defaults = {f"{table}_{p.name}": p.default for table, params in tables for p in params}
     for effect in effects:
-        known[effect.field_of(effect.knob)] = effect.off
-        known |= {effect.field_of(p): p.default for p in effect.shape}
+        defaults[effect.field_of(effect.knob)] = effect.off
+        defaults |= {effect.field_of(p): p.default for p in effect.shape}
     fields = layout.names or ()
     for name in values:
         if name not in fields:
             raise KeyError(f"no parameter '{name}'")
-    chosen = [values.get(name, known[name]) for name in fields]
+    chosen = [values.get(name, defaults[name]) for name in fields]
     missing = [name for name, value in zip(fields, chosen, strict=True) if value is None]
     if missing:
         raise KeyError(f"no value for {', '.join(missing)}")

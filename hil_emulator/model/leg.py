@@ -28,13 +28,13 @@ from hil_emulator.model.stages import (
 
 
 def moved_mass(x: Any, dx: Any, par: Any, y: Any) -> float:
-    """Return the mass that a joint's actuator accelerates at its load, were it alone [kg]."""
+    """Return the mass that the actuator of a single joint accelerates at its load [kg]."""
     mass: float = par.load_mass + load_inertia(par, x, dx, y.load_position)
     return mass if coupling_acts(par) else mass + y.rod_mass
 
 
 def accelerate(dx: Any, par: Any, y: Any, mass: float, change: float) -> None:
-    """Change the acceleration of a load [m/s²], and what follows from it."""
+    """Set the acceleration of a load [m/s²], and the values that depend on it."""
     y.load_acceleration += change
     y.resisting_force -= mass * change
     if coupling_acts(par):
@@ -48,7 +48,7 @@ def accelerate(dx: Any, par: Any, y: Any, mass: float, change: float) -> None:
 def swing(
     x_1: Any, dx_1: Any, par_1: Any, y_1: Any, x_2: Any, dx_2: Any, par_2: Any, y_2: Any
 ) -> None:
-    """Couple two loads that were accelerated apart: the first one carries the second."""
+    """Couple two loads that were accelerated separately: the first one carries the second."""
     l_1 = joint_lever(par_1, x_1, dx_1, y_1.load_position)
     l_2 = joint_lever(par_2, x_2, dx_2, y_2.load_position)
     psi = joint_angle(par_2, x_2, dx_2, y_2.load_position)
@@ -60,18 +60,18 @@ def swing(
     inertia = joint_inertia(par_2, x_2, dx_2)
     w_1 = y_1.load_velocity / l_1
     w_2 = y_2.load_velocity / l_2
-    # at a steady rod a joint turns faster where its lever is shorter
+    # at constant speed of the rod a joint turns faster if its lever is shorter
     turn_1 = y_1.load_acceleration / l_1
     turn_1 -= w_1 * w_1 * joint_lever_slope(par_1, x_1, dx_1, y_1.load_position)
     turn_2 = y_2.load_acceleration / l_2
     turn_2 -= w_2 * w_2 * joint_lever_slope(par_2, x_2, dx_2, y_2.load_position)
-    own = inertia + 2.0 * cosine
+    own_inertia = inertia + 2.0 * cosine
     both = inertia + cosine
-    torque_1 = own * turn_1 + both * turn_2 - sine * w_2 * (2.0 * w_1 + w_2) + weighs * over
+    torque_1 = own_inertia * turn_1 + both * turn_2 - sine * w_2 * (2.0 * w_1 + w_2) + weighs * over
     torque_2 = both * turn_1 + sine * w_1 * w_1 + weighs * (over - math.cos(psi))
     m_1 = moved_mass(x_1, dx_1, par_1, y_1)
     m_2 = moved_mass(x_2, dx_2, par_2, y_2)
-    m_11 = m_1 + own / (l_1 * l_1)
+    m_11 = m_1 + own_inertia / (l_1 * l_1)
     m_12 = both / (l_1 * l_2)
     f_1 = -torque_1 / l_1
     f_2 = -torque_2 / l_2

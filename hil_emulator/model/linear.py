@@ -30,7 +30,7 @@ Polynomial = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LinearisedMachine:
-    """What the linear model knows of an actuator; SI, symbols of S1 in brackets."""
+    """Parameters of the linear model; SI, symbols of S1 in brackets."""
 
     gain: float
     """Valve gain [K_v]."""
@@ -58,25 +58,28 @@ class LinearisedMachine:
 
     @classmethod
     def of(cls, values: Mapping[str, float]) -> "LinearisedMachine":
-        """Take what S1 knows from parameters by field name; other effects are left out."""
+        """Take S1's parameters by field name; other effects are left out."""
         fields = ((f"{table}_{p.name}", p) for table, ps in actuator.PARAMS.items() for p in ps)
-        known = {name: p.default for name, p in fields if p.default is not None} | dict(values)
+        values_by_name = {name: p.default for name, p in fields if p.default is not None} | dict(
+            values
+        )
         return cls(
-            gain=known["valve_gain"],
-            underlap=known.get("underlap_lap", 0.0) + known.get("land_leakage_clearance", 0.0),
-            supply_pressure=known["supply_pressure"],
-            tank_pressure=known["tank_pressure"],
-            area=known["cylinder_piston_area"],
-            ratio=known["cylinder_area_ratio"],
-            dead_volume_a=known["cylinder_dead_volume_a"],
-            dead_volume_b=known["cylinder_dead_volume_b"],
-            stroke=known["cylinder_stroke"],
-            bulk_modulus=known["oil_bulk_modulus"],
-            mass=known["load_mass"],
-            friction=known.get("viscous_friction_coefficient", 0.0),
-            load_friction=known.get("load_viscous_friction_coefficient", 0.0),
-            natural_frequency=2.0 * math.pi * known["valve_natural_frequency"],
-            damping_ratio=known["valve_damping_ratio"],
+            gain=values_by_name["valve_gain"],
+            underlap=values_by_name.get("underlap_lap", 0.0)
+            + values_by_name.get("land_leakage_clearance", 0.0),
+            supply_pressure=values_by_name["supply_pressure"],
+            tank_pressure=values_by_name["tank_pressure"],
+            area=values_by_name["cylinder_piston_area"],
+            ratio=values_by_name["cylinder_area_ratio"],
+            dead_volume_a=values_by_name["cylinder_dead_volume_a"],
+            dead_volume_b=values_by_name["cylinder_dead_volume_b"],
+            stroke=values_by_name["cylinder_stroke"],
+            bulk_modulus=values_by_name["oil_bulk_modulus"],
+            mass=values_by_name["load_mass"],
+            friction=values_by_name.get("viscous_friction_coefficient", 0.0),
+            load_friction=values_by_name.get("load_viscous_friction_coefficient", 0.0),
+            natural_frequency=2.0 * math.pi * values_by_name["valve_natural_frequency"],
+            damping_ratio=values_by_name["valve_damping_ratio"],
         )
 
     def volumes(self, position: float) -> tuple[float, float]:
@@ -89,7 +92,7 @@ class LinearisedMachine:
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Where the linear model touches the nonlinear one: spool [A], position [m], pressures [Pa]."""
+    """Operating point: spool [A], position [m], pressures [Pa]."""
 
     spool: float
     position: float
@@ -238,8 +241,8 @@ def complete(machine: LinearisedMachine, point: OperatingPoint) -> ForceResponse
 def exact(linearisation: Linearisation, output: str) -> signal.ZerosPolesGain:
     """Return the transfer function from valve current to a signal of the linearised model.
 
-    Poles that the current does not reach or the output does not show stay in it, each beside
-    a zero: the position, where nothing depends on it, is a pole and a zero at the origin.
+    Unreachable or unobservable poles stay in it, each with a zero. An example is the position if no
+    balance depends on it: a pole and a zero at the origin.
     """
     zeros = linearisation.zeros("valve_current", output)
     poles = linearisation.poles

@@ -1,4 +1,4 @@
-"""The exact linearisation of the compiled model around an equilibrium it finds itself.
+"""The exact linearisation of the compiled model around an equilibrium.
 
     dx/dt = A x + B u,    y = C x + D u
 
@@ -38,7 +38,7 @@ class Linearisation:
         b: dx/dt by u, shape (n, m).
         c: y by x, shape (p, n).
         d: y by u, shape (p, m).
-        scales: a small deviation of each state; divides them for sound arithmetic.
+        scales: a small deviation of each state, for conditioning.
         equilibrium: the state around which it holds, by name, SI.
         signals: every signal there, by name, SI.
         current: the valve current that holds it [A].
@@ -161,7 +161,7 @@ def rest(
 ) -> Linearisation:
     """Linearise around rest at a position [m], under the current that holds the rod there.
 
-    Dry friction could share that task with the current in many ways: its seals are not bent.
+    The seals are not bent, because dry friction and current could share the force in many ways.
 
     Raises:
         NoEquilibriumError: if there is none.

@@ -1,4 +1,4 @@
-"""The actuator as an object with memory: what the loop steps."""
+"""The actuator as an object with memory, stepped by the loop."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -21,23 +21,23 @@ Matrix = np.ndarray[Any, np.dtype[np.float64]]
 Memory = np.ndarray[Any, Any]
 
 NOT_FOLLOWED: Matrix = np.empty((0, len(CHANNELS)))
-"""The path of quantities of which only the end is known."""
+"""Row of the path if only the end of a tick is stored."""
 
 _HOLDINGS = 20
-"""How often the joints of a leg are held in turn: each bears what the others leave (assumed)."""
+"""Iterations in which the joints of a leg are put to rest in turn (assumed)."""
 
 
 class Supply:
-    """The memory of all actuators on one supply, and what moves them: together, step by step.
+    """The memory of all actuators on one supply, which are integrated together.
 
     Args:
         kernel: the model, compiled for so many actuators.
         step: width of an integration step [s].
 
     Attributes:
-        built_in: whether it is the model's balances that move them.
-        failure: what has ended its motion for good; "" while nothing has.
-        paths: what the channels of each actuator met in the last tick, see `Plant.path`.
+        built_in: whether the model's balances move them.
+        failure: reason of a permanent failure; "" without one.
+        paths: quantities of each actuator's channels in the last tick, see `Plant.path`.
 
     """
 
@@ -71,14 +71,14 @@ class Supply:
             self._prepare(steps)
         finite = self._tick(-1, 0, 0) != NOT_FINITE
         if len(self.paths) > 1:
-            for own, met in zip(self.paths, self._parts, strict=True):
-                own[:] = met
+            for path, met in zip(self.paths, self._parts, strict=True):
+                path[:] = met
         return finite
 
     def step_and_report(
         self, steps: int, instruments: Sequence[Memory], period: float
     ) -> Callable[[int, int, int], int] | None:
-        """Return what does as `step` for so many steps and then as `Kernel.report`, in one call.
+        """Return a function that does `step` and then `Kernel.report`, in one call.
 
         Args:
             steps: integration steps.
@@ -86,8 +86,9 @@ class Supply:
             period: time between samples [s].
 
         Returns:
-            Takes the last arguments of `Kernel.report`; returns `NOT_FINITE` without a report, if
-            a state is not finite. None where one call cannot do both.
+            A function of the last arguments of `Kernel.report`, which returns `NOT_FINITE` without
+                a report
+            if a state is not finite. None if one call cannot do both.
 
         """
         if not self.built_in or self.kernel.actuators > 1:
@@ -97,7 +98,7 @@ class Supply:
         return self._bind(steps, instruments, period)
 
     def _prepare(self, steps: int) -> None:
-        """Make room for what the channels meet in so many steps."""
+        """Allocate the paths of the channels for so many steps."""
         if steps > len(self._path):
             self._path = np.empty((steps, self._path.shape[1]))
         self._steps = steps
@@ -116,7 +117,7 @@ class Supply:
         )  # fmt: skip
 
     def close(self) -> None:
-        """End what runs beside this process: for the model's balances nothing does."""
+        """End a separate process of the plant; the model's balances have none."""
 
 
 class Plant:
@@ -164,7 +165,7 @@ class Plant:
         self._start()
 
     def restart(self) -> None:
-        """Be at rest at the configured position again, with the parameters and inputs it has."""
+        """Return to rest at the configured position, with the present parameters and inputs."""
         self.state_vector[:] = 0.0
         self._past[:] = math.nan
         self._start()
@@ -179,9 +180,9 @@ class Plant:
         self.hold_load()
 
     def hold_load(self) -> None:
-        """Put pressures into the chambers that hold the load as it rests.
+        """Set the chamber pressures that hold the load at rest.
 
-        A load that no pressures between tank and supply hold is left to fall.
+        A load that no pressures between tank and supply can hold will fall.
         """
         par, force = self.parameters, float(self.signals.resisting_force)
         pressures = bearing_pressures(
@@ -195,7 +196,7 @@ class Plant:
         self.set_pressures(*pressures)
 
     def set_pressures(self, pressure_a: float, pressure_b: float) -> None:
-        """Put pressures [Pa] into the chambers, and evaluate the signals there."""
+        """Set the chamber pressures [Pa], and evaluate the signals there."""
         self.step(0)
         gas = float(self.signals.gas_pressure)
         self.state.pressure_a = without_gas(pressure_a, gas)
@@ -217,7 +218,7 @@ class Plant:
         return not 0.0 <= self.signals.position <= self.parameters.cylinder_stroke
 
     def culprit(self) -> str:
-        """Return the name of the first state that is not finite, "" where all are."""
+        """Return the name of the first state that is not finite, "" if all are finite."""
         names = zip(self.kernel.state.names or (), self.state_vector.tolist(), strict=True)
         return next((name for name, value in names if not math.isfinite(value)), "")
 
@@ -227,14 +228,14 @@ class Plant:
             self.input_vector[self.input_places[name]] = value
 
     def step(self, steps: int) -> bool:
-        """Move it, and with it all that are on its supply: see `Supply.step`."""
+        """Move it together with all actuators on its supply: see `Supply.step`."""
         return self.supply.step(steps)
 
     @property
     def path(self) -> Matrix:
         """Each channel's quantity after every step of the last tick, shape (steps, channels).
 
-        Where no effect is a sensing element only its last row is known.
+        Without a sensing element only its last row is set.
         """
         return self.supply.paths[self._place]
 
@@ -251,7 +252,10 @@ def on_one_supply(
 
     """
     supply = Supply(kernel, step)
-    plants = [Plant(kernel, own, step, supply, place) for place, own in enumerate(values)]
+    plants = [
+        Plant(kernel, values_of_one, step, supply, place)
+        for place, values_of_one in enumerate(values)
+    ]
     supply.step(0)
     for _ in range(_HOLDINGS):
         for plant in plants:

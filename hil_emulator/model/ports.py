@@ -1,10 +1,10 @@
-"""What lies between the valve's ports and the chambers: lines, then valves that hold the load.
+"""Lines between the valve's ports and the chambers, and valves that hold the load.
 
     port of the valve --- line --- block --- holding valves --- chamber
 
-Without any of them all pressures are the chamber's, and the valve's flow is the chamber's. Signs
-and the arguments of every function as in `actuator`. A pressure between valve and chamber is kept
-as its excess over the chamber's *state*, so that zero is rest at any pressure.
+Without any of them all pressures and flows are those of the chamber. Signs and the arguments of
+every function as in `actuator`. A pressure between valve and chamber is stored as its excess over
+the chamber's *state*, so that zero is rest at any pressure.
 """
 
 import math
@@ -34,7 +34,7 @@ def port_pressures(x: Any, dx: Any, par: Any, y: Any) -> None:
 
 
 def passage_flow(drop: float, gain: float, width: float) -> float:
-    """Flow that loses a pressure drop in laminar and turbulent flow one after the other [m³/s].
+    """Flow through a laminar and a turbulent resistance in series [m³/s].
 
     dp = q²/K² + 2 √w q/K, solved for q: both losses are equal at dp = 8 w.
     """

@@ -35,7 +35,7 @@ def told(what: str, monkeypatch: pytest.MonkeyPatch) -> str:
 
 def test_the_second_time_tells_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     """At first nobody knows; then the last time is what is usual."""
-    assert "s, time left unknown: not done here before\n" in told("work", monkeypatch)
+    assert "s, time left unknown: first time on this machine\n" in told("work", monkeypatch)
     assert 0.0 < recall("work").work < 60.0
     remember("work", 1e6, 0.0)
     assert re.match(r"work; \d+ s, some (1000000|9999\d\d) s left\n", told("work", monkeypatch))
