@@ -31,6 +31,8 @@ class Meaning:
         node_ids: node-IDs of those that are EDS files, in their order.
         names: channel by the name that the data have for it, where they differ.
         headings: names and units of the columns of files that do not tell.
+        set_point_first: whether the current of a table's row acted before its readings; None where
+            the file says it, or nothing does.
         rated_current: what 100 % of a set point that is a share are [A].
 
     """
@@ -41,6 +43,7 @@ class Meaning:
     names: Mapping[str, str] = field(default_factory=dict)
     headings: Sequence[str] = ()
     rated_current: float | None = None
+    set_point_first: bool | None = None
 
 
 def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) -> list[Experiment]:
@@ -65,14 +68,25 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
 
             digest = digest_of(file)
             table = capture.read(file, carriers, sync_id, meaning.rated_current)
-            found += experiments_of(recording(file, table, digest))
+            found += experiments_of(_stated(recording(file, table, digest), meaning))
         elif ending == SUFFIX:
             found += experiments_of(_journal(file, config))
         elif ending in formats.ENDINGS:
-            found += experiments_of(read(file, meaning.names, meaning.headings))
+            measured = read(file, meaning.names, meaning.headings)
+            found += experiments_of(_stated(measured, meaning))
         else:
             raise UserError(f"{file}: unknown ending; recorded data end in {', '.join(ENDINGS)}")
     return found
+
+
+def _stated(measured: MeasuredFile, meaning: Meaning) -> MeasuredFile:
+    """Return a file with the order of set point and readings in a row that the user states.
+
+    A file that states it itself, such as a capture with the frames of the set point, stays.
+    """
+    if measured.set_point_first is not None:
+        return measured
+    return replace(measured, set_point_first=meaning.set_point_first)
 
 
 def pairs(options: Sequence[str]) -> dict[str, str]:

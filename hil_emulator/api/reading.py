@@ -68,7 +68,7 @@ def as_experiments(table: "pandas.DataFrame", number: int) -> list[Experiment]:
         values = flat[heading].to_numpy(float)
         columns.append(LogColumn(name, units.get(name, unit), values))
     digest = hashlib.sha256(b"".join(np.ascontiguousarray(c.values).tobytes() for c in columns))
-    held = LogTable(tuple(columns), bool(table.attrs.get(SET_POINT_FIRST, False)))
+    held = LogTable(tuple(columns), table.attrs.get(SET_POINT_FIRST))
     file = Path(table.attrs.get("name", f"table {number}"))
     return experiments(recording(file, held, digest.hexdigest()[:16]))
 

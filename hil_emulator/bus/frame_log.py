@@ -75,14 +75,14 @@ def read(file: Path, tick_ns: int) -> Iterator[tuple[int, bool, Frame]]:
 
 
 def captured(file: Path) -> Iterator[tuple[int, Frame]]:
-    """Yield time [ns] and frame of a capture.
+    """Yield time [ns] and frame of a capture, whose frames may be those of CAN FD.
 
     Raises:
         UserError: if it cannot be read, or an identifier comes from several channels.
 
     """
     channels: dict[tuple[int, bool], Any] = {}
-    for message in _messages(file):
+    for message in _messages(file, fd=True):
         key = message.arbitration_id, message.is_extended_id
         if channels.setdefault(key, message.channel) != message.channel:
             raise UserError(
@@ -92,8 +92,8 @@ def captured(file: Path) -> Iterator[tuple[int, Frame]]:
         yield round(message.timestamp * _NS_PER_S), _frame(message)
 
 
-def _messages(file: Path) -> Iterator[can.Message]:
-    """Yield the classical CAN messages of a log."""
+def _messages(file: Path, *, fd: bool = False) -> Iterator[can.Message]:
+    """Yield the classical CAN messages of a log, and those of CAN FD where wanted."""
     try:
         input_files.check(file, input_files.CAPTURE)
         with _reader(file) as reader:
@@ -102,7 +102,7 @@ def _messages(file: Path) -> Iterator[can.Message]:
                     raise UserError(f"{file}: has more than {MOST_FRAMES} frames; cut it")
                 if not abs(message.timestamp) <= _LATEST_S:
                     raise ValueError(f"a frame has the time {message.timestamp:g} s")
-                if not message.is_error_frame and not message.is_fd:
+                if not message.is_error_frame and (fd or not message.is_fd):
                     yield message
     except UserError:
         raise

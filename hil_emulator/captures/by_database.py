@@ -1,5 +1,6 @@
 """What frames mean by a DBC, or another database of messages that cantools reads."""
 
+import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -70,7 +71,7 @@ def _carrier(message: Any, names: Mapping[str, str]) -> Carrier:
     for signal in message.signals:
         unit = str(signal.unit or "") or None
         name = names.get(signal.name) or _channel(signal.name, unit or "")
-        signals.append(Signal(name, unit, signal.name))
+        signals.append(Signal(name, unit, signal.name, _names(signal), _range(signal)))
         if name == COUNTER:
             modulus = 1 << signal.length
     stated = _TRANSMISSION.search(str(message.comment or ""))
@@ -84,6 +85,21 @@ def _carrier(message: Any, names: Mapping[str, str]) -> Carrier:
         tuple(signals) if useful else (), lambda data: _decoded(message, data),
         synchronous=synchronous, counter_modulus=modulus,
     )  # fmt: skip
+
+
+def _names(signal: Any) -> dict[float, str]:
+    """Return the words that a value table has for values, by value."""
+    scaled = signal.conversion.raw_to_scaled
+    choices = signal.choices or {}
+    return {float(scaled(raw, decode_choices=False)): str(name) for raw, name in choices.items()}
+
+
+def _range(signal: Any) -> tuple[float, float]:
+    """Return the stated minimum and maximum, half a digit wider; infinite where there is none."""
+    half = 0.5 * abs(float(signal.scale))
+    low, high = (-math.inf if signal.minimum is None else float(signal.minimum) - half,
+                 math.inf if signal.maximum is None else float(signal.maximum) + half)  # fmt: skip
+    return low, high
 
 
 def _channel(name: str, unit: str) -> str:

@@ -76,13 +76,18 @@ def table(
     for name, (stream, key, unit) in readings.items():
         values = _values(stream, key, numbers[id(stream)], reference, number, rows)
         columns.append(LogColumn(name, unit, values))
-    if SET_POINT in chosen:
+    commanded = SET_POINT in chosen and id(chosen[SET_POINT][0]) not in streams
+    if SET_POINT in chosen and not commanded:  # a report among readings, as in a row of a table
+        stream, key, unit = chosen[SET_POINT]
+        reported = _values(stream, key, numbers[id(stream)], reference, number, rows)
+        columns.append(_current(reported, unit, rated_current))
+    if commanded:
         stream, key, unit = chosen[SET_POINT]
         first = samples.first_places(together, rows)
         time = np.interp(np.arange(rows), number, reference.time)
         current = samples.set_points(stream, key, first, time, traffic.syncs, notes)
         columns.append(_current(current, unit, rated_current))
-    return LogTable(tuple(columns), set_point_first=True, notes=tuple(notes))
+    return LogTable(tuple(columns), set_point_first=commanded or None, notes=tuple(notes))
 
 
 def _chosen(traffic: Traffic) -> dict[str, tuple[Stream, str, str | None]]:
@@ -126,7 +131,7 @@ def _current(values: Array, unit: str | None, rated_current: float | None) -> Lo
 
 
 def _remarks(traffic: Traffic) -> list[str]:
-    notes = []
+    notes = [*traffic.no_readings]
     if traffic.short:
         notes.append(f"{traffic.short} frames were too short for their PDO, and left out")
     for stream in traffic.streams.values():

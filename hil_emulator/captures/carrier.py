@@ -1,8 +1,9 @@
 """Frames that carry channels, whatever says so."""
 
+import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hil_emulator.identify.measured.reading import KNOWN, TIME
 from hil_emulator.units import factor
@@ -24,12 +25,16 @@ class Signal:
         name: the channel; or as its source calls it, if that is no channel.
         unit: of the value; "1" for a plain number, None where the source states none.
         key: finds the value in what the carrier decodes.
+        names: words for values that are no readings, such as "Error", by value.
+        range: least and greatest value of a reading.
 
     """
 
     name: str
     unit: str | None
     key: str
+    names: Mapping[float, str] = field(default_factory=dict)
+    range: tuple[float, float] = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,8 @@ def _meaning(said: dict[str, Any]) -> Any:
     from hil_emulator.api.logs import Meaning, pairs
 
     names = pairs(said.pop("channels"))
+    acts = said.pop("current_acts")
+    said["set_point_first"] = None if acts is None else acts == "before"
     headings = [cell.strip() for cell in said.pop("columns").split(",") if cell.strip()]
     return Meaning(names=names, headings=headings, **said)
 

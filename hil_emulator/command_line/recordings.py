@@ -54,6 +54,11 @@ def recordings(function: Any) -> Any:
             "of the readings otherwise.",
         ),
         click.option(
+            "--current-acts", type=click.Choice(["after", "before"]),
+            help="Whether the current in a row acts after the readings of that row or acted before "
+            "them, where no file states it; taken from the readings otherwise.",
+        ),
+        click.option(
             "--channel", "channels", multiple=True, metavar="CHANNEL=NAME",
             help="What a channel is called in the data, such as position=CylPos.",
         ),

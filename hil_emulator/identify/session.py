@@ -18,6 +18,7 @@ from hil_emulator.identify.conclusion.doubts import doubt_haste, doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.copies import counted
 from hil_emulator.identify.data_checks.sound import without_contradictions
+from hil_emulator.identify.estimation.row_order import ordered
 from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
@@ -126,7 +127,7 @@ def _identified(
     model = predictor.model
     candidates = _chosen(examinable(model, predictor), question)
     nuisances = parameters.ordinary(model, priors(predictor))
-    given = Investigation(learn, check, nuisances, candidates)
+    given = ordered(predictor, Investigation(learn, check, nuisances, candidates), tell, jobs)
     asked = course(predictor, given, tell, told=question.set_points, jobs=jobs)
     if asked is None:
         return _too_early()

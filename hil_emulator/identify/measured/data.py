@@ -23,6 +23,9 @@ SATURATED = 0.05
 AT_SPEED = 3.0
 """Step onto an extreme over the smallest step of a channel that cuts it off (assumed)."""
 
+UNCOVERED = 0.1
+"""Part of an experiment in which a channel has no value that is worth a note (assumed)."""
+
 IMPLAUSIBLE_SPANS = 3.0
 """Spans beyond which a reading has hardly the unit that its column states (assumed)."""
 
@@ -66,10 +69,27 @@ def _experiment(recording: MeasuredFile) -> Experiment:
     current, columns = _held(current, columns, notes)
     _inspect(columns, notes)
     readings = {n: v for n, v in columns.items() if np.isfinite(v).any()}
+    notes += [note for n, v in readings.items() if (note := _covered(n, v, period))]
     return Experiment(
         recording.name, period, current, readings, tuple(notes), recording.digest,
-        recording.set_point_first,
+        bool(recording.set_point_first), recording.set_point_first is None,
     )  # fmt: skip
+
+
+def _covered(name: str, values: Array, period: float) -> str:
+    """Return in words where a channel has values, if it has none for long; else ""."""
+    rows = np.flatnonzero(np.isfinite(values))
+    first, last, end = rows[0] * period, rows[-1] * period, (len(values) - 1) * period
+    said = []
+    if first > UNCOVERED * end:
+        said.append(f"begins {first:.4g} s after the others")
+    if last < (1.0 - UNCOVERED) * end:
+        said.append(f"has values until {last:.4g} s of {end:.4g} s only")
+    steps = np.diff(rows)
+    if len(steps) and steps.max() * period > UNCOVERED * end:
+        at = int(np.argmax(steps))
+        said.append(f"has no value from {rows[at] * period:.4g} to {rows[at + 1] * period:.4g} s")
+    return f"{name}: {', '.join(said)}; there the other channels decide" if said else ""
 
 
 def _some(names: Sequence[str]) -> str:

@@ -58,7 +58,7 @@ class MeasuredFile:
     file: Path
     series: dict[str, Series]
     digest: str
-    set_point_first: bool
+    set_point_first: bool | None
     ignored: tuple[str, ...]
     notes: tuple[str, ...] = ()
     part: str = ""

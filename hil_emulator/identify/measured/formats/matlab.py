@@ -61,7 +61,7 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
         LogColumn(n, (str(known[n]) or "1") if n in known else None, v)
         for n, v in vectors.items() if len(v) == usual
     )  # fmt: skip
-    return LogTable(columns, set_point_first=own)
+    return LogTable(columns, set_point_first=own or None)
 
 
 def _numbers(content: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

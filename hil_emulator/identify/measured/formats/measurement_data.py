@@ -43,7 +43,7 @@ def read(file: Path, _: Sequence[str] = ()) -> LogTable:
     except Exception as error:  # asammdf answers a damaged file with many kinds of exception
         trouble = str(error).partition("\n")[0] or type(error).__name__
         raise UserError(f"{file}: is not a readable MDF file: {trouble}") from None
-    return LogTable(columns, set_point_first=own)
+    return LogTable(columns, set_point_first=own or None)
 
 
 def _stated(group: Any) -> int:

@@ -39,13 +39,14 @@ class LogTable:
     Attributes:
         columns: in the order of the file.
         set_point_first: whether a row's set point had acted before its readings were taken, as
-            the emulator records it; otherwise it acts from then on.
+            the emulator records it; False: it acts from then on; None: not stated, so that is
+            assumed.
         notes: what was found while reading.
 
     """
 
     columns: tuple[LogColumn, ...]
-    set_point_first: bool = False
+    set_point_first: bool | None = None
     notes: tuple[str, ...] = ()
 
 
