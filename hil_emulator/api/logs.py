@@ -12,8 +12,9 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import formats
 from hil_emulator.identify.measured.data import experiments as experiments_of
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label
 from hil_emulator.identify.measured.reading import MeasuredFile, digest_of, read, recording
+from hil_emulator.identify.measured.stated import Stated
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.recording import SUFFIX, journal
 
@@ -30,10 +31,12 @@ class Meaning:
         sheets: EDS and DCF files that do.
         node_ids: node-IDs of those that are EDS files, in their order.
         names: channel by the name that the data have for it, where they differ.
+        units: unit by the name that the data have, where they state none.
         headings: names and units of the columns of files that do not tell.
         set_point_first: whether the current of a table's row acted before its readings; None where
             the file says it, or nothing does.
-        rated_current: what 100 % of a set point that is a share are [A].
+        rated_current: what 100 % or the full scale of a set point is [A].
+        full_scale: what a set point is at the rated current [V].
 
     """
 
@@ -41,8 +44,10 @@ class Meaning:
     sheets: Sequence[Path] = ()
     node_ids: Sequence[int] = ()
     names: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     headings: Sequence[str] = ()
     rated_current: float | None = None
+    full_scale: float | None = None
     set_point_first: bool | None = None
 
 
@@ -60,6 +65,7 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
     """
     carriers, sync_id = _carriers(files, config, meaning)
     found: list[Experiment] = []
+    scales = Stated(rated_current=meaning.rated_current, full_scale=meaning.full_scale)
     for file in files:
         ending = file.suffix.lower()
         if ending in log_endings.SUFFIXES:
@@ -67,19 +73,20 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
             from hil_emulator.captures import capture
 
             digest = digest_of(file)
-            table = capture.read(file, carriers, sync_id, meaning.rated_current)
-            found += experiments_of(_stated(recording(file, table, digest), meaning))
+            table = capture.read(file, carriers, sync_id)
+            found += experiments_of(_ordered(recording(file, table, digest, scales), meaning))
         elif ending == SUFFIX:
             found += experiments_of(_journal(file, config))
         elif ending in formats.ENDINGS:
-            measured = read(file, meaning.names, meaning.headings)
-            found += experiments_of(_stated(measured, meaning))
+            measured = read(file, replace(scales, names=meaning.names, units=meaning.units),
+                            meaning.headings)  # fmt: skip
+            found += experiments_of(_ordered(measured, meaning))
         else:
             raise UserError(f"{file}: unknown ending; recorded data end in {', '.join(ENDINGS)}")
     return found
 
 
-def _stated(measured: MeasuredFile, meaning: Meaning) -> MeasuredFile:
+def _ordered(measured: MeasuredFile, meaning: Meaning) -> MeasuredFile:
     """Return a file with the order of set point and readings in a row that the user states.
 
     A file that states it itself, such as a capture with the frames of the set point, stays.
@@ -89,20 +96,23 @@ def _stated(measured: MeasuredFile, meaning: Meaning) -> MeasuredFile:
     return replace(measured, set_point_first=meaning.set_point_first)
 
 
-def pairs(options: Sequence[str]) -> dict[str, str]:
-    """Return channel by name from options such as `position=CylPos`.
+def pairs(options: Sequence[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """Return channel by name, and unit by name, from options such as `position=CylPos [mm]`.
 
     Raises:
         UserError: for one without "=".
 
     """
-    found = {}
+    found, units = {}, {}
     for text in options:
         channel, equals, name = text.partition("=")
         if not equals or not name.strip():
-            raise UserError(f"--channel {text}: write CHANNEL=NAME, such as position=CylPos")
-        found[name.strip()] = channel.strip()
-    return found
+            raise UserError(f'--channel {text}: write CHANNEL=NAME, such as "position=CylPos [mm]"')
+        plain, unit = label(name)
+        found[plain] = channel.strip()
+        if unit is not None:
+            units[plain] = unit
+    return found, units
 
 
 def _carriers(
@@ -115,7 +125,9 @@ def _carriers(
     from hil_emulator.captures import by_database, by_dictionary
     from hil_emulator.simulation.node_factory import nodes
 
-    found = [c for f in meaning.databases for c in by_database.from_file(f, meaning.names)]
+    found = [
+        c for f in meaning.databases for c in by_database.from_file(f, meaning.names, meaning.units)
+    ]
     found += by_dictionary.from_files(meaning.sheets, meaning.node_ids)
     made = nodes(config, [channel.name for channel in CHANNELS])
     sync_id = by_dictionary.sync_id(made[0].dictionary) if made else by_dictionary.SYNC

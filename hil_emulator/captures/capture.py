@@ -7,13 +7,13 @@ import numpy as np
 
 from hil_emulator.bus import frame_log
 from hil_emulator.captures import samples
-from hil_emulator.captures.carrier import SHARE, Carrier
+from hil_emulator.captures.carrier import Carrier
 from hil_emulator.captures.traffic import Places, Stream, Traffic, sort
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.identify.measured.channel_names import KNOWN, SET_POINT, TIME
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
-from hil_emulator.identify.measured.reading import KNOWN, SET_POINT, TIME
 
 LONGEST = 1_000_000
 """Samples of one capture; more is an error in its times (assumed: a quarter of an hour)."""
@@ -21,16 +21,13 @@ LONGEST = 1_000_000
 _SHOWN = 12  # identifiers named in a message
 
 
-def read(
-    file: Path, carriers: Sequence[Carrier], sync_id: int, rated_current: float | None = None
-) -> LogTable:
+def read(file: Path, carriers: Sequence[Carrier], sync_id: int) -> LogTable:
     """Read a capture.
 
     Args:
         file: BLF, ASC or candump's log.
         carriers: what its frames mean.
         sync_id: identifier of SYNC.
-        rated_current: what 100 % of a set point that is a share are [A].
 
     Raises:
         UserError: if it cannot be read, or holds no known channel.
@@ -38,7 +35,7 @@ def read(
     """
     frames = ((now_ns, frame) for now_ns, frame in frame_log.captured(file))
     try:
-        return table(frames, carriers, sync_id, rated_current)
+        return table(frames, carriers, sync_id)
     except UserError as error:
         text = str(error)
         raise UserError(text if text.startswith(str(file)) else f"{file}: {text}") from None
@@ -48,7 +45,6 @@ def table(
     frames: Iterable[tuple[int, Frame]],
     carriers: Sequence[Carrier],
     sync_id: int,
-    rated_current: float | None,
 ) -> LogTable:
     """Turn frames with their times [ns] into a table.
 
@@ -80,13 +76,13 @@ def table(
     if SET_POINT in chosen and not commanded:  # a report among readings, as in a row of a table
         stream, key, unit = chosen[SET_POINT]
         reported = _values(stream, key, numbers[id(stream)], reference, number, rows)
-        columns.append(_current(reported, unit, rated_current))
+        columns.append(LogColumn(SET_POINT, unit, reported))
     if commanded:
         stream, key, unit = chosen[SET_POINT]
         first = samples.first_places(together, rows)
         time = np.interp(np.arange(rows), number, reference.time)
         current = samples.set_points(stream, key, first, time, traffic.syncs, notes)
-        columns.append(_current(current, unit, rated_current))
+        columns.append(LogColumn(SET_POINT, unit, current))
     return LogTable(tuple(columns), set_point_first=commanded or None, notes=tuple(notes))
 
 
@@ -117,17 +113,6 @@ def _values(
     inside = (own >= 0) & (own < rows)
     out[own[inside]] = values[inside]
     return out
-
-
-def _current(values: Array, unit: str | None, rated_current: float | None) -> LogColumn:
-    if unit != SHARE:
-        return LogColumn(SET_POINT, unit, values)
-    if rated_current is None:
-        raise UserError(
-            "the set point is a share of the rated current, which nothing states; "
-            'give --rated-current "10 mA"'
-        )
-    return LogColumn(SET_POINT, "A", values * rated_current / 100.0)
 
 
 def _remarks(traffic: Traffic) -> list[str]:

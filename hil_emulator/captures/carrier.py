@@ -5,14 +5,10 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from hil_emulator.identify.measured.reading import KNOWN, TIME
-from hil_emulator.units import factor
+from hil_emulator.identify.measured.channel_names import KNOWN, TIME, fits
 
 COUNTER = "sample_counter"
 """A signal that counts the device's samples, if it sends one: it tells which frames are lost."""
-
-SHARE = "%"
-"""Unit of a set point that is a share of the rated current."""
 
 _WORD = re.compile(r"[ _]")
 
@@ -79,14 +75,6 @@ def channel_of(name: str, unit: str) -> str:
         return name
     longest = sorted((n for n in KNOWN if n != TIME), key=len, reverse=True)
     for known in longest:
-        if name.startswith(known) and _WORD.match(name[len(known) :]) and _fits(known, unit):
+        if name.startswith(known) and _WORD.match(name[len(known) :]) and fits(known, unit):
             return known
     return name
-
-
-def _fits(channel: str, unit: str) -> bool:
-    try:
-        factor(KNOWN[channel], unit)
-    except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
-        return False
-    return True

@@ -8,8 +8,8 @@ import numpy as np
 
 from hil_emulator.captures.carrier import COUNTER, Carrier
 from hil_emulator.frame import Frame
+from hil_emulator.identify.measured.channel_names import KNOWN
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.measured.reading import KNOWN
 
 Places = np.ndarray[tuple[int], np.dtype[np.int64]]
 

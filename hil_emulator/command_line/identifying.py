@@ -29,11 +29,11 @@ def _lean(*files: Path) -> None:
 def _meaning(said: dict[str, Any]) -> Any:
     from hil_emulator.api.logs import Meaning, pairs
 
-    names = pairs(said.pop("channels"))
+    names, units = pairs(said.pop("channels"))
     acts = said.pop("current_acts")
     said["set_point_first"] = None if acts is None else acts == "before"
     headings = [cell.strip() for cell in said.pop("columns").split(",") if cell.strip()]
-    return Meaning(names=names, headings=headings, **said)
+    return Meaning(names=names, units=units, headings=headings, **said)
 
 
 def _course(said: dict[str, Any]) -> Any:

@@ -46,7 +46,12 @@ def recordings(function: Any) -> Any:
         click.option("--out", type=Output(is_folder=True), help="Folder for the report."),
         click.option(
             "--rated-current", type=QuantityType("A", "10 mA"),
-            help='Current at 100 % of the set point, such as "10 mA", where no file states it.',
+            help='Current at 100 % or full scale of the set point, such as "10 mA", where no file '
+            "states it.",
+        ),
+        click.option(
+            "--full-scale", type=QuantityType("V", "10 V"),
+            help='Set point at the rated current, such as "10 V", where it is logged in volts.',
         ),
         click.option(
             "--set-points", type=click.Choice(["held", "moves"]),
@@ -59,8 +64,9 @@ def recordings(function: Any) -> Any:
             "them, where no file states it; taken from the readings otherwise.",
         ),
         click.option(
-            "--channel", "channels", multiple=True, metavar="CHANNEL=NAME",
-            help="What a channel is called in the data, such as position=CylPos.",
+            "--channel", "channels", multiple=True, metavar="CHANNEL=NAME [UNIT]",
+            help='What a channel is called in the data, such as "position=CylPos [mm]"; the unit '
+            "where they state none.",
         ),
         click.option(
             "--columns", default="", metavar="NAME [UNIT],...",

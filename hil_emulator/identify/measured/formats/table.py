@@ -10,7 +10,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array
 
 _LABEL = re.compile(
-    r"^\s*(?P<name>[^\[\]()]+?)\s*(\[\s*(?P<unit>[^\[\]]*)\s*\]|\((?P<other>[^()\[\]]*)\))\s*$"
+    r"^\s*(?P<name>[^\[\]()]+?)\s*(\[\s*(?P<unit>[^\[\]]*)\s*\]|\((?P<other>[^()\[\]]*(?:\([^()]*\))?)\))\s*$"
 )
 
 
@@ -23,6 +23,7 @@ class LogColumn:
         unit: as it stands in the file: "1" for a plain number, None where none is stated.
         values: in that unit, NaN where a value is missing.
         time: of each value [s]; None where the table's column `time` tells.
+        text: a cell of a column that holds texts in most of its rows; "" for numbers.
 
     """
 
@@ -30,6 +31,7 @@ class LogColumn:
     unit: str | None
     values: Array
     time: Array | None = None
+    text: str = ""
 
 
 @dataclass(frozen=True)
