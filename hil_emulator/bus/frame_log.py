@@ -2,13 +2,17 @@
 
 import struct
 import zlib
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import can
 
 from hil_emulator import input_files
+from hil_emulator.bus import pcapng
+from hil_emulator.bus.log_content import content
+from hil_emulator.bus.text_lines import Cumulated, Lines, candump_line
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 
@@ -74,29 +78,53 @@ def read(file: Path, tick_ns: int) -> Iterator[tuple[int, bool, Frame]]:
         yield now_ns, not message.is_rx, _frame(message)
 
 
-def captured(file: Path) -> Iterator[tuple[int, Frame]]:
-    """Yield time [ns] and frame of a capture, whose frames may be those of CAN FD.
+class Captured(NamedTuple):
+    """A frame of a capture.
 
-    Raises:
-        UserError: if it cannot be read, or an identifier comes from several channels.
+    Attributes:
+        now_ns: its time [ns].
+        frame: the frame, which may be one of CAN FD.
+        channel: where it came from, as the log's own tools call it.
 
     """
-    channels: dict[tuple[int, bool], Any] = {}
-    for message in _messages(file, fd=True):
-        key = message.arbitration_id, message.is_extended_id
-        if channels.setdefault(key, message.channel) != message.channel:
-            raise UserError(
-                f"{file}: identifier {key[0]:03X} comes from channel {channels[key]} and from "
-                f"channel {message.channel}; keep the frames of one of them"
-            )
-        yield round(message.timestamp * _NS_PER_S), _frame(message)
+
+    now_ns: int
+    frame: Frame
+    channel: str
+
+
+def captured(file: Path) -> Iterator[Captured]:
+    """Yield the frames of a capture, whose frames may be those of CAN FD.
+
+    Raises:
+        UserError: if it cannot be read.
+
+    """
+    first = 1 if kind_of(file) in _FROM_ZERO else 0
+    for m in _messages(file, fd=True):
+        channel = str(m.channel + first if isinstance(m.channel, int) else m.channel or "")
+        yield Captured(round(m.timestamp * _NS_PER_S), _frame(m), channel)
+
+
+def kind_of(file: Path) -> str:
+    """Return by which ending python-can knows a log of frames: its content decides, if it can.
+
+    Raises:
+        UserError: if it cannot be read.
+
+    """
+    try:
+        return content(file) or file.suffix.lower()
+    except OSError as error:
+        raise UserError(f"{file}: cannot be read: {error.strerror or error}") from None
 
 
 def _messages(file: Path, *, fd: bool = False) -> Iterator[can.Message]:
     """Yield the classical CAN messages of a log, and those of CAN FD where wanted."""
+    lines: list[Lines] = []
     try:
         input_files.check(file, input_files.CAPTURE)
-        with _reader(file) as reader:
+        with closing(_reader(file, lines)) as reader:
             for number, message in enumerate(reader):
                 if number >= MOST_FRAMES:
                     raise UserError(f"{file}: has more than {MOST_FRAMES} frames; cut it")
@@ -109,11 +137,45 @@ def _messages(file: Path, *, fd: bool = False) -> Iterator[can.Message]:
     except OSError as error:
         raise UserError(f"{file}: cannot be read: {error.strerror or error}") from None
     except Exception as error:  # python-can's readers answer damage with many kinds of exception
+        if lines:
+            raise lines[0].trouble("cannot be read as a frame") from None
         raise UserError(f"{file}: is not a readable log of frames: {error}") from None
 
 
-def _reader(file: Path) -> can.io.generic.MessageReader:
-    return _Objects(file) if file.suffix.lower() == ".blf" else can.LogReader(str(file))
+def _reader(file: Path, lines: list[Lines]) -> Generator[can.Message, None, None]:
+    """Yield what python-can's reader of a file finds; a text's lines are put into a list."""
+    kind = kind_of(file)
+    if kind == ".pcapng":
+        yield from pcapng.messages(file)
+        return
+    if kind in _TEXTS:
+        reader, kept = _TEXTS[kind]
+        lines.append(Lines(file, kept()))
+        with reader(lines[0]) as text:
+            yield from text
+        return
+    if kind == ".blf":
+        binary: Any = _Objects(file)
+    else:
+        binary = can.SqliteReader(str(file)) if kind == ".db" else can.LogReader(str(file))
+    with binary:
+        yield from binary
+
+
+def _as_it_is(line: str) -> str:
+    return line
+
+
+_TEXTS: dict[str, tuple[Any, Callable[[], Callable[[str], str]]]] = {
+    ".asc": (can.ASCReader, Cumulated),
+    ".log": (can.CanutilsLogReader, lambda: candump_line),
+    ".trc": (can.TRCReader, lambda: _as_it_is),
+    ".csv": (can.CSVReader, lambda: _as_it_is),
+}
+"""python-can's readers of texts by their endings, and what makes the lines that they get."""
+
+_FROM_ZERO = (".asc", ".blf")
+"""Formats whose channels python-can counts from 0, and Vector's tools from 1."""
 
 
 class _Objects(can.BLFReader):

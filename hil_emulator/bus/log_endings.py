@@ -5,3 +5,14 @@ NAMES = {".blf": "Vector's binary log", ".asc": "Vector's text log", ".log": "lo
 
 SUFFIXES = tuple(NAMES)
 """The endings."""
+
+READ_ONLY = {
+    ".trc": "trace of PCAN, versions 1.0 to 2.1",
+    ".csv": "frames of python-can, SavvyCAN and other tables with a row for each frame",
+    ".db": "SQLite log of python-can",
+    ".mf4": "raw frames of bus loggers",
+    ".pcapng": "Wireshark, tcpdump (SocketCAN)",
+    ".txt": "candump on the screen with times, log of BusMaster",
+}
+"""Further formats of captures by their usual endings; the content decides. Each may be packed in
+`.gz`."""

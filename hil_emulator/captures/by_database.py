@@ -89,7 +89,7 @@ def _carrier(message: Any, names: Mapping[str, str], units: Mapping[str, str]) -
     return Carrier(
         message.name, message.frame_id, bool(message.is_extended_frame), 1,
         tuple(signals) if useful else (), lambda data: _decoded(message, data),
-        synchronous=synchronous, counter_modulus=modulus,
+        synchronous=synchronous, counter_modulus=modulus, any_source=message.is_extended_frame,
     )  # fmt: skip
 
 

@@ -1,13 +1,16 @@
 """A capture as a table of channels: one row per sample of the device."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from hil_emulator.bus import frame_log
-from hil_emulator.captures import samples
+from hil_emulator.bus.frame_log import Captured
+from hil_emulator.captures import samples, text_frames
 from hil_emulator.captures.carrier import Carrier
+from hil_emulator.captures.channels import of_channel
 from hil_emulator.captures.traffic import Places, Stream, Traffic, sort
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
@@ -21,21 +24,37 @@ LONGEST = 1_000_000
 _SHOWN = 12  # identifiers named in a message
 
 
-def read(file: Path, carriers: Sequence[Carrier], sync_id: int) -> LogTable:
+def read(
+    file: Path, carriers: Sequence[Carrier], sync_id: int, channel: str | None = None
+) -> LogTable:
     """Read a capture.
 
     Args:
-        file: BLF, ASC or candump's log.
+        file: a log of frames of any kind, see `log_content`.
         carriers: what its frames mean.
         sync_id: identifier of SYNC.
+        channel: the one whose frames count; None for all, if no identifier comes from two.
 
     Raises:
         UserError: if it cannot be read, or holds no known channel.
 
     """
-    frames = ((now_ns, frame) for now_ns, frame in frame_log.captured(file))
+    kind = frame_log.kind_of(file)
+    texts = text_frames.is_one(file, kind)
+    frames = text_frames.read(file, kind) if texts else list(frame_log.captured(file))
+    found = explained(file, frames, carriers, sync_id, channel)
+    if kind != "table":
+        return found
+    return replace(found, notes=("a table of frames, a row for each", *found.notes))
+
+
+def explained(
+    file: Path, frames: Sequence[Captured], carriers: Sequence[Carrier], sync_id: int,
+    channel: str | None = None,
+) -> LogTable:  # fmt: skip
+    """Turn the frames of a file into a table; see `read`."""
     try:
-        return table(frames, carriers, sync_id)
+        return table(of_channel(frames, channel), carriers, sync_id)
     except UserError as error:
         text = str(error)
         raise UserError(text if text.startswith(str(file)) else f"{file}: {text}") from None
@@ -116,7 +135,7 @@ def _values(
 
 
 def _remarks(traffic: Traffic) -> list[str]:
-    notes = [*traffic.no_readings]
+    notes = [*traffic.remarks]
     if traffic.short:
         notes.append(f"{traffic.short} frames were too short for their PDO, and left out")
     for stream in traffic.streams.values():

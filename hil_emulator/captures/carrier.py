@@ -49,6 +49,8 @@ class Carrier:
         safe: what acts without a valid set point, in its unit; None where it is unknown.
         period: of the device's own timer [s]; 0 where it is unknown.
         counter_modulus: where the sample counter begins anew; 0 without one.
+        any_source: whether a frame of another J1939 source address with the same parameter group
+            is this one, too.
 
     """
 
@@ -63,6 +65,7 @@ class Carrier:
     safe: float | None = None
     period: float = 0.0
     counter_modulus: int = 0
+    any_source: bool = False
 
 
 def channel_of(name: str, unit: str) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hil_emulator.captures.carrier import COUNTER, Carrier
+from hil_emulator.captures.parameter_groups import by_parameter_group
 from hil_emulator.frame import Frame
 from hil_emulator.identify.measured.channel_names import KNOWN
 from hil_emulator.identify.measured.experiment import Array
@@ -54,7 +55,7 @@ class Traffic:
         short: frames that were shorter than they must be.
         others: identifiers that nothing is known of.
         emergencies: emergency error codes, each with how often it came.
-        no_readings: what was left out because its database says that it is no reading.
+        remarks: what was left out or taken for something, in words.
 
     """
 
@@ -63,7 +64,7 @@ class Traffic:
     short: int = 0
     others: set[int] = field(default_factory=set)
     emergencies: dict[int, int] = field(default_factory=dict)
-    no_readings: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
 
 
 def sort(frames: Iterable[tuple[int, Frame]], carriers: Iterable[Carrier], sync_id: int) -> Traffic:
@@ -80,10 +81,12 @@ def sort(frames: Iterable[tuple[int, Frame]], carriers: Iterable[Carrier], sync_
         known.setdefault((carrier.can_id, carrier.extended), carrier)
     rows: dict[tuple[int, bool], list[tuple[float, ...]]] = {}
     traffic = Traffic({}, np.zeros(0, np.int64))
+    frames = sorted(frames, key=lambda item: item[0])
+    traffic.remarks += by_parameter_group(known, {f.can_id for _, f in frames if f.extended})
     syncs: list[int] = []
     origin: int | None = None
     # a logger may hand on late what it has stamped in time; at the same time its order counts
-    for place, (now_ns, frame) in enumerate(sorted(frames, key=lambda item: item[0])):
+    for place, (now_ns, frame) in enumerate(frames):
         origin = now_ns if origin is None else origin
         key = frame.can_id, frame.extended
         found = known.get(key)
@@ -100,7 +103,7 @@ def sort(frames: Iterable[tuple[int, Frame]], carriers: Iterable[Carrier], sync_
     traffic.syncs = np.array(syncs, np.int64)
     traffic.streams = {key: _stream(known[key], found) for key, found in rows.items()}
     for stream in traffic.streams.values():
-        traffic.no_readings += _without_others(stream)
+        traffic.remarks += _without_others(stream)
     return traffic
 
 

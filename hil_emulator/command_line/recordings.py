@@ -81,6 +81,10 @@ def recordings(function: Any) -> Any:
             help="EDS or DCF of a device in a CAN capture.",
         ),
         click.option(
+            "--bus", metavar="CHANNEL",
+            help="Channel of a CAN capture of several, such as 1 or can0.",
+        ),
+        click.option(
             "--dbc", "databases", multiple=True, type=click.Path(path_type=Path),
             help="Database of the messages in a CAN capture; CONFIG's own nodes without it.",
         ),

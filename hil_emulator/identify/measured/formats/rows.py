@@ -30,6 +30,9 @@ DAY = 86400.0
 """Length of a day [s]: a clock without a date begins again after it."""
 
 _CLOCK = re.compile(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?$")
+_HALF_DAY = re.compile(r"(.*?\d)\s*([AaPp])\.?[Mm]\.?")
+_TWELVE = re.compile(r"(?:^|\s)12:\d{2}")
+_MILLISECONDS = re.compile(r"(:\d{2}:\d{2}):(\d{1,6})$")
 _DAY_FIRST = re.compile(
     r"^(\d{1,2})[./](\d{1,2})[./](\d{4})[ T]+(\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?)$"
 )
@@ -196,11 +199,19 @@ def moment(cell: str) -> datetime | timedelta | None:
     text = cell.strip()
     if ":" not in text:
         return None
+    if half := _HALF_DAY.fullmatch(text):
+        begun = moment(half[1])
+        if begun is None:
+            return None
+        noon = 12 * (half[2] in "pP") - 12 * bool(_TWELVE.search(half[1]))
+        return begun + timedelta(hours=noon)
+    text = _MILLISECONDS.sub(r"\1.\2", text)
     if clock := _CLOCK.match(text):
         hours, minutes, seconds = (float((g or "0").replace(",", ".")) for g in clock.groups())
         return timedelta(hours=hours, minutes=minutes, seconds=seconds)
     if date := _DAY_FIRST.match(text):
         day, month, year, clock_time = date.groups()
+        day, month = (month, day) if int(month) > 12 else (day, month)
         text = f"{year}-{int(month):02d}-{int(day):02d}T{clock_time.zfill(8)}"
     try:
         return datetime.fromisoformat(text.replace(",", "."))
