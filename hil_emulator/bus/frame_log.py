@@ -1,5 +1,7 @@
 """Frames in the log files of other tools, by python-can's own readers and writers."""
 
+import io
+import re
 import struct
 import zlib
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -31,6 +33,7 @@ LARGEST_CONTAINER = 64 * input_files.MIB
 MOST_FRAMES = 10_000_000
 """Frames of a log: over an hour of 2,000 a second, in 2.5 GB of memory (assumed)."""
 
+_WAY = re.compile(r" [RT]\n$")
 _NS_PER_S = 1e9
 _LATEST_S = 4e9  # of a time in a log [s]: since 1970, until 2096 (assumed)
 _CHANNEL = "can0"
@@ -38,32 +41,57 @@ _MARKED = (".blf", ".asc")
 """Formats that can hold a remark."""
 
 
-def write(file: Path, frames: Iterable[tuple[int, bool, Frame]], remarks: Iterable[str]) -> None:
+def write(
+    file: Path, frames: Iterable[tuple[int, bool, Frame]], remarks: Iterable[str],
+    *, directions: bool = False,
+) -> None:  # fmt: skip
     """Write frames on the emulator's time base.
 
     Args:
         file: where to; its ending, one of `log_endings.SUFFIXES`, decides the format.
         frames: time [ns], whether the emulator sent it, frame; oldest first.
         remarks: what made the data; written at time 0, where the format can hold it.
+        directions: whether each line of candump's format ends in R or T, which tools other than
+            can-utils do not expect.
 
     """
-    with can.Logger(str(file)) as logger:
+    if file.suffix == ".pcapng":
+        with pcapng.Writer(file, "\n".join(remarks)) as packets:
+            for now_ns, sent, frame in frames:
+                packets.write(now_ns, _message(now_ns, sent, frame, 0))
+        return
+    text = file.suffix == ".log"
+    bare = text and not directions
+    with can.CanutilsLogWriter(_Undirected(file)) if bare else can.Logger(str(file)) as logger:
         writer: Any = logger
         if file.suffix in _MARKED:
             for remark in remarks:
                 writer.log_event(remark, 0.0)
         for now_ns, sent, frame in frames:
-            logger(
-                can.Message(
-                    timestamp=now_ns / _NS_PER_S,
-                    arbitration_id=frame.can_id,
-                    is_extended_id=frame.extended,
-                    is_remote_frame=frame.remote,
-                    data=frame.data,
-                    channel=_CHANNEL if file.suffix == ".log" else 0,
-                    is_rx=not sent,
-                )
-            )
+            logger(_message(now_ns, sent, frame, _CHANNEL if text else 0))
+
+
+def _message(now_ns: int, sent: bool, frame: Frame, channel: int | str) -> can.Message:
+    return can.Message(
+        timestamp=now_ns / _NS_PER_S,
+        arbitration_id=frame.can_id,
+        is_extended_id=frame.extended,
+        is_remote_frame=frame.remote,
+        data=frame.data,
+        channel=channel,
+        is_rx=not sent,
+    )
+
+
+class _Undirected(io.TextIOWrapper):
+    """A text file in which no line ends in the direction that python-can writes."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__(file.open("wb"), encoding="ascii", newline="\n")
+
+    def write(self, text: str) -> int:
+        """Write a line."""
+        return super().write(_WAY.sub("\n", text))
 
 
 def read(file: Path, tick_ns: int) -> Iterator[tuple[int, bool, Frame]]:

@@ -13,7 +13,7 @@ import can
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
 _ORDER = 0x1A2B3C4D
 _CAN_SOCKETCAN = 227
-_RESOLUTION, _FLAGS, _END = 9, 2, 0
+_RESOLUTION, _FLAGS, _COMMENT, _END = 9, 2, 1, 0
 _NANOSECONDS = 9  # of the option `if_tsresol`: 10 to the power of -9
 _INBOUND, _OUTBOUND = 1, 2
 _EXTENDED, _REMOTE, _ERROR = 0x80000000, 0x40000000, 0x20000000
@@ -25,12 +25,13 @@ class Writer:
 
     Args:
         file: where to.
+        remark: on the whole of it.
 
     """
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, remark: str = "") -> None:
         self._stream: BinaryIO = file.open("wb")
-        self._block(_SECTION, struct.pack("<IHHq", _ORDER, 1, 0, -1))
+        self._block(_SECTION, struct.pack("<IHHq", _ORDER, 1, 0, -1) + _comment(remark))
         resolution = struct.pack("<HHB3x", _RESOLUTION, 1, _NANOSECONDS) + bytes(4)
         self._block(_INTERFACE, struct.pack("<HHI", _CAN_SOCKETCAN, 0, 0) + resolution)
 
@@ -52,6 +53,11 @@ class Writer:
     def _block(self, kind: int, body: bytes) -> None:
         size = struct.pack("<I", len(body) + 12)
         self._stream.write(struct.pack("<I", kind) + size + body + size)
+
+
+def _comment(remark: str) -> bytes:
+    data = remark.encode()
+    return struct.pack("<HH", _COMMENT, len(data)) + data + bytes(-len(data) % 4) + bytes(4)
 
 
 def messages(file: Path) -> Iterator[can.Message]:
